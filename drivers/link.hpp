@@ -1,0 +1,66 @@
+// Link: one medium as a station sees it. A station owns its links' other end (LinkUser); the link
+// pulls packets when the air is free and hands up what it hears. Everything runs on the daemon's
+// one thread, driven by one boost::asio::io_context.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "frame/air_frame.hpp"
+
+namespace swarmtalk::drivers {
+
+using MonotonicTime = std::chrono::steady_clock::time_point;  // CLOCK_MONOTONIC on Linux
+
+/// What a link knows about the frame in which a packet came.
+struct FrameReception {
+  std::uint16_t transmitter = 0;       // node id of the last transmitter
+  std::uint32_t transmitter_epoch = 0;
+  std::uint32_t frame_counter = 0;     // transmitter's count of frames in this epoch
+  std::optional<frame::FramePose> pose;  // of the transmitter
+  MonotonicTime received_at;           // kernel's stamp where there is one, else now
+};
+
+/// Upper end of a link. Called by the link only, on the io_context's thread.
+class LinkUser {
+ public:
+  virtual ~LinkUser() = default;
+
+  /// Next packet to transmit into `out` (at least the profile's MTU). @return bytes; 0: none waits.
+  virtual std::size_t pull_packet(std::span<std::uint8_t> out) = 0;
+
+  /// One received packet. `packet` is valid during the call only.
+  virtual void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) = 0;
+
+  /// Header of the frame that is about to leave: node id, epoch, pose. The link fills in the rest.
+  virtual frame::FrameHeader frame_header() = 0;
+};
+
+/// Name and value of a counter, as status and metrics show it. Names are snake_case and stable.
+using Counters = std::vector<std::pair<std::string, std::uint64_t>>;
+
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// Begins to receive and transmit. Opened in the constructor, which throws std::runtime_error
+  /// with one clear line (what, which device, remedy) when it cannot.
+  virtual void start(LinkUser& user) = 0;
+
+  /// Something waits to be pulled. Cheap, may be called for every message.
+  virtual void wake() = 0;
+
+  virtual bool is_up() const = 0;
+  virtual std::string state() const = 0;   // one line for a person
+  virtual std::string type() const = 0;    // "raw_l2"
+  virtual std::string device() const = 0;  // "wlan0"
+  virtual Counters counters() const = 0;
+};
+
+}  // namespace swarmtalk::drivers
