@@ -1,0 +1,75 @@
+#include "ipc/framing.hpp"
+
+#include <cstring>
+
+namespace swarmtalk::ipc {
+namespace {
+
+std::uint32_t read_length(const char* bytes) {
+  std::uint32_t length = 0;
+  for (std::size_t i = 0; i < kLengthBytes; ++i) {
+    length |= static_cast<std::uint32_t>(static_cast<std::uint8_t>(bytes[i])) << (8 * i);
+  }
+  return length;
+}
+
+void write_length(std::uint32_t length, char* bytes) {
+  for (std::size_t i = 0; i < kLengthBytes; ++i) {
+    bytes[i] = static_cast<char>(static_cast<std::uint8_t>(length >> (8 * i)));
+  }
+}
+
+}  // namespace
+
+std::span<std::uint8_t> FrameReader::prepare(std::size_t at_least) {
+  if (begin_ == end_) begin_ = end_ = 0;
+  if (buffer_.size() - end_ < at_least && begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  if (buffer_.size() - end_ < at_least) buffer_.resize(end_ + at_least);
+  auto* room = reinterpret_cast<std::uint8_t*>(buffer_.data()) + end_;
+  return {room, buffer_.size() - end_};
+}
+
+void FrameReader::commit(std::size_t size_bytes) {
+  end_ += size_bytes;
+}
+
+ReadResult FrameReader::next(Envelope& envelope) {
+  if (end_ - begin_ < kLengthBytes) return ReadResult::kNeedMore;
+  const std::size_t length = read_length(buffer_.data() + begin_);
+  if (length == 0 || length > kMaxEnvelopeBytes) return ReadResult::kMalformed;
+  if (end_ - begin_ - kLengthBytes < length) return ReadResult::kNeedMore;
+  const char* body = buffer_.data() + begin_ + kLengthBytes;
+  if (!envelope.ParseFromArray(body, static_cast<int>(length))) return ReadResult::kMalformed;
+  begin_ += kLengthBytes + length;
+  return ReadResult::kEnvelope;
+}
+
+void FrameReader::clear() {
+  begin_ = end_ = 0;
+}
+
+bool append_frame(const Envelope& envelope, std::string& buffer) {
+  const std::size_t length = envelope.ByteSizeLong();
+  if (length == 0 || length > kMaxEnvelopeBytes) return false;
+  const std::size_t start = buffer.size();
+  buffer.resize(start + kLengthBytes + length);
+  write_length(static_cast<std::uint32_t>(length), buffer.data() + start);
+  envelope.SerializeWithCachedSizesToArray(
+      reinterpret_cast<std::uint8_t*>(buffer.data() + start + kLengthBytes));
+  return true;
+}
+
+int count_bodies(const Envelope& envelope) {
+  return int{envelope.has_hello()} + envelope.has_failure() + envelope.has_done() +
+         envelope.has_subscribe() + envelope.has_subscribed() + envelope.has_unsubscribe() +
+         envelope.has_advertise() + envelope.has_advertised() + envelope.has_unadvertise() +
+         envelope.has_publish() + envelope.has_sent() + envelope.has_deliver() +
+         envelope.has_get_status() + envelope.has_status() + envelope.has_set_pose() +
+         envelope.has_get_pose() + envelope.has_pose();
+}
+
+}  // namespace swarmtalk::ipc
