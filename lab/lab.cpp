@@ -1,0 +1,207 @@
+#include "lab/lab.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <swarmtalk/client.hpp>
+#include <thread>
+
+#include "lab/bridge_medium.hpp"
+#include "lab/interrupt.hpp"
+#include "lab/robot_config.hpp"
+
+namespace swarmtalk::lab {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kStartTimeout = 20s;
+constexpr auto kEndGrace = 3s;
+
+std::string last_line(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::string last;
+  while (std::getline(file, line)) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
+
+bool answers(const Robot& robot) {
+  swarmtalk::ClientOptions options;
+  options.name = "swarmtalk-lab";
+  options.socket_path = robot.socket;
+  options.connect_timeout = 200ms;
+  options.reconnect = false;
+  swarmtalk::Client client(options);
+  return client.connect().ok();
+}
+
+void wait_until_up(const State& state) {
+  const auto deadline = std::chrono::steady_clock::now() + kStartTimeout;
+  for (const Robot& robot : state.robots) {
+    while (!answers(robot)) {
+      throw_if_interrupted();
+      const std::string who = "robot " + std::to_string(robot.number) + ": swarmtalkd ";
+      if (!is_running(robot.daemon)) {
+        throw std::runtime_error(who + "ended: " + last_line(robot.log));
+      }
+      if (std::chrono::steady_clock::now() > deadline) {
+        throw std::runtime_error(who + "does not answer at " + robot.socket + "; see " +
+                                 robot.log);
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+  }
+}
+
+void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
+  std::ofstream file(robot.config);
+  file << robot_config(state, robot, options.base_config);
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + robot.config);
+  SpawnOptions spawn_options;
+  spawn_options.network_namespace = robot.network_namespace;
+  spawn_options.output_file = robot.log;
+  spawn_options.detached = true;
+  spawn_options.dies_with_parent = options.dies_with_parent;
+  robot.daemon =
+      identify(spawn({options.daemon, "--config", robot.config}, spawn_options));
+}
+
+void check(const LabOptions& options) {
+  if (options.medium == "bridge" && geteuid() != 0) {
+    throw std::runtime_error(
+        "network namespaces need root: run it with sudo, or without root as "
+        "`swarmtalk-lab ... --medium udp`");
+  }
+  if (access(options.daemon.c_str(), X_OK) != 0) {
+    throw std::runtime_error("no program " + options.daemon +
+                             "; name swarmtalkd with --daemon PATH");
+  }
+  State existing;
+  if (!load(options.name, existing)) return;
+  if (is_alive(existing)) {
+    throw std::runtime_error("a lab called '" + options.name +
+                             "' is up; take it down with `swarmtalk-lab down` or use --name");
+  }
+  down(existing);  // left behind by a tool that was killed
+}
+
+State plan(const LabOptions& options) {
+  State state;
+  state.name = options.name;
+  state.medium = options.medium;
+  const std::string prefix = "swarmtalk-" + options.name + "-";
+  const auto folder = folder_of(options.name);
+  if (state.medium == "bridge") state.hub_namespace = prefix + "air";
+  if (options.dies_with_parent) state.keeper = identify(getpid());
+  for (int number = 1; number <= options.robots; ++number) {
+    Robot robot;
+    robot.number = number;
+    const std::string name = "robot-" + std::to_string(number);
+    if (state.medium == "bridge") robot.network_namespace = prefix + std::to_string(number);
+    robot.socket = folder / (name + ".sock");
+    robot.config = folder / (name + ".toml");
+    robot.log = folder / (name + ".log");
+    robot.pose = grid_pose(number, options.robots, options.spacing_m);
+    state.robots.push_back(robot);
+  }
+  return state;
+}
+
+}  // namespace
+
+Pose grid_pose(int robot_number, int robots, double spacing_m) {
+  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(robots))));
+  const int index = robot_number - 1;
+  return {spacing_m * (index % columns), spacing_m * (index / columns), 0};
+}
+
+State up(const LabOptions& options) {
+  check(options);
+  State state = plan(options);
+  save(state);
+  try {
+    if (!state.hub_namespace.empty()) {
+      make_hub(state.hub_namespace);
+      for (const Robot& robot : state.robots) {
+        throw_if_interrupted();
+        make_robot_namespace(robot.network_namespace, state.hub_namespace, robot.number);
+      }
+    }
+    for (Robot& robot : state.robots) {
+      throw_if_interrupted();
+      start_daemon(state, robot, options);
+      save(state);
+    }
+    wait_until_up(state);
+  } catch (...) {
+    down(state);
+    throw;
+  }
+  return state;
+}
+
+bool is_alive(const State& state) {
+  if (is_running(state.keeper)) return true;
+  for (const Robot& robot : state.robots) {
+    if (is_running(robot.daemon)) return true;
+  }
+  return false;
+}
+
+void down(const State& state) {
+  std::vector<ProcessId> processes;
+  for (const Robot& robot : state.robots) {
+    processes.push_back(robot.daemon);
+    for (const ProcessId& process : processes_in(robot.network_namespace)) {
+      if (process.pid != getpid()) processes.push_back(process);
+    }
+  }
+  end_processes(processes, kEndGrace);
+  for (const Robot& robot : state.robots) remove_namespace(robot.network_namespace);
+  remove_namespace(state.hub_namespace);
+  forget(state);
+}
+
+std::vector<Robot> select_robots(const State& state, const std::string& list) {
+  if (list == "all") return state.robots;
+  const int count = static_cast<int>(state.robots.size());
+  std::vector<Robot> selected;
+  std::istringstream parts(list);
+  for (std::string part; std::getline(parts, part, ',');) {
+    int first = 0;
+    int last = 0;
+    char rest = 0;
+    const int fields = std::sscanf(part.c_str(), "%d-%d%c", &first, &last, &rest);
+    if (fields == 1 && part.find_first_not_of("0123456789") == std::string::npos) last = first;
+    else if (fields != 2) {
+      throw std::runtime_error("'" + list + "' names no robot; use a number, 1,4-6 or all");
+    }
+    if (first < 1 || last > count || first > last) {
+      throw std::runtime_error("'" + part + "' is not in this lab; it has robots 1 to " +
+                               std::to_string(count));
+    }
+    for (int number = first; number <= last; ++number) {
+      selected.push_back(state.robots[static_cast<std::size_t>(number - 1)]);
+    }
+  }
+  if (selected.empty()) throw std::runtime_error("name a robot: a number, 1,4-6 or all");
+  return selected;
+}
+
+std::vector<std::string> environment_of(const State& state, const Robot& robot) {
+  return {"SWARMTALK_SOCKET=" + robot.socket, "SWARMTALK_ROBOT=" + std::to_string(robot.number),
+          "SWARMTALK_LAB=" + state.name};
+}
+
+}  // namespace swarmtalk::lab

@@ -1,0 +1,50 @@
+// Lab: N robots on one machine, each an unmodified swarmtalkd with a pose on a grid, joined by a
+// medium. Brings them up, runs commands as one of them, and takes everything down again.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lab/state.hpp"
+
+namespace swarmtalk::lab {
+
+inline constexpr int kMaxRobots = 250;
+
+struct LabOptions {
+  std::string name = "lab";
+  std::string medium = "bridge";  // bridge (raw layer 2, needs root) or udp (this machine only)
+  std::string daemon;             // path of swarmtalkd
+  std::string base_config;        // TOML file whose sections all robots get; empty: none
+  double spacing_m = 0.5;         // of the grid of poses
+  int robots = 0;
+  bool dies_with_parent = false;  // daemons end when this process does, however it ends
+};
+
+/// Brings a lab up and waits until each daemon answers.
+/// Throws std::runtime_error with one line when it cannot, with everything taken down again.
+State up(const LabOptions& options);
+
+/// Ends the lab's processes and removes its namespaces and its folder. Safe on half a lab.
+void down(const State& state);
+
+/// True when the process that keeps this lab, or any of its daemons, still runs.
+bool is_alive(const State& state);
+
+/// Robots named by `list`: "3", "1,4-6" or "all". Throws when one is not in the lab.
+std::vector<Robot> select_robots(const State& state, const std::string& list);
+
+/// What a command run as this robot finds in its environment (SWARMTALK_SOCKET and others).
+std::vector<std::string> environment_of(const State& state, const Robot& robot);
+
+/// Runs `command` as each of `robots` at once and waits. With several robots each line of output
+/// gets the robot's number in front.
+/// @return 0, or the first exit code that is not 0.
+int run_in_robots(const State& state, const std::vector<Robot>& robots,
+                  const std::vector<std::string>& command);
+
+/// Robots on a square grid from (0, 0), row by row, all heading along +x.
+Pose grid_pose(int robot_number, int robots, double spacing_m);
+
+}  // namespace swarmtalk::lab

@@ -1,0 +1,170 @@
+// swarmtalk-lab: many robots on one machine.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "lab/interrupt.hpp"
+#include "lab/lab.hpp"
+#include "lab/status.hpp"
+
+namespace {
+
+using namespace swarmtalk::lab;
+
+constexpr auto kCommandGrace = std::chrono::seconds(5);
+
+/// swarmtalkd beside this program: in the build tree or installed; else from PATH's usual places.
+std::string find_daemon() {
+  const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  for (const auto& path : {here / "../daemon/swarmtalkd", here / "../sbin/swarmtalkd",
+                           std::filesystem::path("/usr/sbin/swarmtalkd"),
+                           std::filesystem::path("/usr/local/sbin/swarmtalkd")}) {
+    if (access(path.c_str(), X_OK) == 0) return std::filesystem::weakly_canonical(path);
+  }
+  return "swarmtalkd";
+}
+
+State load_or_throw(const std::string& name) {
+  State state;
+  if (load(name, state)) return state;
+  std::string text = "no lab called '" + name + "' is up; start one with `swarmtalk-lab up N`";
+  const auto others = list_labs();
+  if (!others.empty()) {
+    text += " (there is:";
+    for (const auto& other : others) text += " " + other;
+    text += "; choose with --name)";
+  }
+  throw std::runtime_error(text);
+}
+
+/// Waits for the command, passing on a termination that only this process got.
+int wait_for(pid_t child) {
+  int status = 0;
+  bool told = false;
+  auto deadline = std::chrono::steady_clock::time_point::max();
+  for (;;) {
+    const pid_t result = waitpid(child, &status, WNOHANG);
+    if (result == child) return exit_code(status);
+    if (result < 0 && errno != EINTR) return 1;
+    if (interrupted() != 0 && !told) {
+      told = true;
+      // A terminal's Ctrl-C reaches the command by itself; a second one does no harm.
+      kill(child, interrupted());
+      deadline = std::chrono::steady_clock::now() + kCommandGrace;
+    }
+    if (std::chrono::steady_clock::now() > deadline) kill(child, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+int run(LabOptions options, const std::vector<std::string>& command) {
+  options.dies_with_parent = true;
+  const State state = up(options);
+  int result = 1;
+  try {
+    SpawnOptions spawn_options;
+    spawn_options.environment = {"SWARMTALK_LAB=" + state.name};
+    result = wait_for(spawn(command, spawn_options));
+  } catch (...) {
+    down(state);
+    throw;
+  }
+  down(state);
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Many robots on one machine: each an unmodified swarmtalkd in a network namespace "
+               "of its own, with a pose on a grid."};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", SWARMTALK_VERSION);
+  LabOptions options;
+  options.daemon = find_daemon();
+  app.add_option("--name", options.name, "Name of the lab, when there are several")
+      ->envname("SWARMTALK_LAB")
+      ->check([](const std::string& name) {
+        const bool good = !name.empty() && name.size() <= 32 &&
+                          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") ==
+                              std::string::npos;
+        return good ? std::string() : std::string("use at most 32 of a-z 0-9 _ -");
+      });
+
+  auto add_lab_options = [&](CLI::App* command) {
+    command->add_option("ROBOTS", options.robots, "How many robots")
+        ->required()
+        ->check(CLI::Range(1, kMaxRobots));
+    command
+        ->add_option("--medium", options.medium,
+                     "bridge: namespaces and raw layer-2 frames (root); udp: the UDP link, without "
+                     "namespaces (anybody)")
+        ->check(CLI::IsMember({"bridge", "udp"}))
+        ->capture_default_str();
+    command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
+        ->check(CLI::Range(0.0, 30.0))
+        ->capture_default_str();
+    command->add_option("--config", options.base_config, "TOML sections that all robots get")
+        ->check(CLI::ExistingFile);
+    command->add_option("--daemon", options.daemon, "Path of swarmtalkd")->capture_default_str();
+  };
+
+  std::vector<std::string> command_line;
+  std::string robot_list;
+  bool as_json = false;
+  CLI::App* up_command = app.add_subcommand("up", "Start robots and leave them running");
+  add_lab_options(up_command);
+  CLI::App* run_command =
+      app.add_subcommand("run", "Start robots, run what follows -- once, take everything down");
+  add_lab_options(run_command);
+  CLI::App* exec_command =
+      app.add_subcommand("exec", "Run what follows -- as robot I, several (1,4-6) or all at once");
+  exec_command->add_option("I", robot_list, "Robot: a number, 1,4-6 or all")->required();
+  CLI::App* status_command = app.add_subcommand("status", "Show the robots of the lab");
+  status_command->add_flag("--json", as_json, "One JSON object a line");
+  CLI::App* down_command = app.add_subcommand("down", "Take the lab down");
+  // Everything behind the first -- is the command's, also what looks like an option of ours.
+  int own_arguments = 1;
+  while (own_arguments < argc && std::string(argv[own_arguments]) != "--") ++own_arguments;
+  for (int i = own_arguments + 1; i < argc; ++i) command_line.emplace_back(argv[i]);
+  try {
+    app.parse(own_arguments, argv);
+    if ((*run_command || *exec_command) && command_line.empty()) {
+      throw CLI::RequiredError("-- COMMAND");
+    }
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+
+  try {
+    remember_interrupts();
+    if (*up_command) {
+      up(options);
+      std::printf("%d robots are up. Try: swarmtalk-lab exec 1 -- swarmtalk-cli status\n",
+                  options.robots);
+      return 0;
+    }
+    if (*run_command) return run(options, command_line);
+    const State state = load_or_throw(options.name);
+    if (*exec_command) {
+      return run_in_robots(state, select_robots(state, robot_list), command_line);
+    }
+    if (*status_command) return print_status(state, as_json);
+    if (*down_command) down(state);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "swarmtalk-lab: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,171 @@
+#include "lab/process.hpp"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace swarmtalk::lab {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kExitCannotExecute = 127;
+
+struct ProcStat {
+  char state = 0;  // 'Z' is a zombie, 0: no such process
+  unsigned long long start_time_ticks = 0;
+};
+
+ProcStat read_stat(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  const std::string line{std::istreambuf_iterator<char>(file), {}};
+  // The command name in parentheses may hold blanks and parentheses; fields count after the last.
+  const auto name_end = line.rfind(')');
+  if (name_end == std::string::npos) return {};
+  std::istringstream fields(line.substr(name_end + 1));
+  ProcStat stat;
+  fields >> stat.state;
+  std::string skipped;
+  for (int field = 4; field < 22; ++field) fields >> skipped;
+  fields >> stat.start_time_ticks;
+  return stat;
+}
+
+void enter_namespace(const std::string& name) {
+  const std::string path = "/run/netns/" + name;
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw std::runtime_error(path + ": " + std::strerror(errno));
+  const int result = setns(fd, CLONE_NEWNET);
+  close(fd);
+  if (result != 0) throw std::runtime_error("entering " + path + ": " + std::strerror(errno));
+}
+
+void redirect(int from, int to) {
+  if (dup2(from, to) < 0) throw std::runtime_error(std::string("dup2: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+ProcessId identify(pid_t pid) {
+  const ProcStat stat = read_stat(pid);
+  return {pid, stat.state == 'Z' ? 0 : stat.start_time_ticks};
+}
+
+bool is_running(const ProcessId& process) {
+  return process.start_time_ticks != 0 &&
+         identify(process.pid).start_time_ticks == process.start_time_ticks;
+}
+
+void end_processes(const std::vector<ProcessId>& processes, std::chrono::milliseconds grace) {
+  auto any_running = [&] {
+    while (waitpid(-1, nullptr, WNOHANG) > 0) {
+    }
+    for (const ProcessId& process : processes) {
+      if (is_running(process)) return true;
+    }
+    return false;
+  };
+  auto signal_all = [&](int signal) {
+    for (const ProcessId& process : processes) {
+      if (is_running(process)) kill(process.pid, signal);
+    }
+  };
+  auto wait_for_all = [&](std::chrono::milliseconds limit) {
+    const auto deadline = std::chrono::steady_clock::now() + limit;
+    while (any_running() && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(10ms);
+    }
+  };
+  signal_all(SIGTERM);
+  wait_for_all(grace);
+  signal_all(SIGKILL);
+  wait_for_all(1s);
+}
+
+void execute(const std::vector<std::string>& command, const SpawnOptions& options) {
+  if (!options.network_namespace.empty()) enter_namespace(options.network_namespace);
+  for (const std::string& entry : options.environment) {
+    const auto equals = entry.find('=');
+    setenv(entry.substr(0, equals).c_str(), entry.substr(equals + 1).c_str(), 1);
+  }
+  std::vector<char*> arguments;
+  for (const std::string& argument : command) {
+    arguments.push_back(const_cast<char*>(argument.c_str()));
+  }
+  arguments.push_back(nullptr);
+  execvp(arguments[0], arguments.data());
+  throw std::runtime_error(command[0] + ": " + std::strerror(errno));
+}
+
+pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options) {
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+  if (pid > 0) return pid;
+  try {
+    if (options.dies_with_parent) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      if (getppid() != parent) _exit(kExitCannotExecute);
+    }
+    if (options.detached) {
+      setsid();
+      const int null_fd = open("/dev/null", O_RDONLY);
+      if (null_fd >= 0) redirect(null_fd, STDIN_FILENO);
+    }
+    int out = options.output_fd;
+    if (!options.output_file.empty()) {
+      out = open(options.output_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+      if (out < 0) throw std::runtime_error(options.output_file + ": " + std::strerror(errno));
+    }
+    if (out >= 0) {
+      redirect(out, STDOUT_FILENO);
+      redirect(out, STDERR_FILENO);
+    }
+    execute(command, options);
+  } catch (const std::exception& error) {
+    const std::string line = std::string("swarmtalk-lab: ") + error.what() + "\n";
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, line.data(), line.size());
+  }
+  _exit(kExitCannotExecute);
+}
+
+void run_quietly(const std::vector<std::string>& command) {
+  int pipe_fds[2];
+  if (pipe2(pipe_fds, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
+  SpawnOptions options;
+  options.output_fd = pipe_fds[1];
+  const pid_t pid = spawn(command, options);
+  close(pipe_fds[1]);
+  std::string output;
+  char buffer[512];
+  for (ssize_t n = 0; (n = read(pipe_fds[0], buffer, sizeof buffer)) > 0;) {
+    output.append(buffer, static_cast<std::size_t>(n));
+  }
+  close(pipe_fds[0]);
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (exit_code(status) == 0) return;
+  std::string text;
+  for (const std::string& word : command) text += word + " ";
+  while (!output.empty() && output.back() == '\n') output.pop_back();
+  throw std::runtime_error("`" + text + "` failed: " + output);
+}
+
+int exit_code(int wait_status) {
+  return WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status) : WEXITSTATUS(wait_status);
+}
+
+}  // namespace swarmtalk::lab

@@ -1,0 +1,49 @@
+// Processes of the lab: started, found again after a restart of the tool, and ended. A process is
+// known by its id and its start time, so that a reused id is never signalled.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::lab {
+
+struct ProcessId {
+  pid_t pid = 0;
+  unsigned long long start_time_ticks = 0;  // field 22 of /proc/PID/stat, clock ticks since boot
+};
+
+/// The id of a running process. start_time_ticks is 0 when there is no such process.
+ProcessId identify(pid_t pid);
+
+/// True while this very process runs (a zombie does not).
+bool is_running(const ProcessId& process);
+
+/// Sends SIGTERM to all, and SIGKILL to those that have not ended after `grace`.
+void end_processes(const std::vector<ProcessId>& processes, std::chrono::milliseconds grace);
+
+struct SpawnOptions {
+  std::string network_namespace;   // name under /run/netns; empty: the caller's
+  std::string output_file;         // stdout and stderr are appended here; empty: inherited
+  int output_fd = -1;              // or go to this descriptor
+  std::vector<std::string> environment;  // NAME=VALUE, added to the caller's
+  bool detached = false;           // own session, stdin from /dev/null
+  bool dies_with_parent = false;
+};
+
+/// Forks and executes `command` (looked up in PATH). Throws std::runtime_error when it cannot.
+pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options);
+
+/// Replaces this process by `command`. Returns only by throwing.
+[[noreturn]] void execute(const std::vector<std::string>& command, const SpawnOptions& options);
+
+/// Runs a helper program to its end. Throws with its last error line when it fails.
+void run_quietly(const std::vector<std::string>& command);
+
+/// Exit code as a shell gives it: 128 + signal for a signalled process.
+int exit_code(int wait_status);
+
+}  // namespace swarmtalk::lab

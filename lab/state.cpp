@@ -1,0 +1,106 @@
+#include "lab/state.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace swarmtalk::lab {
+namespace {
+
+using nlohmann::json;
+
+std::filesystem::path base_folder() {
+  if (geteuid() == 0) return "/run/swarmtalk-lab";
+  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != 0) {
+    return std::filesystem::path(runtime) / "swarmtalk-lab";
+  }
+  return "/tmp/swarmtalk-lab-" + std::to_string(geteuid());
+}
+
+json to_json(const ProcessId& process) {
+  return {{"pid", process.pid}, {"start_time_ticks", process.start_time_ticks}};
+}
+
+ProcessId process_from(const json& object) {
+  return {object.at("pid").get<pid_t>(),
+          object.at("start_time_ticks").get<unsigned long long>()};
+}
+
+}  // namespace
+
+std::filesystem::path folder_of(const std::string& name) { return base_folder() / name; }
+
+bool load(const std::string& name, State& state) {
+  const auto path = folder_of(name) / "lab.json";
+  std::ifstream file(path);
+  if (!file) return false;
+  try {
+    const json object = json::parse(file);
+    state = {};
+    state.name = name;
+    state.medium = object.at("medium").get<std::string>();
+    state.hub_namespace = object.at("hub_namespace").get<std::string>();
+    state.keeper = process_from(object.at("keeper"));
+    for (const json& entry : object.at("robots")) {
+      Robot robot;
+      robot.number = entry.at("number").get<int>();
+      robot.network_namespace = entry.at("network_namespace").get<std::string>();
+      robot.socket = entry.at("socket").get<std::string>();
+      robot.config = entry.at("config").get<std::string>();
+      robot.log = entry.at("log").get<std::string>();
+      robot.pose = {entry.at("x_m").get<double>(), entry.at("y_m").get<double>(),
+                    entry.at("theta_rad").get<double>()};
+      robot.daemon = process_from(entry.at("daemon"));
+      state.robots.push_back(robot);
+    }
+  } catch (const json::exception& error) {
+    throw std::runtime_error(path.string() + " is damaged (" + error.what() +
+                             "); end its processes by hand and remove its folder");
+  }
+  return true;
+}
+
+void save(const State& state) {
+  json robots = json::array();
+  for (const Robot& robot : state.robots) {
+    robots.push_back({{"number", robot.number},
+                      {"network_namespace", robot.network_namespace},
+                      {"socket", robot.socket},
+                      {"config", robot.config},
+                      {"log", robot.log},
+                      {"x_m", robot.pose.x_m},
+                      {"y_m", robot.pose.y_m},
+                      {"theta_rad", robot.pose.theta_rad},
+                      {"daemon", to_json(robot.daemon)}});
+  }
+  const json object = {{"medium", state.medium},
+                       {"hub_namespace", state.hub_namespace},
+                       {"keeper", to_json(state.keeper)},
+                       {"robots", robots}};
+  const auto folder = folder_of(state.name);
+  std::filesystem::create_directories(folder);
+  const auto part = folder / "lab.json.part";
+  std::ofstream file(part);
+  file << object.dump(2) << "\n";
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + part.string());
+  std::filesystem::rename(part, folder / "lab.json");
+}
+
+void forget(const State& state) { std::filesystem::remove_all(folder_of(state.name)); }
+
+std::vector<std::string> list_labs() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(base_folder(), error)) {
+    if (std::filesystem::exists(entry.path() / "lab.json")) {
+      names.push_back(entry.path().filename().string());
+    }
+  }
+  return names;
+}
+
+}  // namespace swarmtalk::lab

@@ -1,0 +1,53 @@
+// What the lab remembers between two calls of the tool: one folder per lab with a JSON file, each
+// robot's configuration, log and socket.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lab/process.hpp"
+
+namespace swarmtalk::lab {
+
+struct Pose {
+  double x_m = 0;
+  double y_m = 0;
+  double theta_rad = 0;
+};
+
+struct Robot {
+  int number = 0;                 // from 1
+  std::string network_namespace;  // empty: none of its own (medium udp)
+  std::string socket;
+  std::string config;
+  std::string log;
+  Pose pose;
+  ProcessId daemon;
+};
+
+struct State {
+  std::string name;
+  std::string medium;
+  std::string hub_namespace;  // holds the bridge; empty: none
+  ProcessId keeper;           // the `run` that owns this lab; pid 0: stays until `down`
+  std::vector<Robot> robots;
+};
+
+/// Folder of the lab called `name`: below /run/swarmtalk-lab for root, else below
+/// $XDG_RUNTIME_DIR, else below /tmp in a folder of this user.
+std::filesystem::path folder_of(const std::string& name);
+
+/// @return false when there is no such lab. Throws when its file cannot be read.
+bool load(const std::string& name, State& state);
+
+/// Writes it as a whole or not at all.
+void save(const State& state);
+
+/// Removes the lab's folder.
+void forget(const State& state);
+
+/// Names of the labs this user has, running or left behind.
+std::vector<std::string> list_labs();
+
+}  // namespace swarmtalk::lab
