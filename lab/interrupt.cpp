@@ -9,7 +9,9 @@ namespace {
 
 volatile sig_atomic_t last_signal = 0;
 
-void on_signal(int signal) { last_signal = signal; }
+void on_signal(int signal) {
+  last_signal = signal;
+}
 
 }  // namespace
 
@@ -20,7 +22,9 @@ void remember_interrupts() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
-int interrupted() { return last_signal; }
+int interrupted() {
+  return last_signal;
+}
 
 void throw_if_interrupted() {
   if (last_signal != 0) throw std::runtime_error("interrupted; everything is taken down again");

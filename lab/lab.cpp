@@ -37,11 +37,9 @@ std::string last_line(const std::string& path) {
 
 bool answers(const Robot& robot) {
   swarmtalk::ClientOptions options;
-  options.name = "swarmtalk-lab";
   options.socket_path = robot.socket;
   options.connect_timeout = 200ms;
-  options.reconnect = false;
-  swarmtalk::Client client(options);
+  swarmtalk::Client client("swarmtalk-lab", options);
   return client.connect().ok();
 }
 
@@ -55,8 +53,7 @@ void wait_until_up(const State& state) {
         throw std::runtime_error(who + "ended: " + last_line(robot.log));
       }
       if (std::chrono::steady_clock::now() > deadline) {
-        throw std::runtime_error(who + "does not answer at " + robot.socket + "; see " +
-                                 robot.log);
+        throw std::runtime_error(who + "does not answer at " + robot.socket + "; see " + robot.log);
       }
       std::this_thread::sleep_for(10ms);
     }
@@ -73,8 +70,7 @@ void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
   spawn_options.output_file = robot.log;
   spawn_options.detached = true;
   spawn_options.dies_with_parent = options.dies_with_parent;
-  robot.daemon =
-      identify(spawn({options.daemon, "--config", robot.config}, spawn_options));
+  robot.daemon = identify(spawn({options.daemon, "--config", robot.config}, spawn_options));
 }
 
 void check(const LabOptions& options) {
@@ -183,7 +179,8 @@ std::vector<Robot> select_robots(const State& state, const std::string& list) {
     int last = 0;
     char rest = 0;
     const int fields = std::sscanf(part.c_str(), "%d-%d%c", &first, &last, &rest);
-    if (fields == 1 && part.find_first_not_of("0123456789") == std::string::npos) last = first;
+    if (fields == 1 && part.find_first_not_of("0123456789") == std::string::npos)
+      last = first;
     else if (fields != 2) {
       throw std::runtime_error("'" + list + "' names no robot; use a number, 1,4-6 or all");
     }

@@ -87,8 +87,9 @@ int run(LabOptions options, const std::vector<std::string>& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Many robots on one machine: each an unmodified swarmtalkd in a network namespace "
-               "of its own, with a pose on a grid."};
+  CLI::App app{
+      "Many robots on one machine: each an unmodified swarmtalkd in a network namespace "
+      "of its own, with a pose on a grid."};
   app.require_subcommand(1);
   app.set_version_flag("--version", SWARMTALK_VERSION);
   LabOptions options;
@@ -96,9 +97,9 @@ int main(int argc, char** argv) {
   app.add_option("--name", options.name, "Name of the lab, when there are several")
       ->envname("SWARMTALK_LAB")
       ->check([](const std::string& name) {
-        const bool good = !name.empty() && name.size() <= 32 &&
-                          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") ==
-                              std::string::npos;
+        const bool good =
+            !name.empty() && name.size() <= 32 &&
+            name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string::npos;
         return good ? std::string() : std::string("use at most 32 of a-z 0-9 _ -");
       });
 

@@ -26,11 +26,11 @@ bool is_running(const ProcessId& process);
 void end_processes(const std::vector<ProcessId>& processes, std::chrono::milliseconds grace);
 
 struct SpawnOptions {
-  std::string network_namespace;   // name under /run/netns; empty: the caller's
-  std::string output_file;         // stdout and stderr are appended here; empty: inherited
-  int output_fd = -1;              // or go to this descriptor
+  std::string network_namespace;         // name under /run/netns; empty: the caller's
+  std::string output_file;               // stdout and stderr are appended here; empty: inherited
+  int output_fd = -1;                    // or go to this descriptor
   std::vector<std::string> environment;  // NAME=VALUE, added to the caller's
-  bool detached = false;           // own session, stdin from /dev/null
+  bool detached = false;                 // own session, stdin from /dev/null
   bool dies_with_parent = false;
 };
 

@@ -1,10 +1,10 @@
 #include "lab/robot_config.hpp"
 
+#include <toml++/toml.h>
 #include <cstdint>
 #include <functional>
 #include <sstream>
 #include <stdexcept>
-#include <toml++/toml.h>
 
 #include "lab/bridge_medium.hpp"
 

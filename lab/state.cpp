@@ -25,13 +25,14 @@ json to_json(const ProcessId& process) {
 }
 
 ProcessId process_from(const json& object) {
-  return {object.at("pid").get<pid_t>(),
-          object.at("start_time_ticks").get<unsigned long long>()};
+  return {object.at("pid").get<pid_t>(), object.at("start_time_ticks").get<unsigned long long>()};
 }
 
 }  // namespace
 
-std::filesystem::path folder_of(const std::string& name) { return base_folder() / name; }
+std::filesystem::path folder_of(const std::string& name) {
+  return base_folder() / name;
+}
 
 bool load(const std::string& name, State& state) {
   const auto path = folder_of(name) / "lab.json";
@@ -90,7 +91,9 @@ void save(const State& state) {
   std::filesystem::rename(part, folder / "lab.json");
 }
 
-void forget(const State& state) { std::filesystem::remove_all(folder_of(state.name)); }
+void forget(const State& state) {
+  std::filesystem::remove_all(folder_of(state.name));
+}
 
 std::vector<std::string> list_labs() {
   std::vector<std::string> names;

@@ -1,0 +1,142 @@
+"""Fixtures for tests with real daemons on real wires.
+
+SWARMTALK_BUILD names the build folder (default: build-test). Each lab gets a name of its own and is
+taken down whatever happens. Tests that need root are skipped, with that reason, without it.
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
+TIMEOUT_S = 30
+
+needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if "bridge_lab" in getattr(item, "fixturenames", ()):
+            item.add_marker(needs_root)
+
+
+def program(name):
+    """Path of one of our programs in the build folder."""
+    places = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab"}
+    return str(BUILD / places.get(name, "tests/integration") / name)
+
+
+def run(*command, timeout=TIMEOUT_S, **options):
+    """Runs a command to its end; returns the finished process with text output."""
+    return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
+                          capture_output=True, stdin=subprocess.DEVNULL, **options)
+
+
+def wait_for(condition, timeout=10.0, what="condition"):
+    """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < deadline, f"timed out waiting for {what}"
+        time.sleep(0.02)
+
+
+class Lab:
+    """A swarmtalk-lab that is up."""
+
+    def __init__(self, robots, medium, *options):
+        self.name = f"t{os.getpid()}-{time.monotonic_ns() % 1000000}"
+        done = self.tool("up", robots, "--medium", medium, *options)
+        assert done.returncode == 0, done.stderr
+        self.robots = robots
+
+    def tool(self, *arguments, **options):
+        return run(program("swarmtalk-lab"), "--name", self.name, *arguments, **options)
+
+    def execute(self, robot, *command, **options):
+        return self.tool("exec", robot, "--", *command, **options)
+
+    def cli(self, robot, *arguments, **options):
+        return self.execute(robot, program("swarmtalk-cli"), *arguments, **options)
+
+    def start(self, robot, *command):
+        """Starts a command as a robot; returns the running process."""
+        words = [program("swarmtalk-lab"), "--name", self.name, "exec", robot, "--", *command]
+        return subprocess.Popen([str(word) for word in words], text=True,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE)
+
+    def start_sub(self, robot, *arguments):
+        """Starts `swarmtalk-cli sub`; returns it once it is subscribed."""
+        before = self.subscriptions(robot)
+        process = self.start(robot, program("swarmtalk-cli"), "sub", *arguments)
+        wait_for(lambda: self.subscriptions(robot) > before or process.poll() is not None,
+                 what="subscription")
+        return process
+
+    def subscriptions(self, robot):
+        return sum(channel["subscribers"] for channel in self.status(robot)["channels"])
+
+    def status(self, robot):
+        """The daemon's status as JSON."""
+        done = self.cli(robot, "status", "--json")
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    def link_counter(self, robot, name):
+        return self.status(robot)["links"][0]["counters"].get(name, 0)
+
+    def namespace(self, robot):
+        return f"swarmtalk-{self.name}-{robot}"
+
+    def folder(self):
+        return pathlib.Path(self.state()[0]["socket"]).parent
+
+    def state(self):
+        done = self.tool("status", "--json")
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def pid(self, robot):
+        return self.state()[robot - 1]["pid"]
+
+    def down(self):
+        return self.tool("down")
+
+
+@pytest.fixture
+def bridge_lab():
+    """Makes labs on raw layer-2 frames: bridge_lab(robots, options...)."""
+    yield from _labs("bridge")
+
+
+@pytest.fixture
+def udp_lab():
+    """Makes labs over the UDP link, which need no privilege."""
+    yield from _labs("udp")
+
+
+def _labs(medium):
+    labs = []
+
+    def make(robots, *options):
+        labs.append(Lab(robots, medium, *options))
+        return labs[-1]
+
+    yield make
+    for lab in labs:
+        lab.down()
+
+
+def one_line(text, *patterns):
+    """Asserts that `text` is one line and that each pattern is found in it."""
+    lines = text.strip().splitlines()
+    assert len(lines) == 1, f"expected one line, got:\n{text}"
+    for pattern in patterns:
+        assert re.search(pattern, lines[0]), f"{pattern!r} is not in: {lines[0]}"

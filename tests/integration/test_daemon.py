@@ -1,0 +1,182 @@
+"""The daemon as a process: privileges, sockets, signals, configuration, clients that die."""
+import os
+import pathlib
+import random
+import signal
+import socket
+import subprocess
+
+import pytest
+from conftest import needs_root, one_line, program, run, wait_for
+
+
+def write_config(tmp_path, text="", link='[links.test]\ntype = "udp"\ninterface = "lo"\n'):
+    path = tmp_path / "swarmtalkd.toml"
+    path.write_text(f'[socket]\npath = "{tmp_path}/d.sock"\n{link}{text}')
+    return path
+
+
+def start(config, wait=True):
+    process = subprocess.Popen([program("swarmtalkd"), "--config", str(config)],
+                               stderr=subprocess.PIPE, text=True)
+    path = config.parent / "d.sock"
+    if wait:
+        wait_for(lambda: process.poll() is not None or can_connect(path), what="the daemon")
+    return process
+
+
+def can_connect(path):
+    with socket.socket(socket.AF_UNIX) as probe:
+        try:
+            probe.connect(str(path))
+        except OSError:
+            return False
+    return True
+
+
+def stop(process):
+    process.terminate()
+    _, errors = process.communicate(timeout=10)
+    return process.returncode, errors
+
+
+def test_no_capability_is_left_after_start(bridge_lab):
+    lab = bridge_lab(1)
+    status = pathlib.Path(f"/proc/{lab.pid(1)}/status").read_text()
+    fields = dict(line.split(":\t", 1) for line in status.splitlines() if ":\t" in line)
+    for field in ("CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb"):
+        assert int(fields[field], 16) == 0, f"{field} is {fields[field]}"
+    assert fields["NoNewPrivs"] == "1"
+    assert fields["Threads"] == "1"
+
+
+@pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_cleanly(tmp_path, by):
+    process = start(write_config(tmp_path))
+    assert (tmp_path / "d.sock").exists()
+    process.send_signal(by)
+    process.communicate(timeout=10)
+    assert process.returncode == 0
+    assert not (tmp_path / "d.sock").exists()
+
+
+def test_a_stale_socket_is_taken_over_and_a_live_one_is_not(tmp_path):
+    config = write_config(tmp_path)
+    first = start(config)
+    second = start(config, wait=False)
+    _, errors = second.communicate(timeout=10)
+    one_line(errors, "d.sock", "swarmtalkd")
+    assert second.returncode == 1
+    assert can_connect(tmp_path / "d.sock")
+    first.kill()
+    first.communicate(timeout=10)
+    assert (tmp_path / "d.sock").exists()
+    third = start(config)
+    assert can_connect(tmp_path / "d.sock")
+    assert stop(third)[0] == 0
+
+
+WRONG = {
+    "unknown key": ("[node]\nidd = 3\n", [r"swarmtalkd.toml:6", "idd", "id"]),
+    "unknown section": ("[chanels]\na = 1\n", [r"swarmtalkd.toml:5", "chanels", "channels"]),
+    "bad type": ('[node]\nid = true\n', [r"swarmtalkd.toml:6", "id"]),
+    "out of range": ("[channels]\na = 70000\n", [r"swarmtalkd.toml:6", "70000", "65535"]),
+    "one number twice": ("[channels]\na = 3\nb = 3\n", [r"swarmtalkd.toml:7", "a", "b", "3"]),
+    "not TOML": ("[node\n", [r"swarmtalkd.toml:5"]),
+}
+
+
+@pytest.mark.parametrize("text,patterns", WRONG.values(), ids=[k.replace(" ", "_") for k in WRONG])
+def test_wrong_configuration_gets_one_line(tmp_path, text, patterns):
+    config = write_config(tmp_path, text)
+    for extra in ([], ["--check"]):
+        done = run(program("swarmtalkd"), "--config", config, *extra)
+        one_line(done.stderr, *patterns)
+        assert done.returncode == 1
+
+
+@needs_root
+def test_a_missing_interface_is_named_with_those_there_are(tmp_path):
+    config = write_config(tmp_path, link='[links.w]\ntype = "raw_l2"\ninterface = "wlan7"\n')
+    done = run(program("swarmtalkd"), "--config", config)
+    one_line(done.stderr, r"swarmtalkd.toml:5", "interface", "wlan7")
+    assert done.returncode == 1
+
+
+@needs_root
+def test_without_permission_it_says_what_is_missing(tmp_path):
+    os.chmod(tmp_path, 0o777)
+    for parent in list(tmp_path.parents)[:2]:
+        os.chmod(parent, 0o755)
+    device = [n for n in os.listdir("/sys/class/net") if n != "lo"]
+    if not device:
+        pytest.skip("this machine has no Ethernet interface")
+    config = write_config(tmp_path,
+                          link=f'[links.w]\ntype = "raw_l2"\ninterface = "{device[0]}"\n')
+    done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
+               program("swarmtalkd"), "--config", config)
+    one_line(done.stderr, "CAP_NET_RAW")
+    assert done.returncode == 1
+
+
+def test_garbage_on_the_socket_is_closed_and_counted(udp_lab):
+    lab = udp_lab(1)
+    path = lab.state()[0]["socket"]
+    random.seed(20200513)
+    for _ in range(200):
+        with socket.socket(socket.AF_UNIX) as client:
+            client.settimeout(5)
+            client.connect(path)
+            try:
+                client.sendall(random.randbytes(random.randrange(1, 3000)))
+                client.shutdown(socket.SHUT_WR)
+                while client.recv(4096):
+                    pass
+            except (BrokenPipeError, ConnectionResetError):
+                pass
+    status = lab.status(1)
+    assert status["clients"] == 1  # the one that asks
+    assert sum(n for name, n in status["counters"].items() if "malformed" in name) > 0
+
+
+def test_a_client_killed_at_any_moment_leaves_the_daemon_going(udp_lab):
+    lab = udp_lab(2)
+    random.seed(20200511)
+    pid = lab.pid(1)
+    for _ in range(20):
+        victims = [lab.start(1, program("swarmtalk-cli"), "sub", "c"),
+                   lab.start(1, program("swarmtalk-cli"), "pub", "c", "x" * 5000,
+                             "--repeat", "1000", "--rate", "1000")]
+        try:
+            victims[1].wait(timeout=random.uniform(0.005, 0.15))
+        except subprocess.TimeoutExpired:
+            pass
+        for victim in victims:
+            victim.kill()
+            victim.communicate()
+    wait_for(lambda: lab.status(1)["clients"] == 1, what="sessions to be gone")
+    assert lab.pid(1) == pid
+    assert lab.status(1)["channels"] == [] or all(
+        c["subscribers"] == 0 for c in lab.status(1)["channels"])
+
+
+def test_a_client_reports_a_killed_daemon_and_comes_back(tmp_path):
+    config = write_config(tmp_path)
+    daemon = start(config)
+    client = subprocess.Popen([program("swarmtalk-cli"), "--socket", str(tmp_path / "d.sock"),
+                               "sub", "c", "--json", "-C", "1", "-W", "20"],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    cli = [program("swarmtalk-cli"), "--socket", str(tmp_path / "d.sock")]
+    wait_for(lambda: "c" in run(*cli, "status").stdout, what="the subscription")
+    daemon.kill()
+    daemon.communicate()
+    assert "swarmtalk-cli:" in client.stderr.readline()
+    again = start(config)
+
+    def resubscribed():
+        return '"subscribers": 1' in run(*cli, "status", "--json").stdout.replace(":1", ": 1")
+    wait_for(resubscribed, timeout=5, what="the client to be back")
+    assert run(*cli, "pub", "c", "after").returncode == 0
+    out, _ = client.communicate(timeout=20)
+    assert "after" in out
+    assert stop(again)[0] == 0

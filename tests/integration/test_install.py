@@ -1,0 +1,110 @@
+"""What `cmake --install` lays down: programs that run, units that systemd accepts, a library that a
+program outside this tree can use."""
+import os
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+from conftest import BUILD, ROOT, run
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    root = tmp_path_factory.mktemp("root")
+    done = run("cmake", "--install", BUILD, "--prefix", "/usr", timeout=120,
+               env={**os.environ, "DESTDIR": str(root)})
+    assert done.returncode == 0, done.stderr
+    return root
+
+
+def test_the_units_are_accepted_by_systemd(staged):
+    # The units that ours refer to come from this machine's systemd.
+    for folder in ("usr/lib/systemd/system", "lib/systemd/system"):
+        source = pathlib.Path("/") / folder
+        if source.is_dir() and not source.is_symlink():
+            for unit in list(source.glob("*.target")) + list(source.glob("*.slice")):
+                target = staged / "usr/lib/systemd/system" / unit.name
+                target.parent.mkdir(parents=True, exist_ok=True)
+                if not target.exists():
+                    shutil.copy(unit, target)
+    (staged / "etc").mkdir(exist_ok=True)
+    units = ["swarmtalkd.service", "swarmtalkd.socket"]
+    for unit in units:
+        assert (staged / "usr/lib/systemd/system" / unit).exists(), unit
+    done = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=yes",
+               f"--root={staged}", *units)
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+
+
+def test_sysusers_and_tmpfiles_are_accepted(staged):
+    etc = staged / "etc"
+    etc.mkdir(exist_ok=True)
+    assert run("systemd-sysusers", f"--root={staged}", "swarmtalk.conf").returncode == 0
+    assert "swarmtalk:" in (etc / "passwd").read_text()
+    assert "swarmtalk:" in (etc / "group").read_text()
+    done = run("systemd-tmpfiles", f"--root={staged}", "--create", "swarmtalk.conf")
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_unit_is_hardened(staged):
+    done = run("systemd-analyze", "security", "--offline=true", "--threshold=20",
+               f"--root={staged}", "swarmtalkd.service")
+    assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_the_installed_configuration_is_accepted(staged):
+    config = staged / "etc/swarmtalk/swarmtalkd.toml"
+    done = run(staged / "usr/sbin/swarmtalkd", "--config", config, "--check")
+    assert done.returncode == 0, done.stderr
+
+
+CONSUMER = """
+#include <swarmtalk/client.hpp>
+int main() {
+  swarmtalk::Client robot("consumer", {.socket_path = "/nonexistent/socket"});
+  return robot.connect().code() == swarmtalk::StatusCode::kNoDaemon ? 0 : 1;
+}
+"""
+
+
+def test_a_program_outside_the_tree_builds_with_cmake(staged, tmp_path):
+    (tmp_path / "main.cpp").write_text(CONSUMER)
+    (tmp_path / "CMakeLists.txt").write_text("""
+cmake_minimum_required(VERSION 3.25)
+project(consumer CXX)
+set(CMAKE_CXX_STANDARD 20)
+find_package(swarmtalk REQUIRED)
+add_executable(consumer main.cpp)
+target_link_libraries(consumer swarmtalk::client)
+""")
+    done = run("cmake", "-S", tmp_path, "-B", tmp_path / "b", f"-DCMAKE_PREFIX_PATH={staged}/usr",
+               timeout=120)
+    assert done.returncode == 0, done.stderr
+    done = run("cmake", "--build", tmp_path / "b", timeout=120)
+    assert done.returncode == 0, done.stdout
+    assert run(tmp_path / "b/consumer").returncode == 0
+
+
+def test_a_program_outside_the_tree_builds_with_pkg_config(staged, tmp_path):
+    (tmp_path / "main.cpp").write_text(CONSUMER)
+    folders = [str(path.parent) for path in staged.rglob("swarmtalk.pc")]
+    assert folders, "no swarmtalk.pc is installed"
+    flags = run("pkg-config", "--cflags", "--libs", "--static", "swarmtalk",
+                env={**os.environ, "PKG_CONFIG_PATH": folders[0],
+                     "PKG_CONFIG_SYSROOT_DIR": str(staged)})
+    assert flags.returncode == 0, flags.stderr
+    # The libraries of other packages are this machine's, not the staged root's.
+    words = [word for word in flags.stdout.split()
+             if not word.startswith(f"-I{staged}") or pathlib.Path(word[2:]).exists()]
+    done = subprocess.run(["g++", "-std=c++20", str(tmp_path / "main.cpp"), "-o",
+                           str(tmp_path / "consumer"), *words], text=True, capture_output=True,
+                          timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert run(tmp_path / "consumer").returncode == 0
+
+
+def test_the_readme_shows_the_very_first_program():
+    program = (ROOT / "examples/first_program.cpp").read_text()
+    body = program[program.index("#include"):]
+    assert body in (ROOT / "README.md").read_text()

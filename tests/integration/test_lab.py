@@ -1,0 +1,139 @@
+"""swarmtalk-lab: comes up, runs commands as robots, and leaves nothing behind."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import pytest
+from conftest import needs_root, one_line, program, run, wait_for
+
+
+def leftovers(name):
+    """Namespaces and processes of a lab."""
+    namespaces = [n.name for n in pathlib.Path("/run/netns").glob(f"swarmtalk-{name}-*")]
+    processes = run("pgrep", "-af", f"swarmtalk-lab/{name}/").stdout.splitlines()
+    return namespaces + processes
+
+
+def test_up_status_exec_down(bridge_lab):
+    lab = bridge_lab(3)
+    state = lab.state()
+    assert [robot["robot"] for robot in state] == [1, 2, 3]
+    assert all(robot["answers"] for robot in state)
+    assert [(r["x_m"], r["y_m"]) for r in state] == [(0, 0), (0.5, 0), (0, 0.5)]
+    done = lab.execute(2, "/bin/sh", "-c", "echo $SWARMTALK_ROBOT; exit 7")
+    assert (done.stdout, done.returncode) == ("2\n", 7)
+    assert lab.down().returncode == 0
+    assert leftovers(lab.name) == []
+
+
+def test_exec_all_prefixes_each_line_and_returns_the_first_failure(bridge_lab):
+    lab = bridge_lab(2)
+    done = lab.execute("all", "/bin/sh", "-c", "echo a; printf b; exit $((SWARMTALK_ROBOT - 1))")
+    assert sorted(done.stdout.splitlines()) == [
+        "robot 1 | a", "robot 1 | b", "robot 2 | a", "robot 2 | b"]
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize("medium", [pytest.param("bridge", marks=needs_root), "udp"])
+def test_run_leaves_nothing_behind(medium):
+    name = f"run{os.getpid()}{medium}"
+    done = run(program("swarmtalk-lab"), "--name", name, "run", "2", "--medium", medium, "--",
+               program("swarmtalk-lab"), "status", "--json")
+    assert done.returncode == 0, done.stderr
+    assert len([json.loads(line) for line in done.stdout.splitlines()]) == 2
+    assert leftovers(name) == []
+
+
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+@needs_root
+def test_an_interrupted_run_leaves_nothing_behind(by):
+    name = f"int{os.getpid()}"
+    process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "2", "--",
+                                "/bin/sh", "-c", "echo ready; exec sleep 60"],
+                               stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(by)
+    assert process.wait(timeout=15) == 128 + by
+    process.stdout.close()
+    assert leftovers(name) == []
+
+
+@needs_root
+def test_an_interrupted_start_leaves_nothing_behind():
+    name = f"start{os.getpid()}"
+    process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "up", "12"],
+                               stderr=subprocess.PIPE, text=True)
+    wait_for(lambda: leftovers(name), what="the first namespace")
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    one_line(errors, "interrupted")
+    assert process.returncode == 1
+    assert leftovers(name) == []
+
+
+@needs_root
+def test_a_killed_run_is_cleaned_up_by_the_next():
+    name = f"kill{os.getpid()}"
+    process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "1", "--",
+                                "/bin/sh", "-c", "echo ready; sleep 1"],
+                               stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    wait_for(lambda: not run("pgrep", "-f", f"swarmtalk-lab/{name}/robot").stdout,
+             what="the daemon to follow its parent")
+    done = run(program("swarmtalk-lab"), "--name", name, "run", "1", "--", "true")
+    assert done.returncode == 0, done.stderr
+    assert leftovers(name) == []
+
+
+def test_a_command_left_in_the_background_ends_with_the_lab(bridge_lab):
+    lab = bridge_lab(1)
+    done = lab.execute(1, "/bin/sh", "-c", "sleep 300 >/dev/null 2>&1 & echo $!")
+    pid = int(done.stdout)
+    started = time.monotonic()
+    lab.down()
+    assert not pathlib.Path(f"/proc/{pid}").exists()
+    assert time.monotonic() - started < 10
+
+
+def test_mistakes_get_one_line(udp_lab, tmp_path):
+    tool = program("swarmtalk-lab")
+    name = f"err{os.getpid()}"
+    one_line(run(tool, "--name", name, "exec", "1", "--", "true").stderr, "swarmtalk-lab up")
+    one_line(run(tool, "--name", name, "up", "1", "--medium", "udp", "--daemon",
+                 "/nonexistent").stderr, "/nonexistent", "--daemon")
+    assert run(tool, "up", "0").returncode == 2
+    assert run(tool, "--name", "../x", "up", "1").returncode == 2
+    assert run(tool, "--name", name, "exec", "1").returncode == 2
+    lab = udp_lab(2)
+    one_line(lab.execute(3, "true").stderr, "'3' is not in this lab", "1 to 2")
+    one_line(lab.execute("one", "true").stderr, "'one' names no robot")
+    one_line(lab.execute(1, "/nonexistent").stderr, "/nonexistent: No such file")
+    one_line(lab.tool("up", 2, "--medium", "udp").stderr, "is up", "down")
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[channels]\nhello = \n")
+    one_line(run(tool, "--name", name, "up", "1", "--medium", "udp", "--config", bad).stderr,
+             r"bad.toml:2")
+    assert not leftovers(name)
+
+
+@needs_root
+def test_without_root_it_says_so_in_one_line():
+    done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
+               program("swarmtalk-lab"), "up", "2")
+    one_line(done.stderr, "root", "--medium udp")
+    assert done.returncode == 1
+
+
+def test_a_daemon_that_cannot_start_is_quoted(udp_lab, tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text("[node]\nnonsense = 1\n")
+    done = run(program("swarmtalk-lab"), "--name", f"bad{os.getpid()}", "up", "1", "--medium",
+               "udp", "--config", base)
+    one_line(done.stderr, "robot 1", "nonsense")
+    assert done.returncode == 1

@@ -1,0 +1,100 @@
+"""Messages between robots: intact, sensed, and refused with a clear word when impossible."""
+import json
+import math
+
+import pytest
+from conftest import one_line, program
+
+
+@pytest.fixture(params=["bridge", "udp"])
+def lab(request):
+    """A lab factory on each medium; raw frames need root."""
+    if request.param == "bridge":
+        import os
+        if os.geteuid() != 0:
+            pytest.skip("network namespaces need root")
+    return request.getfixturevalue(f"{request.param}_lab")
+
+
+def heard(process, timeout=20):
+    out, errors = process.communicate(timeout=timeout)
+    assert process.returncode == 0, errors
+    return [json.loads(line) for line in out.splitlines()]
+
+
+def test_a_message_crosses_with_distance_and_bearing(lab):
+    robots = lab(4)  # a 2 x 2 grid, half a metre apart, all heading along +x
+    listener = robots.start_sub(4, "greetings", "--json", "-C", "1", "-W", "10")
+    assert robots.cli(1, "pub", "greetings", "good morning").returncode == 0
+    message, = heard(listener)
+    assert message["text"] == "good morning"
+    assert message["sender"] == 1
+    assert message["hops"] == 0
+    assert message["distance_m"] == pytest.approx(math.hypot(0.5, 0.5), abs=0.002)
+    # Robot 1 is behind and to the right of robot 4: at -135 degrees.
+    assert message["bearing_rad"] == pytest.approx(-0.75 * math.pi, abs=0.01)
+
+
+def test_every_robot_hears_it_once(lab):
+    robots = lab(3)
+    listeners = [robots.start_sub(i, "all", "--json", "-W", "2") for i in (1, 2, 3)]
+    assert robots.cli(2, "pub", "all", "x", "--ttl", "3").returncode == 0
+    counts = []
+    for listener in listeners:
+        out, _ = listener.communicate(timeout=20)
+        counts.append(len(out.splitlines()))
+    assert counts == [1, 1, 1]
+
+
+def test_a_robot_without_a_pose_has_no_distance(udp_lab):
+    robots = udp_lab(2)
+    # A pose set by hand goes stale; the fixed pose of the lab does not. So ask who knows.
+    pose = robots.cli(1, "pose", "get", "--json")
+    assert json.loads(pose.stdout)["x_m"] == 0
+
+
+def test_every_size_crosses_two_namespaces_byte_for_byte(bridge_lab):
+    robots = bridge_lab(2)
+    receiver = robots.start(2, program("size_sweep"), "receive")
+    done = robots.execute(1, program("size_sweep"), "send", timeout=240)
+    receiver.terminate()
+    receiver.communicate(timeout=10)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "16385 sizes, 0 to 16384 bytes, all intact" in done.stdout
+
+
+def test_a_message_that_is_too_long_is_refused_with_the_limit(udp_lab, tmp_path):
+    robots = udp_lab(1)
+    words = tmp_path / "long"
+    words.write_bytes(b"x" * 16385)
+    done = robots.execute(1, "/bin/sh", "-c",
+                          f"{program('swarmtalk-cli')} pub c - < {words}")
+    one_line(done.stderr, "16385", "16384")
+    assert done.returncode == 1
+
+
+def test_an_empty_message_is_a_message(udp_lab):
+    robots = udp_lab(2)
+    listener = robots.start_sub(2, "c", "--json", "-C", "2", "-W", "10")
+    assert robots.cli(1, "pub", "c", "").returncode == 0
+    assert robots.cli(1, "pub", "c", "then").returncode == 0
+    first, second = heard(listener)
+    assert (first["text"], second["text"]) == ("", "then")
+
+
+def test_a_listener_on_the_same_robot_hears_it_marked_local(udp_lab):
+    robots = udp_lab(1)
+    listener = robots.start_sub(1, "c", "--json", "-C", "1", "-W", "10")
+    assert robots.cli(1, "pub", "c", "hi").returncode == 0
+    message, = heard(listener)
+    assert message["local"] is True
+    assert message["distance_m"] == 0
+
+
+def test_channels_are_apart(udp_lab):
+    robots = udp_lab(2)
+    listener = robots.start_sub(2, "left", "--json", "-W", "2")
+    assert robots.cli(1, "pub", "right", "x").returncode == 0
+    assert robots.cli(1, "pub", "left", "y").returncode == 0
+    out, _ = listener.communicate(timeout=20)
+    assert [json.loads(line)["text"] for line in out.splitlines()] == ["y"]
