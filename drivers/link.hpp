@@ -20,11 +20,11 @@ using MonotonicTime = std::chrono::steady_clock::time_point;  // CLOCK_MONOTONIC
 
 /// What a link knows about the frame in which a packet came.
 struct FrameReception {
-  std::uint16_t transmitter = 0;       // node id of the last transmitter
+  std::uint16_t transmitter = 0;  // node id of the last transmitter
   std::uint32_t transmitter_epoch = 0;
-  std::uint32_t frame_counter = 0;     // transmitter's count of frames in this epoch
+  std::uint32_t frame_counter = 0;       // transmitter's count of frames in this epoch
   std::optional<frame::FramePose> pose;  // of the transmitter
-  MonotonicTime received_at;           // kernel's stamp where there is one, else now
+  MonotonicTime received_at;             // kernel's stamp where there is one, else now
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.

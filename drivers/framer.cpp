@@ -1,0 +1,96 @@
+#include "drivers/framer.hpp"
+
+#include <algorithm>
+
+namespace swarmtalk::drivers {
+namespace {
+
+// Packets that fit nowhere, dropped in one call; the rest waits for the next, so that a link with a
+// tiny MTU does not spin here.
+constexpr int kMaxDropsPerFrame = 64;
+
+void count(frame::ParseResult result, LinkCounters& counters) {
+  switch (result) {
+    case frame::ParseResult::kOk:
+      break;
+    case frame::ParseResult::kNotOurs:
+      ++counters.frames_not_ours;
+      break;
+    case frame::ParseResult::kOtherVersion:
+      ++counters.frames_other_version;
+      break;
+    case frame::ParseResult::kUnknownFlags:
+      ++counters.frames_unknown_flags;
+      break;
+    case frame::ParseResult::kTruncated:
+      ++counters.frames_truncated;
+      break;
+  }
+}
+
+}  // namespace
+
+FrameBuilder::FrameBuilder(frame::ProfileId profile, std::size_t max_packet_bytes)
+    : profile_(profile), max_packet_bytes_(max_packet_bytes) {
+  carried_.reserve(max_packet_bytes_);
+}
+
+std::size_t FrameBuilder::buffer_bytes(std::size_t limit_bytes) const {
+  return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes) +
+         frame::kLengthPrefixBytes + max_packet_bytes_;
+}
+
+BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
+                               std::size_t limit_bytes, LinkCounters& counters) {
+  frame::FrameHeader header = user.frame_header();
+  header.profile = profile_;
+  header.counter = frames_built_ + 1;
+  frame::FrameWriter writer(buffer, header, limit_bytes);
+  if (!carried_.empty()) {
+    if (!writer.append(carried_)) ++counters.packets_over_mtu;
+    carried_.clear();
+  }
+  bool more_waits = true;
+  for (int drops = 0; drops < kMaxDropsPerFrame;) {
+    const std::span<std::uint8_t> room = writer.room();
+    const std::size_t packet_bytes =
+        std::min(user.pull_packet(room.first(max_packet_bytes_)), max_packet_bytes_);
+    if (packet_bytes == 0) {
+      more_waits = false;
+      break;
+    }
+    if (writer.commit(packet_bytes)) continue;
+    if (writer.packets() > 0) {
+      carried_.assign(room.begin(), room.begin() + static_cast<std::ptrdiff_t>(packet_bytes));
+      break;
+    }
+    ++counters.packets_over_mtu;
+    ++drops;
+  }
+  if (writer.packets() == 0) return {0, 0, more_waits};
+  ++frames_built_;
+  return {writer.finish().size(), writer.packets(), more_waits};
+}
+
+void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
+                            LinkUser& user, LinkCounters& counters) const {
+  frame::Frame frame;
+  const frame::ParseResult result = frame::parse(bytes, frame);
+  if (result != frame::ParseResult::kOk) return count(result, counters);
+  if (frame.header.profile != profile_) {
+    ++counters.frames_other_profile;
+    return;
+  }
+  ++counters.frames_received;
+  counters.bytes_received += frame.header.size_bytes() + frame.packets.size();
+  const FrameReception reception{frame.header.node, frame.header.epoch, frame.header.counter,
+                                 frame.header.pose, received_at};
+  frame::PacketReader reader(frame.packets);
+  for (std::span<const std::uint8_t> packet; reader.next(packet);) {
+    ++counters.packets_received;
+    user.on_packet(packet, reception);
+  }
+  if (reader.is_malformed()) ++counters.frames_bad_packet_length;
+}
+
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,55 @@
+// FrameBuilder and FrameReceiver: what lies between a link's frames and its user's packets, once
+// for all links. They count into the link's LinkCounters and own no socket and no clock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "drivers/link.hpp"
+#include "drivers/link_counters.hpp"
+
+namespace swarmtalk::drivers {
+
+struct BuiltFrame {
+  std::size_t size_bytes = 0;  // 0: there is no frame
+  std::size_t packets = 0;
+  bool more_waits = false;  // build again
+};
+
+/// Pulls waiting packets straight into frames.
+class FrameBuilder {
+ public:
+  FrameBuilder(frame::ProfileId profile, std::size_t max_packet_bytes);
+
+  /// Buffer that build() needs for frames of at most `limit_bytes`: a packet's length is known
+  /// only once it is pulled, so there is room for one that turns out not to fit.
+  std::size_t buffer_bytes(std::size_t limit_bytes) const;
+
+  /// Fills one frame with what waits, up to the limit. A packet that does not fit any more opens
+  /// the next frame; one that fits into no frame is dropped and counted.
+  /// @param buffer  at least buffer_bytes(limit_bytes)
+  BuiltFrame build(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes,
+                   LinkCounters& counters);
+
+ private:
+  frame::ProfileId profile_;
+  std::size_t max_packet_bytes_;
+  std::uint32_t frames_built_ = 0;
+  std::vector<std::uint8_t> carried_;
+};
+
+/// Reads frames and hands their packets up.
+class FrameReceiver {
+ public:
+  explicit FrameReceiver(frame::ProfileId profile) : profile_(profile) {}
+
+  void receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at, LinkUser& user,
+               LinkCounters& counters) const;
+
+ private:
+  frame::ProfileId profile_;
+};
+
+}  // namespace swarmtalk::drivers

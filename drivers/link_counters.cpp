@@ -1,0 +1,28 @@
+#include "drivers/link_counters.hpp"
+
+namespace swarmtalk::drivers {
+
+Counters LinkCounters::list() const {
+  return {
+      {"frames_sent", frames_sent},
+      {"frames_received", frames_received},
+      {"packets_sent", packets_sent},
+      {"packets_received", packets_received},
+      {"bytes_sent", bytes_sent},
+      {"bytes_received", bytes_received},
+      {"frames_truncated", frames_truncated},
+      {"frames_other_version", frames_other_version},
+      {"frames_other_profile", frames_other_profile},
+      {"frames_unknown_flags", frames_unknown_flags},
+      {"frames_bad_packet_length", frames_bad_packet_length},
+      {"frames_not_ours", frames_not_ours},
+      {"own_echoes", own_echoes},
+      {"send_retries", send_retries},
+      {"send_errors", send_errors},
+      {"packets_over_mtu", packets_over_mtu},
+      {"kernel_drops", kernel_drops},
+      {"link_down_events", link_down_events},
+  };
+}
+
+}  // namespace swarmtalk::drivers

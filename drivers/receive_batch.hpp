@@ -1,0 +1,66 @@
+// ReceiveBatch: reads up to 64 datagrams of a socket in one system call, with their sender and the
+// kernel's receive time. Used by SocketLink; owns the buffers.
+#pragma once
+
+#include <sys/socket.h>
+#include <time.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "drivers/link.hpp"
+
+namespace swarmtalk::drivers {
+
+/// Wall clock of a kernel stamp to the monotonic clock.
+/// @param real_now, monotonic_now  both clocks, read together after the stamp was taken
+/// @return monotonic_now when the stamp lies in the future or more than 10 s back: the wall clock
+///   was set meanwhile
+MonotonicTime monotonic_from_stamp(const timespec& stamp, const timespec& real_now,
+                                   MonotonicTime monotonic_now);
+
+/// Asks the kernel for receive times. @return false, errno set: it has none
+bool enable_receive_stamps(int socket);
+
+/// Sets the kernel's receive buffer, beyond the machine's limit where we may (CAP_NET_ADMIN).
+void set_receive_buffer(int socket, std::size_t size_bytes);
+
+struct Datagram {
+  std::span<const std::uint8_t> bytes;
+  const sockaddr_storage& source;
+  MonotonicTime received_at;
+};
+
+class ReceiveBatch {
+ public:
+  static constexpr std::size_t kDatagrams = 64;
+
+  /// Longest datagram that is read whole; the rest of a longer one is cut off. Not between read()
+  /// and the use of its datagrams.
+  void set_datagram_bytes(std::size_t datagram_bytes);
+
+  /// Reads what waits, without blocking. @return datagrams, 0 to 64; -1: errno says why
+  int read(int socket);
+
+  /// @param index  below the last read()'s result. Valid until the next read()
+  Datagram operator[](std::size_t index) const;
+
+ private:
+  struct alignas(cmsghdr) Control {
+    std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec))> bytes;
+  };
+
+  std::size_t datagram_bytes_ = 0;
+  std::vector<std::uint8_t> bytes_;
+  std::array<iovec, kDatagrams> parts_{};
+  std::array<mmsghdr, kDatagrams> messages_{};
+  std::array<sockaddr_storage, kDatagrams> sources_{};
+  std::array<Control, kDatagrams> controls_{};
+  timespec real_now_{};
+  MonotonicTime monotonic_now_{};
+};
+
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,178 @@
+#include "frame/air_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+namespace swarmtalk::frame {
+namespace {
+
+// Offsets of the fields, in bytes from the magic.
+constexpr std::size_t kMagicAt = 0;
+constexpr std::size_t kVersionAt = 2;
+constexpr std::size_t kFlagsAt = 3;
+constexpr std::size_t kLengthAt = 4;
+constexpr std::size_t kProfileAt = 6;
+constexpr std::size_t kZeroAt = 7;
+constexpr std::size_t kNodeAt = 8;
+constexpr std::size_t kEpochAt = 10;
+constexpr std::size_t kCounterAt = 14;
+constexpr std::size_t kPoseAt = kHeaderBytes;
+
+constexpr std::uint16_t kMagic = 0x5354;  // "ST"
+constexpr std::uint8_t kFlagPose = 0x01;
+constexpr std::uint8_t kKnownFlags = kFlagPose;
+
+constexpr double kStepsPerTurn = 65536.0;
+
+void put_u16(std::uint8_t* at, std::uint16_t value) {
+  at[0] = static_cast<std::uint8_t>(value >> 8);
+  at[1] = static_cast<std::uint8_t>(value);
+}
+
+void put_u32(std::uint8_t* at, std::uint32_t value) {
+  put_u16(at, static_cast<std::uint16_t>(value >> 16));
+  put_u16(at + 2, static_cast<std::uint16_t>(value));
+}
+
+std::uint16_t get_u16(const std::uint8_t* at) {
+  return static_cast<std::uint16_t>((at[0] << 8) | at[1]);
+}
+
+std::uint32_t get_u32(const std::uint8_t* at) {
+  return (std::uint32_t{get_u16(at)} << 16) | get_u16(at + 2);
+}
+
+void put_pose(std::uint8_t* at, const FramePose& pose) {
+  put_u16(at, static_cast<std::uint16_t>(pose.x_mm));
+  put_u16(at + 2, static_cast<std::uint16_t>(pose.y_mm));
+  put_u16(at + 4, pose.theta_turns16);
+  at[6] = pose.age_10ms;
+}
+
+FramePose get_pose(const std::uint8_t* at) {
+  return {static_cast<std::int16_t>(get_u16(at)), static_cast<std::int16_t>(get_u16(at + 2)),
+          get_u16(at + 4), at[6]};
+}
+
+}  // namespace
+
+FramePose FramePose::from_metres(double x_m, double y_m, double theta_rad, double age_s) {
+  const double x = std::round(x_m * 1000.0);
+  const double y = std::round(y_m * 1000.0);
+  const double turns = theta_rad / (2.0 * std::numbers::pi);
+  // Written so that NaN fails each test.
+  const bool is_known = std::abs(x) <= kMaxMm && std::abs(y) <= kMaxMm && std::isfinite(turns) &&
+                        std::isfinite(age_s);
+  if (!is_known) return stale();
+  const double steps = std::round((turns - std::floor(turns)) * kStepsPerTurn);
+  const double age = std::clamp(std::round(age_s * 100.0), 0.0, double{kOldest});
+  return {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
+          static_cast<std::uint16_t>(static_cast<std::uint32_t>(steps)),
+          static_cast<std::uint8_t>(age)};
+}
+
+double FramePose::theta_rad() const {
+  const double turns = theta_turns16 / kStepsPerTurn;
+  return (turns > 0.5 ? turns - 1.0 : turns) * 2.0 * std::numbers::pi;
+}
+
+FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header,
+                         std::size_t limit_bytes)
+    : buffer_(buffer),
+      limit_bytes_(std::min({limit_bytes, buffer.size(), kMaxFrameBytes})),
+      size_bytes_(header.size_bytes()) {
+  std::uint8_t* const at = buffer_.data();
+  put_u16(at + kMagicAt, kMagic);
+  at[kVersionAt] = kVersion;
+  at[kFlagsAt] = header.pose ? kFlagPose : 0;
+  at[kProfileAt] = static_cast<std::uint8_t>(header.profile);
+  at[kZeroAt] = 0;
+  put_u16(at + kNodeAt, header.node);
+  put_u32(at + kEpochAt, header.epoch);
+  put_u32(at + kCounterAt, header.counter);
+  if (header.pose) put_pose(at + kPoseAt, *header.pose);
+}
+
+std::span<std::uint8_t> FrameWriter::room() const {
+  if (buffer_.size() - size_bytes_ <= kLengthPrefixBytes) return {};
+  return buffer_.subspan(size_bytes_ + kLengthPrefixBytes);
+}
+
+bool FrameWriter::commit(std::size_t packet_bytes) {
+  if (packet_bytes == 0 || packet_bytes > limit_bytes_) return false;
+  if (size_bytes_ + kLengthPrefixBytes + packet_bytes > limit_bytes_) return false;
+  put_u16(buffer_.data() + size_bytes_, static_cast<std::uint16_t>(packet_bytes));
+  size_bytes_ += kLengthPrefixBytes + packet_bytes;
+  ++packets_;
+  return true;
+}
+
+bool FrameWriter::append(std::span<const std::uint8_t> packet) {
+  const std::span<std::uint8_t> to = room();
+  if (packet.empty() || packet.size() > to.size()) return false;
+  std::memcpy(to.data(), packet.data(), packet.size());
+  return commit(packet.size());
+}
+
+std::span<const std::uint8_t> FrameWriter::finish() {
+  put_u16(buffer_.data() + kLengthAt, static_cast<std::uint16_t>(size_bytes_));
+  return buffer_.first(size_bytes_);
+}
+
+std::string_view counter_name(ParseResult result) {
+  switch (result) {
+    case ParseResult::kOk:
+      return {};
+    case ParseResult::kNotOurs:
+      return "frames_not_ours";
+    case ParseResult::kOtherVersion:
+      return "frames_other_version";
+    case ParseResult::kUnknownFlags:
+      return "frames_unknown_flags";
+    case ParseResult::kTruncated:
+      return "frames_truncated";
+  }
+  return {};
+}
+
+ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame) {
+  const std::uint8_t* const at = bytes.data();
+  if (bytes.size() < kVersionAt || get_u16(at + kMagicAt) != kMagic) return ParseResult::kNotOurs;
+  // Version and flags first: they say whether this code knows what the rest means.
+  if (bytes.size() <= kVersionAt) return ParseResult::kTruncated;
+  if (at[kVersionAt] != kVersion) return ParseResult::kOtherVersion;
+  if (bytes.size() <= kFlagsAt) return ParseResult::kTruncated;
+  const std::uint8_t flags = at[kFlagsAt];
+  if ((flags & ~kKnownFlags) != 0) return ParseResult::kUnknownFlags;
+  if (bytes.size() < kHeaderBytes) return ParseResult::kTruncated;
+  const bool has_pose = (flags & kFlagPose) != 0;
+  const std::size_t header_bytes = kHeaderBytes + (has_pose ? kPoseBytes : 0);
+  const std::size_t length = get_u16(at + kLengthAt);
+  if (length < header_bytes || length > bytes.size()) return ParseResult::kTruncated;
+
+  frame.header.profile = static_cast<ProfileId>(at[kProfileAt]);
+  frame.header.node = get_u16(at + kNodeAt);
+  frame.header.epoch = get_u32(at + kEpochAt);
+  frame.header.counter = get_u32(at + kCounterAt);
+  frame.header.pose.reset();
+  if (has_pose) frame.header.pose = get_pose(at + kPoseAt);
+  frame.packets = bytes.subspan(header_bytes, length - header_bytes);
+  return ParseResult::kOk;
+}
+
+bool PacketReader::next(std::span<const std::uint8_t>& packet) {
+  if (rest_.empty()) return false;
+  const std::size_t size = rest_.size() < kLengthPrefixBytes ? 0 : get_u16(rest_.data());
+  if (size == 0 || size > rest_.size() - kLengthPrefixBytes) {
+    is_malformed_ = true;
+    rest_ = {};
+    return false;
+  }
+  packet = rest_.subspan(kLengthPrefixBytes, size);
+  rest_ = rest_.subspan(kLengthPrefixBytes + size);
+  return true;
+}
+
+}  // namespace swarmtalk::frame

@@ -1,0 +1,133 @@
+// The air frame of the raw layer-2 and UDP links (docs/wire-format.md): what a transmitter puts
+// around its packets. FrameWriter builds one in the caller's buffer, parse() reads one. A leaf:
+// no I/O, no allocation, no clock. Nothing here reads or writes outside the spans it is given.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace swarmtalk::frame {
+
+inline constexpr std::uint16_t kDefaultEthertype = 0x88B5;  // IEEE 802 Local Experimental 1
+inline constexpr std::uint8_t kVersion = 1;
+inline constexpr std::size_t kHeaderBytes = 18;
+inline constexpr std::size_t kPoseBytes = 7;
+inline constexpr std::size_t kLengthPrefixBytes = 2;  // in front of each packet
+inline constexpr std::size_t kMaxFrameBytes = 65535;  // what the length field can say
+
+/// Wire format of the packets in a frame; the numbers are on the air.
+enum class ProfileId : std::uint8_t { kWifi = 0, kKilobot = 1, kClassic2020 = 2, kFootbot = 3 };
+
+/// Where the transmitter was when the frame left, in the units of the wire.
+struct FramePose {
+  static constexpr std::uint8_t kOldest = 254;  // "2540 ms or more"
+  static constexpr std::uint8_t kStale = 255;   // x, y and theta mean nothing
+  static constexpr std::int16_t kMaxMm = 32767;
+
+  std::int16_t x_mm = 0;
+  std::int16_t y_mm = 0;
+  std::uint16_t theta_turns16 = 0;  // 1/65536 of a turn, counter-clockwise from +x
+  std::uint8_t age_10ms = kStale;   // steps of 10 ms
+
+  /// Rounds to the nearest step. A coordinate that is not finite or beyond +-32.767 m, or an angle
+  /// that is not finite, gives a stale pose: a clipped position would be a wrong one.
+  /// @param theta_rad  any angle, taken modulo a turn
+  /// @param age_s      below 0 counts as 0, 2.54 s and more as kOldest, not finite as stale
+  static FramePose from_metres(double x_m, double y_m, double theta_rad, double age_s);
+  static FramePose stale() { return FramePose{}; }
+
+  bool is_stale() const { return age_10ms == kStale; }
+  double x_m() const { return x_mm / 1000.0; }
+  double y_m() const { return y_mm / 1000.0; }
+  double theta_rad() const;                          // (-pi, pi]
+  double age_s() const { return age_10ms / 100.0; }  // at least this, when kOldest
+
+  bool operator==(const FramePose&) const = default;
+};
+
+struct FrameHeader {
+  ProfileId profile = ProfileId::kWifi;
+  std::uint16_t node = 0;         // node id of the transmitter, not of a message's origin
+  std::uint32_t epoch = 0;        // random, drawn when the transmitter's daemon started
+  std::uint32_t counter = 0;      // frames sent in this epoch, from 1
+  std::optional<FramePose> pose;  // none: the robot has no pose
+
+  std::size_t size_bytes() const { return kHeaderBytes + (pose ? kPoseBytes : 0); }
+  bool operator==(const FrameHeader&) const = default;
+};
+
+/// Largest packet that fits into a frame of `frame_bytes` beside a header with a pose; 0: none.
+constexpr std::size_t max_packet_bytes(std::size_t frame_bytes) {
+  constexpr std::size_t kOverheadBytes = kHeaderBytes + kPoseBytes + kLengthPrefixBytes;
+  return frame_bytes > kOverheadBytes ? frame_bytes - kOverheadBytes : 0;
+}
+
+/// Builds one frame in a buffer of the caller. Packets are written in place: take room(), write a
+/// packet to its beginning, commit() its size.
+///
+/// The buffer may be longer than the frame may get. Then room() has space for a packet that turns
+/// out not to fit; commit() refuses it and it stays readable at room() until the next commit.
+class FrameWriter {
+ public:
+  /// Writes the header. @param buffer  kept by reference; at least header.size_bytes()
+  /// @param limit_bytes  the finished frame's greatest size, cut to the buffer and kMaxFrameBytes
+  FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header, std::size_t limit_bytes);
+
+  /// Where the next packet goes, to the end of the buffer. Empty: not even a length fits.
+  std::span<std::uint8_t> room() const;
+
+  /// The first `packet_bytes` of room() are a packet. @return false, and nothing changed: it is
+  /// empty, or the frame would exceed its limit.
+  bool commit(std::size_t packet_bytes);
+
+  /// Appends a copy of `packet`. @return as commit()
+  bool append(std::span<const std::uint8_t> packet);
+
+  std::size_t packets() const { return packets_; }
+  std::size_t size_bytes() const { return size_bytes_; }
+
+  /// Writes the length. @return the frame
+  std::span<const std::uint8_t> finish();
+
+ private:
+  std::span<std::uint8_t> buffer_;
+  std::size_t limit_bytes_;
+  std::size_t size_bytes_;
+  std::size_t packets_ = 0;
+};
+
+enum class ParseResult : std::uint8_t { kOk, kNotOurs, kOtherVersion, kUnknownFlags, kTruncated };
+
+/// Name of the counter that such a frame is counted under ("frames_truncated"); kOk: empty.
+std::string_view counter_name(ParseResult result);
+
+/// One parsed frame. `packets` points into the parsed bytes; read it with a PacketReader.
+struct Frame {
+  FrameHeader header;
+  std::span<const std::uint8_t> packets;
+};
+
+/// Reads a frame's header. Bytes beyond its length (Ethernet padding) are ignored.
+/// @param frame  filled when kOk. header.profile may be a number that ProfileId does not name.
+ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame);
+
+/// Walks the packets of a parsed frame.
+class PacketReader {
+ public:
+  explicit PacketReader(std::span<const std::uint8_t> packets) : rest_(packets) {}
+
+  /// @param packet  set to the next packet, 1 to 65535 bytes. @return false: no more
+  bool next(std::span<const std::uint8_t>& packet);
+
+  /// The walk ended at a length of 0 or one that reaches past the end (`frames_bad_packet_length`).
+  bool is_malformed() const { return is_malformed_; }
+
+ private:
+  std::span<const std::uint8_t> rest_;
+  bool is_malformed_ = false;
+};
+
+}  // namespace swarmtalk::frame
