@@ -1,0 +1,120 @@
+#include "swarmtalk/client.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "client_lib/session.hpp"
+
+namespace swarmtalk {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Now and `duration`, without overflow.
+Clock::time_point after(std::chrono::nanoseconds duration) {
+  const auto now = Clock::now();
+  return duration > Clock::time_point::max() - now ? Clock::time_point::max() : now + duration;
+}
+
+}  // namespace
+
+Client::Client(std::string_view name, ClientOptions options)
+    : session_(std::make_shared<client::Session>(name, std::move(options))) {}
+
+Client::Client(Client&&) noexcept = default;
+
+Client& Client::operator=(Client&& other) noexcept {
+  if (this != &other) {
+    if (session_) session_->close();
+    session_ = std::move(other.session_);
+  }
+  return *this;
+}
+
+Client::~Client() {
+  if (session_) session_->close();
+}
+
+Client Client::connected(std::string_view name, ClientOptions options) {
+  Client client(name, std::move(options));
+  if (Status status = client.connect(); !status) throw Error(std::move(status));
+  return client;
+}
+
+Status Client::connect() {
+  return session_->connect();
+}
+bool Client::is_connected() const {
+  return session_->is_connected();
+}
+
+Channel Client::channel(std::string_view name, ChannelOptions options) {
+  auto key = std::make_shared<client::ChannelKey>();
+  key->name = name;
+  key->options = options;
+  key->label = "channel " + key->name;
+  return Channel(session_, std::move(key));
+}
+
+Channel Client::channel(int number, ChannelOptions options) {
+  auto key = std::make_shared<client::ChannelKey>();
+  key->number = static_cast<std::uint32_t>(number);  // the daemon refuses what is too large
+  key->options = options;
+  key->label = "channel " + std::to_string(number);
+  return Channel(session_, std::move(key));
+}
+
+Status Client::set_pose(float x_m, float y_m, float theta_rad) {
+  return session_->set_pose(x_m, y_m, theta_rad);
+}
+
+Status Client::get_status(DaemonStatus& status) {
+  return session_->get_status(status);
+}
+Status Client::get_pose(std::optional<Pose>& pose) {
+  return session_->get_pose(pose);
+}
+Status Client::sync() {
+  return session_->sync();
+}
+std::uint32_t Client::node_id() const {
+  return session_->node_id();
+}
+std::string Client::daemon_name() const {
+  return session_->daemon_name();
+}
+int Client::fd() const {
+  return session_->fd();
+}
+Status Client::process() {
+  return session_->process();
+}
+Status Client::run() {
+  return session_->run_until(Clock::time_point::max());
+}
+
+Status Client::run_for(std::chrono::nanoseconds duration) {
+  const auto session = session_;  // a callback may destroy this Client
+  return session->run_until(after(duration));
+}
+
+Status Client::run_once(std::chrono::nanoseconds timeout) {
+  const auto session = session_;
+  return session->run_once(after(timeout));
+}
+
+void Client::stop() {
+  session_->stop();
+}
+
+void Client::on_disconnect(std::function<void(const Status&)> callback) {
+  session_->on_disconnect = std::move(callback);
+}
+void Client::on_reconnect(std::function<void()> callback) {
+  session_->on_reconnect = std::move(callback);
+}
+void Client::on_error(std::function<void(const Status&)> callback) {
+  session_->on_error = std::move(callback);
+}
+
+}  // namespace swarmtalk

@@ -1,0 +1,119 @@
+#include "client_lib/connection.hpp"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace swarmtalk::client {
+namespace {
+
+constexpr std::size_t kReadBytes = 64 * 1024;
+
+Status connect_error(int error, const std::string& path) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return Status(StatusCode::kNoDaemon,
+                    "cannot reach swarmtalkd: " + path +
+                        " does not exist; start it with: systemctl start swarmtalkd");
+    case ECONNREFUSED:
+      return Status(StatusCode::kDaemonDead,
+                    "cannot reach swarmtalkd: " + path +
+                        " is there but nobody listens, so the daemon has died; start it with: "
+                        "systemctl restart swarmtalkd");
+    case EACCES:
+    case EPERM:
+      return Status(StatusCode::kNoPermission,
+                    "no permission for " + path +
+                        "; join group swarmtalk: sudo usermod -aG swarmtalk $USER, then log in "
+                        "again");
+    case EAGAIN:
+      return Status(
+          StatusCode::kTimeout,
+          "swarmtalkd at " + path + " accepts no connections; it is stopped or overloaded");
+    default:
+      return Status(StatusCode::kSystem, "cannot connect to " + path + ": " + std::strerror(error));
+  }
+}
+
+Status lost(const std::string& why) {
+  return Status(StatusCode::kDisconnected, "lost swarmtalkd: " + why + "; reconnecting");
+}
+
+}  // namespace
+
+std::string socket_path(const std::string& configured) {
+  if (!configured.empty()) return configured;
+  const char* variable = std::getenv(ipc::kSocketVariable);
+  return variable != nullptr && *variable != '\0' ? variable : ipc::kDefaultSocketPath;
+}
+
+Status Connection::open(const std::string& path) {
+  close();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) {
+    return Status(StatusCode::kBadArgument, "socket path longer than " +
+                                                std::to_string(sizeof(address.sun_path) - 1) +
+                                                " bytes: " + path);
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) {
+    return Status(StatusCode::kSystem, std::string("cannot open a socket: ") + strerror(errno));
+  }
+  int result = 0;
+  do {
+    result = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  } while (result < 0 && errno == EINTR);
+  if (result == 0) return Status();
+  const int error = errno;
+  close();
+  return connect_error(error, path);
+}
+
+void Connection::close() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+  reader_.clear();
+  outgoing_.clear();
+}
+
+Status Connection::flush() {
+  std::size_t written = 0;
+  Status status;
+  while (written < outgoing_.size()) {
+    const ssize_t count =
+        ::send(fd_, outgoing_.data() + written, outgoing_.size() - written, MSG_NOSIGNAL);
+    if (count >= 0) {
+      written += static_cast<std::size_t>(count);
+    } else if (errno == EAGAIN) {
+      break;
+    } else if (errno != EINTR) {
+      status = lost(std::strerror(errno));
+      break;
+    }
+  }
+  outgoing_.erase(0, written);
+  return status;
+}
+
+Status Connection::receive() {
+  for (;;) {
+    const auto room = reader_.prepare(kReadBytes);
+    const ssize_t count = ::recv(fd_, room.data(), room.size(), 0);
+    if (count > 0) {
+      reader_.commit(static_cast<std::size_t>(count));
+      return Status();
+    }
+    if (count == 0) return lost("it closed the connection");
+    if (errno == EAGAIN) return Status();
+    if (errno != EINTR) return lost(std::strerror(errno));
+  }
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,48 @@
+// One non-blocking connection to the daemon: the socket, what has been read from it and what waits
+// to be written. Says what happened; decides nothing. Used by Session, on its thread.
+#pragma once
+
+#include <string>
+
+#include <swarmtalk/client/status.hpp>
+
+#include "ipc/framing.hpp"
+
+namespace swarmtalk::client {
+
+class Connection {
+ public:
+  Connection() = default;
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() { close(); }
+
+  /// Connects to the socket at `path`; waits for nothing.
+  /// @return kOk; kNoDaemon, kDaemonDead, kNoPermission, kBadArgument, kSystem; kTimeout while the
+  ///   daemon's queue of connections is full: try again
+  Status open(const std::string& path);
+  void close();
+  bool is_open() const { return fd_ >= 0; }
+  int fd() const { return fd_; }
+
+  /// Queues one envelope. @return false when it is longer than the protocol allows
+  bool append(const ipc::Envelope& envelope) { return ipc::append_frame(envelope, outgoing_); }
+  /// Writes what the socket takes now. @return kOk, or kDisconnected
+  Status flush();
+  bool has_outgoing() const { return !outgoing_.empty(); }
+
+  /// Reads what is there, at most one buffer. @return kOk, or kDisconnected: what was read before
+  ///   is still handed out by next()
+  Status receive();
+  ipc::ReadResult next(ipc::Envelope& envelope) { return reader_.next(envelope); }
+
+ private:
+  int fd_ = -1;
+  ipc::FrameReader reader_;
+  std::string outgoing_;  // starts at the first unwritten byte
+};
+
+/// The socket's path: `configured`, else $SWARMTALK_SOCKET, else the standard one.
+std::string socket_path(const std::string& configured);
+
+}  // namespace swarmtalk::client

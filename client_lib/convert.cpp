@@ -1,0 +1,112 @@
+#include "client_lib/convert.hpp"
+
+namespace swarmtalk::client {
+namespace {
+
+StatusCode convert_code(ipc::ErrorCode code) {
+  switch (code) {
+    case ipc::ERROR_VERSION:
+      return StatusCode::kVersionMismatch;
+    case ipc::ERROR_MALFORMED:
+      return StatusCode::kProtocol;
+    case ipc::ERROR_TOO_LONG:
+      return StatusCode::kTooLong;
+    case ipc::ERROR_BUSY:
+      return StatusCode::kBusy;
+    case ipc::ERROR_BAD_CHANNEL:
+      return StatusCode::kBadChannel;
+    case ipc::ERROR_CHANNEL_CONFLICT:
+      return StatusCode::kChannelConflict;
+    case ipc::ERROR_LIMIT:
+      return StatusCode::kLimit;
+    case ipc::ERROR_UNKNOWN_ID:
+      return StatusCode::kProtocol;
+    case ipc::ERROR_BAD_TTL:
+      return StatusCode::kBadTtl;
+    case ipc::ERROR_BAD_POSE:
+      return StatusCode::kBadPose;
+    case ipc::ERROR_UNSUPPORTED:
+      return StatusCode::kUnsupported;
+    case ipc::ERROR_LINK_DOWN:
+      return StatusCode::kLinkDown;
+    default:
+      return StatusCode::kProtocol;
+  }
+}
+
+Counter convert_counter(const ipc::Counter& from) {
+  return {from.name(), from.value()};
+}
+
+LinkStatus convert_link(const ipc::LinkStatus& from) {
+  LinkStatus to;
+  to.name = from.name();
+  to.type = from.type();
+  to.device = from.device();
+  to.profile = from.profile();
+  to.up = from.up();
+  to.state = from.state();
+  to.mtu_bytes = from.mtu_bytes();
+  to.max_message_bytes = from.max_message_bytes();
+  to.max_ttl = from.max_ttl();
+  for (const auto& counter : from.counters()) to.counters.push_back(convert_counter(counter));
+  return to;
+}
+
+ChannelStatus convert_channel(const ipc::ChannelStatus& from) {
+  return {static_cast<std::uint16_t>(from.number()), from.name(), from.publishers(),
+          from.subscribers(), from.timestamped()};
+}
+
+}  // namespace
+
+void convert(const ipc::Deliver& deliver, Message& message) {
+  message.payload.assign(deliver.payload());
+  message.channel = static_cast<std::uint16_t>(deliver.channel());
+  message.sender = deliver.sender();
+  message.epoch = deliver.epoch();
+  message.message_number = deliver.message_number();
+  message.distance_m = deliver.has_distance_m() ? deliver.distance_m() : Message::kUnknown;
+  message.bearing_rad = deliver.has_bearing_rad() ? deliver.bearing_rad() : Message::kUnknown;
+  message.sender_pose.reset();
+  if (deliver.has_sender_pose()) message.sender_pose = convert(deliver.sender_pose());
+  message.hops = deliver.hops();
+  message.ttl = deliver.ttl();
+  message.buffering_delay.reset();
+  if (deliver.has_buffering_delay_us()) {
+    message.buffering_delay = std::chrono::microseconds(deliver.buffering_delay_us());
+  }
+  message.received_at.reset();
+  if (deliver.has_received_at_ns()) {  // steady_clock is CLOCK_MONOTONIC on Linux
+    message.received_at =
+        std::chrono::steady_clock::time_point(std::chrono::nanoseconds(deliver.received_at_ns()));
+  }
+  message.local = deliver.local();
+  message.dropped_before = deliver.dropped_before();
+}
+
+std::optional<Pose> convert(const ipc::Pose& pose) {
+  if (!pose.has_x_m() || !pose.has_y_m() || !pose.has_theta_rad()) return std::nullopt;
+  return Pose{pose.x_m(), pose.y_m(), pose.theta_rad(), std::chrono::milliseconds(pose.age_ms())};
+}
+
+void convert(const ipc::Status& from, DaemonStatus& to) {
+  to = DaemonStatus();
+  to.version = from.version();
+  to.node_id = from.node_id();
+  to.node_id_fixed = from.node_id_fixed();
+  to.epoch = from.epoch();
+  to.uptime = std::chrono::milliseconds(from.uptime_ms());
+  to.clients = from.clients();
+  if (from.has_pose()) to.pose = convert(from.pose());
+  for (const auto& link : from.links()) to.links.push_back(convert_link(link));
+  for (const auto& channel : from.channels()) to.channels.push_back(convert_channel(channel));
+  for (const auto& counter : from.counters()) to.counters.push_back(convert_counter(counter));
+  to.config_file = from.config_file();
+}
+
+Status convert(const ipc::Failure& failure) {
+  return Status(convert_code(failure.code()), failure.text());
+}
+
+}  // namespace swarmtalk::client

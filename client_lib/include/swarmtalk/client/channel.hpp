@@ -1,0 +1,125 @@
+// Channel, Publisher and Subscriber: what a Client hands out. Channel is a value; the other two are
+// movable handles that unregister when destroyed. All belong to the Client's thread and are safe to
+// keep after the Client is gone: they then answer kDisconnected.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include <swarmtalk/client/message.hpp>
+#include <swarmtalk/client/status.hpp>
+
+namespace swarmtalk {
+
+namespace client {
+class Session;
+struct PublisherState;
+struct SubscriberState;
+struct ChannelKey;
+}  // namespace client
+
+using ReceiveCallback = std::function<void(const Message&)>;
+/// Called once for each accepted send(): ok when its last packet has left, else why it never will.
+using SentCallback = std::function<void(const Status&)>;
+
+struct ChannelOptions {
+  std::optional<std::uint32_t> ttl;  // hops after the first; unset: 0
+  std::optional<bool> timestamped;   // carries the buffering delay; unset: as registered, else no
+};
+
+struct SubscriberOptions {
+  std::optional<float> max_distance_m;     // unset: any distance
+  bool drop_unknown_distance = false;      // with max_distance_m: drop where distance is unknown
+  std::optional<std::uint32_t> keep_last;  // messages the daemon queues; 1: only the newest
+};
+
+class Publisher {
+ public:
+  Publisher() = default;
+  Publisher(Publisher&&) noexcept = default;
+  Publisher& operator=(Publisher&&) noexcept;
+  ~Publisher();
+
+  /// Hands one message to the daemon; copies it, never blocks.
+  /// @param ttl  hops after the first for this message; unset: the channel's
+  /// @return kOk: it is on its way, `sent` will be called; kBusy until `sent` of the one before;
+  ///   kTooLong; kBadTtl; kDisconnected; or why the channel was refused. kTooLong and kBadTtl are
+  ///   also reported to Client::on_error, so that they are never silent.
+  Status send(std::string_view text, std::optional<std::uint32_t> ttl = {});
+  Status send(const char* text, std::optional<std::uint32_t> ttl = {}) {
+    return send(std::string_view(text), ttl);
+  }
+  Status send(std::span<const std::uint8_t> bytes, std::optional<std::uint32_t> ttl = {}) {
+    return send(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()), ttl);
+  }
+
+  /// A struct of plain numbers, byte for byte as it lies in memory (its padding too).
+  template <typename T>
+  requires(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_array_v<T> &&
+           !std::is_convertible_v<const T&, std::string_view> &&
+           !std::is_convertible_v<const T&, std::span<const std::uint8_t>>) Status
+      send(const T& value, std::optional<std::uint32_t> ttl = {}) {
+    return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
+  }
+
+  /// True from an accepted send() until its `sent`.
+  bool busy() const;
+
+  /// Longest message of this channel, 0 while not registered.
+  std::size_t max_message_bytes() const;
+
+  /// Number of the channel, once the daemon has told it.
+  std::optional<std::uint16_t> channel_number() const;
+
+  /// Ok while registered; else kDisconnected or why the daemon refused.
+  Status status() const;
+
+ private:
+  friend class Channel;
+  explicit Publisher(std::shared_ptr<client::PublisherState> state) : state_(std::move(state)) {}
+  std::shared_ptr<client::PublisherState> state_;
+};
+
+class Subscriber {
+ public:
+  Subscriber() = default;
+  Subscriber(Subscriber&&) noexcept = default;
+  Subscriber& operator=(Subscriber&&) noexcept;
+  ~Subscriber();
+
+  std::optional<std::uint16_t> channel_number() const;
+
+  /// Ok while registered; else kDisconnected or why the daemon refused.
+  Status status() const;
+
+ private:
+  friend class Channel;
+  explicit Subscriber(std::shared_ptr<client::SubscriberState> state) : state_(std::move(state)) {}
+  std::shared_ptr<client::SubscriberState> state_;
+};
+
+class Channel {
+ public:
+  /// Registers a publisher; waits for the daemon's answer, at most ClientOptions::request_timeout.
+  /// Without a daemon it is registered when the daemon comes. A refusal is in its status() and goes
+  /// to Client::on_error.
+  Publisher publisher(SentCallback sent = {}) const;
+
+  /// The same for a subscriber. `receive` is called from Client::process() and run*() only.
+  Subscriber subscriber(ReceiveCallback receive, SubscriberOptions options = {}) const;
+
+ private:
+  friend class Client;
+  Channel(std::weak_ptr<client::Session> session, std::shared_ptr<const client::ChannelKey> key)
+      : session_(std::move(session)), key_(std::move(key)) {}
+  std::weak_ptr<client::Session> session_;
+  std::shared_ptr<const client::ChannelKey> key_;
+};
+
+}  // namespace swarmtalk

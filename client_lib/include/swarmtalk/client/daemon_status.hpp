@@ -1,0 +1,54 @@
+// What the daemon tells about itself: links, channels, counters. Plain values.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <swarmtalk/client/message.hpp>
+
+namespace swarmtalk {
+
+struct Counter {
+  std::string name;
+  std::uint64_t value = 0;
+};
+
+struct LinkStatus {
+  std::string name;
+  std::string type;     // raw_l2, udp, replay
+  std::string device;   // interface, group or file
+  std::string profile;  // wire format
+  bool up = false;
+  std::string state;  // one line for a person
+  std::uint32_t mtu_bytes = 0;
+  std::uint32_t max_message_bytes = 0;
+  std::uint32_t max_ttl = 0;
+  std::vector<Counter> counters;
+};
+
+struct ChannelStatus {
+  std::uint16_t number = 0;
+  std::string name;
+  std::uint32_t publishers = 0;
+  std::uint32_t subscribers = 0;
+  bool timestamped = false;
+};
+
+struct DaemonStatus {
+  std::string version;
+  std::uint32_t node_id = 0;
+  bool node_id_fixed = false;  // configured; otherwise it changes on collision
+  std::uint32_t epoch = 0;
+  std::chrono::milliseconds uptime{0};
+  std::uint32_t clients = 0;
+  std::optional<Pose> pose;
+  std::vector<LinkStatus> links;
+  std::vector<ChannelStatus> channels;
+  std::vector<Counter> counters;
+  std::string config_file;
+};
+
+}  // namespace swarmtalk

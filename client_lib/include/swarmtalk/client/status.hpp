@@ -1,0 +1,61 @@
+// Status: what became of a call, as a code for the program and a sentence for a person. Error is
+// the same as an exception, thrown only by Client::connected(). Values; any thread.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace swarmtalk {
+
+enum class StatusCode {
+  kOk,
+  kBusy,             // this publisher's previous message has not left yet
+  kTooLong,          // message longer than the channel carries; the text names the limit
+  kDisconnected,     // no connection to the daemon now; the library reconnects by itself
+  kNoDaemon,         // the socket does not exist
+  kDaemonDead,       // the socket exists, nobody listens on it
+  kNoPermission,     // not in group swarmtalk
+  kVersionMismatch,  // daemon and library speak different majors; the text names both
+  kTimeout,          // the daemon did not answer in time
+  kBadChannel,       // name or number impossible on this daemon
+  kChannelConflict,  // registered before with another `timestamped`
+  kLimit,            // a limit of the daemon's configuration is reached
+  kBadTtl,           // larger than the link carries
+  kBadPose,          // not finite, or outside +-32.767 m
+  kUnsupported,      // an older daemon that does not know the request
+  kLinkDown,         // no link could take the message
+  kProtocol,         // the daemon sent something that is not the protocol
+  kBadArgument,      // the call makes no sense; the text says why
+  kSystem,           // an error of the operating system, in the text
+};
+
+class Status {
+ public:
+  Status() = default;
+  explicit Status(StatusCode code, std::string text = {}) : code_(code), text_(std::move(text)) {}
+
+  bool ok() const { return code_ == StatusCode::kOk; }
+  explicit operator bool() const { return ok(); }
+  StatusCode code() const { return code_; }
+
+  /// One sentence with the remedy, without a full stop. Valid as long as this Status.
+  std::string_view text() const;
+
+ private:
+  StatusCode code_ = StatusCode::kOk;
+  std::string text_;  // empty: the code's general sentence
+};
+
+class Error : public std::runtime_error {
+ public:
+  explicit Error(Status status)
+      : std::runtime_error(std::string(status.text())), status_(std::move(status)) {}
+  const Status& status() const { return status_; }
+
+ private:
+  Status status_;
+};
+
+}  // namespace swarmtalk

@@ -1,0 +1,277 @@
+// The connection's life: attempts with back-off, greeting, loss; and the event loop.
+#include "client_lib/session.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace swarmtalk::client {
+
+using std::chrono::milliseconds;
+
+namespace {
+
+/// Holds a value for a scope, also when a callback throws through it.
+template <typename T>
+class Scope {
+ public:
+  Scope(T& variable, T value) : variable_(variable), old_(std::exchange(variable, value)) {}
+  ~Scope() { variable_ = old_; }
+  Scope(const Scope&) = delete;
+  Scope& operator=(const Scope&) = delete;
+
+ private:
+  T& variable_;
+  T old_;
+};
+
+/// When a callback throws out of process(), what was left undone must be seen by the next poll.
+class RingOnThrow {
+ public:
+  explicit RingOnThrow(Wakeup& wakeup) : wakeup_(wakeup), exceptions_(std::uncaught_exceptions()) {}
+  ~RingOnThrow() {
+    if (std::uncaught_exceptions() > exceptions_) wakeup_.ring();
+  }
+  RingOnThrow(const RingOnThrow&) = delete;
+  RingOnThrow& operator=(const RingOnThrow&) = delete;
+
+ private:
+  Wakeup& wakeup_;
+  int exceptions_;
+};
+
+}  // namespace
+
+Session::Session(std::string_view name, ClientOptions options)
+    : name_(name),
+      options_(std::move(options)),
+      path_(socket_path(options_.socket_path)),
+      backoff_(options_.reconnect_first),
+      jitter_(std::random_device{}()) {
+  set_default_callbacks();
+  wakeup_.ring();  // so that an app that only polls fd() calls process(), which connects
+}
+
+Session::~Session() {
+  close();
+}
+
+void Session::close() {
+  if (std::exchange(is_closed_, true)) return;
+  wakeup_.unwatch();
+  wakeup_.clear_timer();
+  connection_.close();
+  phase_ = Phase::kDown;
+  const auto forget = [](HandleState& handle) {
+    handle.id = 0;
+    handle.status = Status(StatusCode::kDisconnected, "the Client of this handle is gone");
+  };
+  for (auto& publisher : publishers_) forget(*publisher);
+  for (auto& subscriber : subscribers_) forget(*subscriber);
+  publishers_.clear();
+  subscribers_.clear();
+  publishers_by_id_.clear();
+  subscribers_by_id_.clear();
+  pending_.clear();
+  events_.clear();
+}
+
+/// One try to open the socket. Success means: greeting sent, answer awaited.
+Status Session::attempt() {
+  has_started_ = true;
+  wakeup_.clear_timer();
+  last_failure_ = connection_.open(path_);
+  if (!last_failure_) {
+    schedule_attempt();
+    return last_failure_;
+  }
+  phase_ = Phase::kGreeting;
+  wakeup_.set_timer(Wakeup::Clock::now() + options_.connect_timeout);
+  outgoing_.Clear();
+  ipc::Hello& hello = *outgoing_.mutable_hello();
+  hello.set_major(ipc::kProtocolMajor);
+  hello.set_minor(ipc::kProtocolMinor);
+  hello.set_name(name_);
+  connection_.append(outgoing_);
+  return flush();
+}
+
+void Session::attempt_in_background() {
+  if (const Status status = attempt(); !status && phase_ == Phase::kDown) report_attempt(status);
+}
+
+void Session::schedule_attempt() {
+  // Half to all of the back-off: many clients of one daemon must not return in step.
+  std::uniform_int_distribution<std::int64_t> spread(backoff_.count() * 500,
+                                                     backoff_.count() * 1000);
+  wakeup_.set_timer(Wakeup::Clock::now() + std::chrono::microseconds(spread(jitter_)));
+  backoff_ = std::min(options_.reconnect_max, backoff_ * 2);
+}
+
+void Session::on_timer() {
+  if (phase_ == Phase::kDown) {
+    attempt_in_background();
+  } else if (phase_ != Phase::kUp) {
+    drop(no_answer());
+  }
+}
+
+/// Ends the present connection; the next attempt is scheduled, all that waited is answered.
+void Session::drop(const Status& why) {
+  if (phase_ == Phase::kDown) return;
+  phase_ = Phase::kDown;
+  wakeup_.unwatch();
+  connection_.close();
+  last_failure_ = why;
+  if (std::exchange(was_up_, false)) {
+    is_reconnect_ = true;
+    post({Event::Kind::kDisconnect, {}, {}, {}, why});
+  } else {
+    report_attempt(why);
+  }
+  forget_registrations();
+  if (why.code() == StatusCode::kVersionMismatch) backoff_ = options_.reconnect_max;
+  schedule_attempt();
+}
+
+void Session::forget_registrations() {
+  const Status gone(StatusCode::kDisconnected);
+  for (auto& publisher : publishers_) {
+    publisher->id = 0;
+    publisher->status = gone;
+    if (std::exchange(publisher->is_in_flight, false)) {
+      post({Event::Kind::kSent, {}, publisher, {}, gone});
+    }
+  }
+  for (auto& subscriber : subscribers_) {
+    subscriber->id = 0;
+    subscriber->status = gone;
+  }
+  publishers_by_id_.clear();
+  subscribers_by_id_.clear();
+  for (auto pending = std::exchange(pending_, {}); auto& [id, done] : pending) done(nullptr, gone);
+  is_pose_in_flight_ = false;
+  next_pose_.reset();
+}
+
+void Session::become_up() {
+  phase_ = Phase::kUp;
+  was_up_ = true;
+  wakeup_.clear_timer();
+  backoff_ = options_.reconnect_first;
+  last_failure_ = Status();
+  reported_failure_.reset();
+  if (std::exchange(is_reconnect_, false)) post({Event::Kind::kReconnect, {}, {}, {}, {}});
+}
+
+Status Session::connect() {
+  if (phase_ == Phase::kUp) return Status();
+  const auto deadline = Wakeup::Clock::now() + options_.connect_timeout;
+  const Scope<bool> quiet(is_connecting_, true);  // the caller gets the failure, on_error does not
+  if (phase_ == Phase::kDown) static_cast<void>(attempt());
+  wait_until(deadline, [this] {
+    const bool has_failed = !last_failure_ && last_failure_.code() != StatusCode::kTimeout;
+    return phase_ == Phase::kUp || (phase_ == Phase::kDown && has_failed);
+  });
+  if (phase_ == Phase::kUp) return Status();
+  const Status failure = last_failure_ ? no_answer() : last_failure_;
+  reported_failure_ = failure.code();
+  return failure;
+}
+
+Status Session::no_answer() const {
+  return Status(StatusCode::kTimeout, "swarmtalkd at " + path_ + " did not answer within " +
+                                          std::to_string(options_.connect_timeout.count()) +
+                                          " ms; it is stopped or overloaded");
+}
+
+Status Session::flush() {
+  if (phase_ == Phase::kDown) return Status();
+  Status status = connection_.flush();
+  if (status) {
+    wakeup_.watch(connection_.fd(), connection_.has_outgoing());
+  } else {
+    drop(status);
+  }
+  return status;
+}
+
+/// Reads once and handles what has come, until `enough`; more stays for the next call.
+void Session::read_envelopes(const std::function<bool()>& enough) {
+  if (phase_ == Phase::kDown) return;
+  const Status received = connection_.receive();
+  while (phase_ != Phase::kDown) {
+    if (enough && enough()) return;
+    const ipc::ReadResult result = connection_.next(incoming_);
+    if (result == ipc::ReadResult::kNeedMore) break;
+    if (result == ipc::ReadResult::kMalformed) {
+      drop(Status(StatusCode::kProtocol));
+    } else {
+      handle(incoming_);
+    }
+    if (waits_ == 0) run_events();
+  }
+  if (!received) drop(received);
+}
+
+/// Waits without running callbacks. @return enough()
+bool Session::wait_until(Deadline deadline, const std::function<bool()>& enough) {
+  const Scope<int> waiting(waits_, waits_ + 1);
+  for (;;) {
+    flush();
+    read_envelopes(enough);
+    flush();
+    const bool is_enough = enough();
+    if (is_enough || Wakeup::Clock::now() >= deadline) {
+      wakeup_.ring();  // envelopes may be left in the buffer, where no poll sees them
+      return is_enough;
+    }
+    wakeup_.wait_for_socket(deadline);
+    if (wakeup_.take_timer()) on_timer();
+  }
+}
+
+Status Session::process() {
+  if (is_processing_) {
+    return Status(StatusCode::kBadArgument, "process() and run() cannot be called in a callback");
+  }
+  const auto self = shared_from_this();  // a callback may destroy the Client
+  const Scope<bool> processing(is_processing_, true);
+  RingOnThrow ring_on_throw(wakeup_);
+  wakeup_.take_ring();
+  if (!has_started_) attempt_in_background();
+  if (wakeup_.take_timer()) on_timer();
+  run_events();
+  read_envelopes({});
+  flush();
+  run_events();
+  flush();
+  return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
+}
+
+Status Session::run_until(Deadline deadline) {
+  const auto self = shared_from_this();
+  for (;;) {
+    const Status status = process();
+    if (status.code() == StatusCode::kBadArgument) return status;
+    if (is_stopped_.exchange(false) || is_closed_ || Wakeup::Clock::now() >= deadline) {
+      return Status();
+    }
+    wakeup_.wait(deadline);
+  }
+}
+
+Status Session::run_once(Deadline deadline) {
+  if (is_stopped_.exchange(false)) return Status();
+  if (!is_processing_) wakeup_.wait(deadline);
+  const Status status = process();
+  is_stopped_.store(false);
+  return status.code() == StatusCode::kBadArgument ? status : Status();
+}
+
+void Session::stop() {
+  is_stopped_.store(true);
+  wakeup_.ring();
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,164 @@
+// The state machine behind a Client: connects, greets, registers, dispatches, reconnects. Single
+// thread, the Client's owner. User callbacks run only inside process(); what a waiting call
+// (connect, a registration, get_status) meets on the way is kept in `events_` until then.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <swarmtalk/client.hpp>
+
+#include "client_lib/connection.hpp"
+#include "client_lib/state.hpp"
+#include "client_lib/wakeup.hpp"
+#include "ipc/framing.hpp"
+
+namespace swarmtalk::client {
+
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  Session(std::string_view name, ClientOptions options);
+  ~Session();
+
+  // The functions of Client; contracts in client.hpp.
+  Status connect();
+  bool is_connected() const { return phase_ == Phase::kUp; }
+  Status set_pose(float x_m, float y_m, float theta_rad);
+  Status get_status(DaemonStatus& status);
+  Status get_pose(std::optional<Pose>& pose);
+  Status sync();
+  std::uint32_t node_id() const { return node_id_; }
+  const std::string& daemon_name() const { return daemon_name_; }
+  int fd() const { return wakeup_.fd(); }
+  Status process();
+  Status run_until(Wakeup::Clock::time_point deadline);
+  Status run_once(Wakeup::Clock::time_point deadline);
+  void stop();
+  std::function<void(const Status&)> on_disconnect;
+  std::function<void()> on_reconnect;
+  std::function<void(const Status&)> on_error;
+
+  // The functions of Channel, Publisher and Subscriber.
+  std::shared_ptr<PublisherState> add_publisher(std::shared_ptr<const ChannelKey> key,
+                                                SentCallback sent);
+  std::shared_ptr<SubscriberState> add_subscriber(std::shared_ptr<const ChannelKey> key,
+                                                  ReceiveCallback receive,
+                                                  SubscriberOptions options);
+  Status publish(PublisherState& publisher, std::string_view payload,
+                 std::optional<std::uint32_t> ttl);
+  void remove(PublisherState& publisher);
+  void remove(SubscriberState& subscriber);
+
+  /// The Client is gone: no callback after this, handles answer kDisconnected.
+  void close();
+
+ private:
+  enum class Phase { kDown, kGreeting, kRegistering, kUp };
+  using Deadline = Wakeup::Clock::time_point;
+  /// `reply` is null when the request was refused; `status` then says why.
+  using Completion = std::function<void(const ipc::Envelope* reply, const Status& status)>;
+
+  struct Event {
+    enum class Kind { kMessage, kSent, kDisconnect, kReconnect, kError };
+    Kind kind;
+    std::shared_ptr<SubscriberState> subscriber;
+    std::shared_ptr<PublisherState> publisher;
+    Message message;
+    Status status;
+  };
+
+  // session.cpp: the connection's life
+  Status attempt();
+  void attempt_in_background();
+  void schedule_attempt();
+  void on_timer();
+  void drop(const Status& why);
+  void forget_registrations();
+  void become_up();
+  Status no_answer() const;
+  Status flush();
+  void read_envelopes(const std::function<bool()>& enough);
+  bool wait_until(Deadline deadline, const std::function<bool()>& enough);
+
+  // session_dispatch.cpp: what comes in, and callbacks
+  void handle(const ipc::Envelope& envelope);
+  void handle_greeting(const ipc::Envelope& envelope);
+  void handle_reply(const ipc::Envelope& envelope);
+  void handle_deliver(const ipc::Deliver& deliver);
+  void handle_publish_end(std::uint32_t publisher_id, std::uint64_t number, const Status& status);
+  void tell_sent(const PublisherState& publisher, const Status& status);
+  void report(const Status& status) { post({Event::Kind::kError, {}, {}, {}, status}); }
+  void report_attempt(const Status& status);
+  void post(Event event);
+  void run_events();
+  void run_event(const Event& event);
+  void set_default_callbacks();
+
+  // session_requests.cpp: what goes out
+  std::uint32_t request(Completion done);
+  Status ask(const std::function<void(const ipc::Envelope&)>& use);
+  Status require_connection();
+  void register_all();
+  void register_publisher(const std::shared_ptr<PublisherState>& publisher);
+  void register_subscriber(const std::shared_ptr<SubscriberState>& subscriber);
+  void register_new(HandleState& handle, const std::function<void()>& register_now);
+  void finish_registration(HandleState& handle, const Status& status);
+  void unregister_publisher(std::uint32_t id);
+  void unregister_subscriber(std::uint32_t id);
+  void request_done();
+  Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
+                           std::optional<std::uint32_t> ttl) const;
+  void send_pose(const Pose& pose);
+  void flush_unless_gathering();
+
+  const std::string name_;
+  const ClientOptions options_;
+  const std::string path_;
+  Wakeup wakeup_;
+  Connection connection_;
+  Phase phase_ = Phase::kDown;
+  bool has_started_ = false;   // somebody has asked for a connection
+  bool was_up_ = false;        // since the last on_disconnect
+  bool is_reconnect_ = false;  // on_reconnect is due when up
+  bool is_closed_ = false;
+  bool is_connecting_ = false;  // inside connect()
+  bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
+  int waits_ = 0;               // waiting calls on the stack: callbacks must not run
+  std::atomic<bool> is_stopped_{false};
+
+  Status last_failure_;                         // why the last attempt failed
+  std::optional<StatusCode> reported_failure_;  // the same failure is reported once
+  std::chrono::milliseconds backoff_;
+  std::minstd_rand jitter_;
+
+  std::uint32_t node_id_ = 0;
+  std::string daemon_name_;
+  std::vector<std::shared_ptr<PublisherState>> publishers_;
+  std::vector<std::shared_ptr<SubscriberState>> subscribers_;
+  std::unordered_map<std::uint32_t, std::shared_ptr<PublisherState>> publishers_by_id_;
+  std::unordered_map<std::uint32_t, std::shared_ptr<SubscriberState>> subscribers_by_id_;
+  int registrations_left_ = 0;
+
+  std::uint32_t last_request_id_ = 0;
+  std::unordered_map<std::uint32_t, Completion> pending_;
+  Status first_refusal_;  // since the last sync()
+  bool is_pose_in_flight_ = false;
+  std::optional<Pose> next_pose_;
+
+  std::deque<Event> events_;
+  ipc::Envelope incoming_;
+  ipc::Envelope outgoing_;
+  Message message_;  // reused; valid during one callback
+};
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,310 @@
+// What goes out to the daemon: registrations, publications, poses, questions.
+#include <cmath>
+#include <utility>
+
+#include "client_lib/convert.hpp"
+#include "client_lib/session.hpp"
+
+namespace swarmtalk::client {
+namespace {
+
+constexpr float kPoseMaxM = 32.767f;  // int16 millimetres on the air
+
+void fill(ipc::Channel& channel, const ChannelKey& key) {
+  if (key.number) {
+    channel.set_number(*key.number);
+  } else {
+    channel.set_name(key.name);
+  }
+}
+
+template <typename List>
+void erase_handle(List& list, const HandleState& handle) {
+  std::erase_if(list, [&](const auto& entry) { return entry.get() == &handle; });
+}
+
+}  // namespace
+
+/// Sends `outgoing_` as a request.
+std::uint32_t Session::request(Completion done) {
+  if (++last_request_id_ == 0) ++last_request_id_;
+  outgoing_.set_request_id(last_request_id_);
+  if (!connection_.append(outgoing_)) {
+    done(nullptr,
+         Status(StatusCode::kBadArgument, "the request is longer than the protocol allows"));
+    return last_request_id_;
+  }
+  pending_[last_request_id_] = std::move(done);
+  return last_request_id_;
+}
+
+void Session::flush_unless_gathering() {
+  if (!is_processing_) flush();
+}
+
+Status Session::require_connection() {
+  if (!has_started_) return connect();
+  if (phase_ == Phase::kUp) return Status();
+  return last_failure_ ? Status(StatusCode::kDisconnected) : last_failure_;
+}
+
+/// Sends `outgoing_` as a request and waits for its reply.
+Status Session::ask(const std::function<void(const ipc::Envelope&)>& use) {
+  bool is_answered = false;
+  Status result;
+  const auto id = request([&](const ipc::Envelope* reply, const Status& status) {
+    is_answered = true;
+    result = status;
+    if (reply != nullptr) use(*reply);
+  });
+  const auto deadline = Wakeup::Clock::now() + options_.request_timeout;
+  if (wait_until(deadline, [&] { return is_answered; })) return result;
+  pending_.erase(id);
+  return Status(StatusCode::kTimeout);
+}
+
+Status Session::get_status(DaemonStatus& status) {
+  if (Status connection = require_connection(); !connection) return connection;
+  outgoing_.Clear();
+  outgoing_.mutable_get_status();
+  return ask([&](const ipc::Envelope& reply) { convert(reply.status(), status); });
+}
+
+Status Session::get_pose(std::optional<Pose>& pose) {
+  pose.reset();
+  if (Status connection = require_connection(); !connection) return connection;
+  outgoing_.Clear();
+  outgoing_.mutable_get_pose();
+  return ask([&](const ipc::Envelope& reply) { pose = convert(reply.pose()); });
+}
+
+Status Session::sync() {
+  if (Status connection = require_connection(); !connection) return connection;
+  const auto deadline = Wakeup::Clock::now() + options_.request_timeout;
+  const bool is_done = wait_until(deadline, [this] { return pending_.empty() && !next_pose_; });
+  const Status refusal = std::exchange(first_refusal_, Status());
+  if (!is_done) return Status(StatusCode::kTimeout);
+  return phase_ == Phase::kUp || !refusal ? refusal : Status(StatusCode::kDisconnected);
+}
+
+Status Session::set_pose(float x_m, float y_m, float theta_rad) {
+  if (Status connection = require_connection(); !connection) return connection;
+  const bool is_good = std::isfinite(theta_rad) && std::fabs(x_m) <= kPoseMaxM &&
+                       std::fabs(y_m) <= kPoseMaxM;  // false for NaN
+  if (!is_good) {
+    const Status status(StatusCode::kBadPose);
+    report(status);
+    return status;
+  }
+  const Pose pose{x_m, y_m, theta_rad, {}};
+  if (is_pose_in_flight_) {
+    next_pose_ = pose;
+  } else {
+    send_pose(pose);
+    flush_unless_gathering();
+  }
+  return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
+}
+
+void Session::send_pose(const Pose& pose) {
+  outgoing_.Clear();
+  ipc::SetPose& body = *outgoing_.mutable_set_pose();
+  body.set_x_m(pose.x_m);
+  body.set_y_m(pose.y_m);
+  body.set_theta_rad(pose.theta_rad);
+  is_pose_in_flight_ = true;
+  request([this](const ipc::Envelope*, const Status& status) {
+    is_pose_in_flight_ = false;
+    if (status.code() == StatusCode::kDisconnected) return;
+    if (!status) {
+      if (first_refusal_) first_refusal_ = status;
+      report(status);
+    }
+    if (const auto next = std::exchange(next_pose_, std::nullopt)) send_pose(*next);
+  });
+}
+
+std::shared_ptr<PublisherState> Session::add_publisher(std::shared_ptr<const ChannelKey> key,
+                                                       SentCallback sent) {
+  auto publisher = std::make_shared<PublisherState>();
+  publisher->session = weak_from_this();
+  publisher->key = std::move(key);
+  publisher->sent = std::move(sent);
+  publishers_.push_back(publisher);
+  register_new(*publisher, [&] { register_publisher(publisher); });
+  return publisher;
+}
+
+std::shared_ptr<SubscriberState> Session::add_subscriber(std::shared_ptr<const ChannelKey> key,
+                                                         ReceiveCallback receive,
+                                                         SubscriberOptions options) {
+  auto subscriber = std::make_shared<SubscriberState>();
+  subscriber->session = weak_from_this();
+  subscriber->key = std::move(key);
+  subscriber->receive = std::move(receive);
+  subscriber->options = options;
+  subscribers_.push_back(subscriber);
+  register_new(*subscriber, [&] { register_subscriber(subscriber); });
+  return subscriber;
+}
+
+void Session::register_new(HandleState& handle, const std::function<void()>& register_now) {
+  if (!has_started_) {
+    if (const Status status = connect(); !status) report(status);  // registers it as well
+    return;
+  }
+  if (phase_ != Phase::kUp && phase_ != Phase::kRegistering) return;
+  register_now();
+  const auto deadline = Wakeup::Clock::now() + options_.request_timeout;
+  if (!wait_until(deadline, [&] { return handle.is_answered; })) {
+    handle.status = Status(StatusCode::kTimeout);
+    report(handle.status);
+  }
+}
+
+void Session::register_all() {
+  phase_ = Phase::kRegistering;
+  registrations_left_ = 1;  // ours, so that no answer ends the phase before all are asked
+  for (const auto& subscriber : subscribers_) register_subscriber(subscriber);
+  for (const auto& publisher : publishers_) register_publisher(publisher);
+  if (--registrations_left_ == 0) become_up();
+}
+
+void Session::register_publisher(const std::shared_ptr<PublisherState>& publisher) {
+  if (phase_ == Phase::kRegistering) ++registrations_left_;
+  publisher->is_answered = false;
+  outgoing_.Clear();
+  ipc::Advertise& body = *outgoing_.mutable_advertise();
+  fill(*body.mutable_channel(), *publisher->key);
+  const ChannelOptions& options = publisher->key->options;
+  if (options.ttl) body.set_ttl(*options.ttl);
+  if (options.timestamped) body.set_timestamped(*options.timestamped);
+  request([this, publisher](const ipc::Envelope* reply, const Status& status) {
+    if (reply != nullptr) {
+      const ipc::Advertised& advertised = reply->advertised();
+      if (publisher->is_closed) {
+        unregister_publisher(advertised.publisher_id());
+      } else {
+        publisher->id = advertised.publisher_id();
+        publisher->channel = static_cast<std::uint16_t>(advertised.channel());
+        publisher->max_message_bytes = advertised.max_message_bytes();
+        publisher->max_ttl = advertised.max_ttl();
+        publishers_by_id_[publisher->id] = publisher;
+      }
+    }
+    finish_registration(*publisher, status);
+  });
+}
+
+void Session::register_subscriber(const std::shared_ptr<SubscriberState>& subscriber) {
+  if (phase_ == Phase::kRegistering) ++registrations_left_;
+  subscriber->is_answered = false;
+  outgoing_.Clear();
+  ipc::Subscribe& body = *outgoing_.mutable_subscribe();
+  fill(*body.mutable_channel(), *subscriber->key);
+  const SubscriberOptions& options = subscriber->options;
+  if (options.keep_last) body.set_keep_last(*options.keep_last);
+  if (options.max_distance_m) body.set_max_distance_m(*options.max_distance_m);
+  if (options.drop_unknown_distance) body.set_drop_unknown_distance(true);
+  if (subscriber->key->options.timestamped) {
+    body.set_timestamped(*subscriber->key->options.timestamped);
+  }
+  request([this, subscriber](const ipc::Envelope* reply, const Status& status) {
+    if (reply != nullptr) {
+      const ipc::Subscribed& subscribed = reply->subscribed();
+      if (subscriber->is_closed) {
+        unregister_subscriber(subscribed.subscription_id());
+      } else {
+        subscriber->id = subscribed.subscription_id();
+        subscriber->channel = static_cast<std::uint16_t>(subscribed.channel());
+        subscribers_by_id_[subscriber->id] = subscriber;
+      }
+    }
+    finish_registration(*subscriber, status);
+  });
+}
+
+void Session::finish_registration(HandleState& handle, const Status& status) {
+  handle.is_answered = true;
+  handle.status = status;
+  if (status.code() == StatusCode::kDisconnected) return;
+  if (status && handle.id == 0 && !handle.is_closed) handle.status = Status(StatusCode::kProtocol);
+  if (!handle.status && !handle.is_closed) report(handle.status);
+  if (phase_ == Phase::kRegistering && --registrations_left_ == 0) become_up();
+}
+
+void Session::remove(PublisherState& publisher) {
+  publisher.is_closed = true;
+  const auto id = std::exchange(publisher.id, 0);
+  publishers_by_id_.erase(id);
+  if (id != 0) unregister_publisher(id);
+  erase_handle(publishers_, publisher);
+}
+
+void Session::remove(SubscriberState& subscriber) {
+  subscriber.is_closed = true;
+  const auto id = std::exchange(subscriber.id, 0);
+  subscribers_by_id_.erase(id);
+  if (id != 0) unregister_subscriber(id);
+  erase_handle(subscribers_, subscriber);
+}
+
+void Session::unregister_publisher(std::uint32_t id) {
+  outgoing_.Clear();
+  outgoing_.mutable_unadvertise()->set_publisher_id(id);
+  request_done();
+}
+
+void Session::unregister_subscriber(std::uint32_t id) {
+  outgoing_.Clear();
+  outgoing_.mutable_unsubscribe()->set_subscription_id(id);
+  request_done();
+}
+
+/// Sends `outgoing_` as a request whose answer nobody waits for, except sync().
+void Session::request_done() {
+  request([this](const ipc::Envelope*, const Status& status) {
+    if (!status && first_refusal_) first_refusal_ = status;
+  });
+  flush_unless_gathering();
+}
+
+Status Session::check_publication(const PublisherState& publisher, std::size_t size_bytes,
+                                  std::optional<std::uint32_t> ttl) const {
+  if (publisher.id == 0) return publisher.status;
+  if (size_bytes > publisher.max_message_bytes) {
+    return Status(StatusCode::kTooLong, "the message has " + std::to_string(size_bytes) +
+                                            " bytes; " + publisher.key->label +
+                                            " carries at most " +
+                                            std::to_string(publisher.max_message_bytes));
+  }
+  if (ttl && *ttl > publisher.max_ttl) {
+    return Status(StatusCode::kBadTtl, "a TTL of " + std::to_string(*ttl) + "; " +
+                                           publisher.key->label + " carries at most " +
+                                           std::to_string(publisher.max_ttl));
+  }
+  return publisher.is_in_flight ? Status(StatusCode::kBusy) : Status();
+}
+
+Status Session::publish(PublisherState& publisher, std::string_view payload,
+                        std::optional<std::uint32_t> ttl) {
+  Status status = check_publication(publisher, payload.size(), ttl);
+  if (status.code() == StatusCode::kTooLong || status.code() == StatusCode::kBadTtl) report(status);
+  if (!status) return status;
+  outgoing_.Clear();
+  ipc::Publish& body = *outgoing_.mutable_publish();
+  body.set_publisher_id(publisher.id);
+  body.set_publish_number(publisher.publish_number + 1);
+  body.set_payload(payload.data(), payload.size());
+  if (ttl) body.set_ttl(*ttl);
+  if (!connection_.append(outgoing_)) {
+    return Status(StatusCode::kTooLong, "the message is longer than the local protocol carries");
+  }
+  if (!is_processing_) status = flush();  // inside a callback: one write for all, at its end
+  if (!status) return status;
+  ++publisher.publish_number;
+  publisher.is_in_flight = true;
+  return Status();
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,44 @@
+// What Session remembers of the handles it gave out. A handle and the session share it; whichever
+// goes first marks it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <swarmtalk/client/channel.hpp>
+
+namespace swarmtalk::client {
+
+struct ChannelKey {
+  std::string name;
+  std::optional<std::uint32_t> number;  // unset: by name. The daemon judges both
+  ChannelOptions options;
+  std::string label;  // for people: "channel hello"
+};
+
+struct HandleState {
+  std::weak_ptr<Session> session;
+  std::shared_ptr<const ChannelKey> key;
+  bool is_closed = false;    // its handle is gone: no more callbacks
+  bool is_answered = false;  // the daemon has answered on this connection
+  std::uint32_t id = 0;      // given by the daemon; 0: not registered
+  std::optional<std::uint16_t> channel;
+  Status status{StatusCode::kDisconnected};
+};
+
+struct PublisherState : HandleState {
+  SentCallback sent;
+  std::size_t max_message_bytes = 0;
+  std::uint32_t max_ttl = 0;
+  std::uint64_t publish_number = 0;  // of the last accepted message
+  bool is_in_flight = false;
+};
+
+struct SubscriberState : HandleState {
+  ReceiveCallback receive;
+  SubscriberOptions options;
+};
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,118 @@
+#include "client_lib/wakeup.hpp"
+
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <system_error>
+
+namespace swarmtalk::client {
+namespace {
+
+using std::chrono::nanoseconds;
+constexpr std::chrono::hours kLongestWait{1};  // fits every time_t; callers loop
+
+void poll_until(pollfd* descriptors, nfds_t count, Wakeup::Clock::time_point deadline) {
+  const nanoseconds left =
+      std::clamp<nanoseconds>(deadline - Wakeup::Clock::now(), nanoseconds(0), kLongestWait);
+  const timespec timeout{static_cast<time_t>(left.count() / 1'000'000'000),
+                         static_cast<long>(left.count() % 1'000'000'000)};
+  ::ppoll(descriptors, count, &timeout, nullptr);  // a signal ends the wait early; callers loop
+}
+
+}  // namespace
+
+Wakeup::Wakeup() {
+  epoll_fd_ = ::epoll_create1(EPOLL_CLOEXEC);
+  timer_fd_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  ring_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  bool ok = epoll_fd_ >= 0 && timer_fd_ >= 0 && ring_fd_ >= 0;
+  for (int fd : {timer_fd_, ring_fd_}) {
+    epoll_event event{};
+    event.events = EPOLLIN;
+    ok = ok && ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, fd, &event) == 0;
+  }
+  if (!ok) {
+    const int error = errno;
+    for (int fd : {epoll_fd_, timer_fd_, ring_fd_}) {
+      if (fd >= 0) ::close(fd);
+    }
+    throw std::system_error(error, std::system_category(), "swarmtalk: cannot make an event loop");
+  }
+}
+
+Wakeup::~Wakeup() {
+  for (int fd : {epoll_fd_, timer_fd_, ring_fd_}) ::close(fd);
+}
+
+void Wakeup::watch(int socket_fd, bool for_writing) {
+  if (socket_fd == socket_fd_ && for_writing == for_writing_) return;
+  epoll_event event{};
+  event.events = EPOLLIN | (for_writing ? EPOLLOUT : 0u);
+  ::epoll_ctl(epoll_fd_, socket_fd == socket_fd_ ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, socket_fd,
+              &event);
+  socket_fd_ = socket_fd;
+  for_writing_ = for_writing;
+}
+
+void Wakeup::unwatch() {
+  if (socket_fd_ >= 0) ::epoll_ctl(epoll_fd_, EPOLL_CTL_DEL, socket_fd_, nullptr);
+  socket_fd_ = -1;
+}
+
+void Wakeup::set_timer(Clock::time_point deadline) {
+  is_timer_set_ = true;
+  timer_deadline_ = deadline;
+  const auto since_boot = std::max<std::int64_t>(
+      1, std::chrono::duration_cast<nanoseconds>(deadline.time_since_epoch()).count());
+  itimerspec when{};
+  when.it_value.tv_sec = static_cast<time_t>(since_boot / 1'000'000'000);
+  when.it_value.tv_nsec = static_cast<long>(since_boot % 1'000'000'000);
+  ::timerfd_settime(timer_fd_, TFD_TIMER_ABSTIME, &when, nullptr);
+}
+
+void Wakeup::clear_timer() {
+  if (!is_timer_set_) return;
+  is_timer_set_ = false;
+  const itimerspec off{};
+  ::timerfd_settime(timer_fd_, 0, &off, nullptr);
+}
+
+bool Wakeup::take_timer() {
+  if (!is_timer_set_ || Clock::now() < timer_deadline_) return false;
+  clear_timer();
+  return true;
+}
+
+void Wakeup::ring() {
+  // First the bell, then the note of it: take_ring() must never see the note without the bell, or
+  // the descriptor would stay readable for ever.
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t count = ::write(ring_fd_, &one, sizeof(one));
+  has_rung_.store(true);
+}
+
+bool Wakeup::take_ring() {
+  if (!has_rung_.load() || !has_rung_.exchange(false)) return false;
+  std::uint64_t value = 0;
+  [[maybe_unused]] const ssize_t count = ::read(ring_fd_, &value, sizeof(value));
+  return true;
+}
+
+void Wakeup::wait(Clock::time_point deadline) const {
+  pollfd descriptor{epoll_fd_, POLLIN, 0};
+  poll_until(&descriptor, 1, deadline);
+}
+
+void Wakeup::wait_for_socket(Clock::time_point deadline) const {
+  pollfd descriptors[2] = {{timer_fd_, POLLIN, 0}, {socket_fd_, POLLIN, 0}};
+  if (for_writing_) descriptors[1].events |= POLLOUT;
+  poll_until(descriptors, 2, deadline);  // poll ignores a negative descriptor
+}
+
+}  // namespace swarmtalk::client

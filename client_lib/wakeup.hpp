@@ -1,0 +1,52 @@
+// The one descriptor that an app's event loop watches: an epoll instance holding the socket, a
+// timer and a doorbell. It outlives every connection. Owned by Session.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+
+namespace swarmtalk::client {
+
+class Wakeup {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// @throws std::system_error when the process is out of descriptors
+  Wakeup();
+  ~Wakeup();
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+
+  int fd() const { return epoll_fd_; }
+
+  /// Watches `socket_fd`, for room to write too if `for_writing`. One socket at a time.
+  void watch(int socket_fd, bool for_writing);
+  /// Must be called before the socket is closed.
+  void unwatch();
+
+  void set_timer(Clock::time_point deadline);
+  void clear_timer();
+  /// True once when the timer has expired; it is then off.
+  bool take_timer();
+
+  /// Makes fd() readable until take_ring(). Any thread, also a signal handler.
+  void ring();
+  bool take_ring();
+
+  /// Waits until something happens, or `deadline`.
+  void wait(Clock::time_point deadline) const;
+  /// The same for socket and timer only.
+  void wait_for_socket(Clock::time_point deadline) const;
+
+ private:
+  int epoll_fd_ = -1;
+  int timer_fd_ = -1;
+  int ring_fd_ = -1;
+  int socket_fd_ = -1;
+  bool for_writing_ = false;
+  bool is_timer_set_ = false;
+  Clock::time_point timer_deadline_{};
+  std::atomic<bool> has_rung_{false};
+};
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,172 @@
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "tests/unit/client_lib/client_fixture.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using ClientConnect = ClientTest;
+
+bool has(const Status& status, const std::string& part) {
+  return status.text().find(part) != std::string_view::npos;
+}
+
+/// A bound, listening socket that nobody serves. @return descriptor
+int bind_socket(const std::string& path) {
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path.c_str(), sizeof(address.sun_path) - 1);
+  EXPECT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  EXPECT_EQ(::listen(fd, 1), 0);
+  return fd;
+}
+
+TEST_F(ClientConnect, SucceedsAndKnowsTheDaemon) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  const Status status = client.connect();
+  ASSERT_TRUE(status) << status.text();
+  EXPECT_TRUE(client.is_connected());
+  EXPECT_EQ(client.node_id(), 42u);
+  EXPECT_EQ(client.daemon_name(), "fake 1.0");
+  ASSERT_EQ(daemon.received().size(), 1u);
+  EXPECT_EQ(daemon.received()[0].hello().name(), "test");
+}
+
+TEST_F(ClientConnect, SaysHowToStartADaemonThatIsNotThere) {
+  Client client = make_client();
+  const Status status = client.connect();
+  EXPECT_EQ(status.code(), StatusCode::kNoDaemon);
+  EXPECT_TRUE(has(status, path)) << status.text();
+  EXPECT_TRUE(has(status, "systemctl start swarmtalkd")) << status.text();
+}
+
+TEST_F(ClientConnect, TellsADeadDaemonByItsSocket) {
+  ::close(bind_socket(path));
+  Client client = make_client();
+  const Status status = client.connect();
+  EXPECT_EQ(status.code(), StatusCode::kDaemonDead);
+  EXPECT_TRUE(has(status, "died")) << status.text();
+}
+
+TEST_F(ClientConnect, TellsWhichGroupToJoin) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to become another user";
+  const int fd = bind_socket(path);
+  ::chmod(path.c_str(), 0660);
+  ::chmod(std::filesystem::path(path).parent_path().c_str(), 0755);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(9);
+    Client client("test", options());
+    const Status status = client.connect();
+    ::_exit(status.code() == StatusCode::kNoPermission && has(status, "group swarmtalk") ? 0 : 1);
+  }
+  int result = -1;
+  ::waitpid(child, &result, 0);
+  ::close(fd);
+  EXPECT_EQ(result, 0);
+}
+
+TEST_F(ClientConnect, NamesBothVersionsWhenTheyDiffer) {
+  FakeDaemon daemon(path);
+  daemon.major = 9;
+  Client client = make_client();
+  const Status status = client.connect();
+  EXPECT_EQ(status.code(), StatusCode::kVersionMismatch);
+  EXPECT_TRUE(has(status, "9.0")) << status.text();
+  EXPECT_TRUE(has(status, "1.0")) << status.text();
+}
+
+TEST_F(ClientConnect, GivesUpOnADaemonThatDoesNotAnswer) {
+  const int fd = bind_socket(path);
+  ClientOptions bounded = options();
+  bounded.connect_timeout = std::chrono::milliseconds(80);
+  Client client("test", bounded);
+  const auto start = std::chrono::steady_clock::now();
+  const Status status = client.connect();
+  const auto waited = std::chrono::steady_clock::now() - start;
+  ::close(fd);
+  EXPECT_EQ(status.code(), StatusCode::kTimeout);
+  EXPECT_GE(waited, std::chrono::milliseconds(70));
+  EXPECT_LT(waited, std::chrono::seconds(2));
+}
+
+TEST_F(ClientConnect, GivesUpWhenTheQueueOfConnectionsIsFull) {
+  const int fd = bind_socket(path);
+  std::vector<Client> others;
+  ClientOptions bounded = options();
+  bounded.connect_timeout = std::chrono::milliseconds(40);
+  Status status;
+  for (int i = 0; i < 4; ++i) {
+    others.emplace_back("test", bounded);
+    collect_errors(others.back());
+    status = others.back().connect();
+    EXPECT_EQ(status.code(), StatusCode::kTimeout) << status.text();
+  }
+  ::close(fd);
+  EXPECT_TRUE(has(status, "accepts no connections")) << status.text();
+}
+
+TEST_F(ClientConnect, RefusesAPathThatNoSocketCanHave) {
+  path = "/tmp/" + std::string(200, 'x');
+  Client client = make_client();
+  EXPECT_EQ(client.connect().code(), StatusCode::kBadArgument);
+}
+
+TEST_F(ClientConnect, TakesThePathFromTheEnvironment) {
+  FakeDaemon daemon(path);
+  ::setenv("SWARMTALK_SOCKET", path.c_str(), 1);
+  Client client("test");
+  ::unsetenv("SWARMTALK_SOCKET");
+  EXPECT_TRUE(client.connect());
+}
+
+TEST_F(ClientConnect, ThrowsInTheThrowingForm) {
+  try {
+    Client::connected("test", options());
+    FAIL() << "no exception";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status().code(), StatusCode::kNoDaemon);
+    EXPECT_TRUE(std::string(error.what()).find(path) != std::string::npos);
+  }
+}
+
+TEST_F(ClientConnect, HandlesMadeBeforeTheDaemonComesAreRegisteredLater) {
+  Client client = make_client();
+  std::string heard;
+  auto channel = client.channel("hello");
+  auto subscriber = channel.subscriber([&](const Message& m) { heard = m.text(); });
+  auto publisher = channel.publisher();
+  EXPECT_EQ(subscriber.status().code(), StatusCode::kDisconnected);
+  EXPECT_EQ(publisher.send("x").code(), StatusCode::kDisconnected);
+  FakeDaemon daemon(path);
+  ASSERT_TRUE(run_until(client, [&] { return client.is_connected(); }));
+  EXPECT_TRUE(subscriber.status());
+  EXPECT_TRUE(publisher.send("x"));
+  daemon.deliver("hello");
+  EXPECT_TRUE(run_until(client, [&] { return heard == "hello"; }));
+  ASSERT_EQ(errors.size(), 1u) << "the failed first connection is told once";
+  EXPECT_EQ(errors[0].code(), StatusCode::kNoDaemon);
+}
+
+TEST_F(ClientConnect, ClosesOnGarbageAndComesBack) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  daemon.send_raw(std::string("\x03\x00\x00\x00\xff\xff\xff", 7));
+  ASSERT_TRUE(run_until(client, [&] { return reconnects == 1; }));
+  ASSERT_EQ(losses.size(), 1u);
+  EXPECT_EQ(losses[0].code(), StatusCode::kProtocol);
+}
+
+}  // namespace
+}  // namespace swarmtalk::test

@@ -1,0 +1,134 @@
+#include <poll.h>
+
+#include <csignal>
+
+#include "tests/unit/client_lib/client_fixture.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using ClientLoop = ClientTest;
+
+/// An app's own loop: poll on fd(), process() when readable.
+bool poll_until(Client& client, int fd, const std::function<bool()>& holds) {
+  for (int i = 0; i < 500 && !holds(); ++i) {
+    pollfd descriptor{fd, POLLIN, 0};
+    if (::poll(&descriptor, 1, 1000) == 1) client.process();
+  }
+  return holds();
+}
+
+TEST_F(ClientLoop, OneDescriptorServesConnectDeliverLossAndReturn) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  const int fd = client.fd();
+  ASSERT_TRUE(poll_until(client, fd, [&] { return client.is_connected(); }))
+      << "polling alone connects";
+  int heard = 0;
+  auto subscriber = client.channel("hello").subscriber([&](const Message&) { ++heard; });
+  daemon.deliver("one");
+  ASSERT_TRUE(poll_until(client, fd, [&] { return heard == 1; }));
+  daemon.kill();
+  ASSERT_TRUE(poll_until(client, fd, [&] { return losses.size() == 1; }));
+  daemon.restart();
+  ASSERT_TRUE(poll_until(client, fd, [&] { return reconnects == 1; }));
+  EXPECT_EQ(client.fd(), fd);
+  daemon.deliver("two");
+  EXPECT_TRUE(poll_until(client, fd, [&] { return heard == 2; }));
+}
+
+TEST_F(ClientLoop, DescriptorIsQuietWhenNothingHappens) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  auto subscriber = client.channel("hello").subscriber([](const Message&) {});
+  client.process();
+  pollfd descriptor{client.fd(), POLLIN, 0};
+  EXPECT_EQ(::poll(&descriptor, 1, 30), 0);
+}
+
+TEST_F(ClientLoop, WhatCameDuringAWaitingCallMakesTheDescriptorReadable) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  std::vector<std::string> heard;
+  auto subscriber =
+      client.channel("hello").subscriber([&](const Message& m) { heard.emplace_back(m.text()); });
+  client.process();
+  daemon.deliver("early");
+  DaemonStatus status;
+  ASSERT_TRUE(client.get_status(status));
+  EXPECT_TRUE(heard.empty()) << "no callback inside a waiting call";
+  pollfd descriptor{client.fd(), POLLIN, 0};
+  ASSERT_EQ(::poll(&descriptor, 1, 0), 1);
+  client.process();
+  EXPECT_EQ(heard, std::vector<std::string>{"early"});
+}
+
+TEST_F(ClientLoop, ProcessInsideACallbackIsRefused) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  Status nested;
+  auto subscriber =
+      client.channel("hello").subscriber([&](const Message&) { nested = client.process(); });
+  daemon.deliver("x");
+  ASSERT_TRUE(run_until(client, [&] { return !nested; }));
+  EXPECT_EQ(nested.code(), StatusCode::kBadArgument);
+}
+
+TEST_F(ClientLoop, StopEndsRunFromACallback) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  auto subscriber = client.channel("hello").subscriber([&](const Message&) { client.stop(); });
+  daemon.deliver("x");
+  client.run();
+  SUCCEED();
+}
+
+Client* signalled_client = nullptr;
+
+TEST_F(ClientLoop, StopEndsRunFromASignalHandler) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  signalled_client = &client;
+  std::signal(SIGUSR1, [](int) { signalled_client->stop(); });
+  const auto thread = ::pthread_self();
+  std::thread sender([thread] { ::pthread_kill(thread, SIGUSR1); });
+  client.run();
+  sender.join();
+  std::signal(SIGUSR1, SIG_DFL);
+}
+
+TEST_F(ClientLoop, StopBeforeRunIsNotLost) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  client.stop();
+  client.run();
+  SUCCEED();
+}
+
+TEST_F(ClientLoop, ACallbackMayThrowAndTheRestComesLater) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  std::vector<std::string> heard;
+  auto subscriber = client.channel("hello").subscriber([&](const Message& m) {
+    heard.emplace_back(m.text());
+    if (m.text() == "bad") throw std::runtime_error("bad");
+  });
+  daemon.deliver("bad");
+  daemon.deliver("good");
+  EXPECT_THROW(client.run_for(std::chrono::seconds(5)), std::runtime_error);
+  EXPECT_TRUE(run_until(client, [&] { return heard.size() == 2; }));
+}
+
+TEST_F(ClientLoop, RunForEndsInTime) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_TRUE(client.run_for(std::chrono::milliseconds(20)));
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(20));
+}
+
+}  // namespace
+}  // namespace swarmtalk::test

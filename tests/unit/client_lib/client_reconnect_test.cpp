@@ -1,0 +1,118 @@
+#include "tests/unit/client_lib/client_fixture.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using ClientReconnect = ClientTest;
+using Clock = std::chrono::steady_clock;
+
+TEST_F(ClientReconnect, LossIsToldAtOnce) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  daemon.kill();
+  client.process();
+  ASSERT_EQ(losses.size(), 1u);
+  EXPECT_EQ(losses[0].code(), StatusCode::kDisconnected);
+  EXPECT_EQ(client.process().code(), StatusCode::kDisconnected);
+  EXPECT_FALSE(client.is_connected());
+}
+
+TEST_F(ClientReconnect, LossSeenBySendIsToldByItsStatusAndByTheNextProcess) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  auto publisher = client.channel("hello").publisher();
+  daemon.kill();
+  EXPECT_EQ(publisher.send("x").code(), StatusCode::kDisconnected);
+  EXPECT_TRUE(losses.empty()) << "no callback outside process()";
+  EXPECT_FALSE(publisher.busy());
+  client.process();
+  EXPECT_EQ(losses.size(), 1u);
+}
+
+TEST_F(ClientReconnect, IsBackAndRegisteredWithin500MsOfTheDaemon) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  int heard = 0;
+  auto channel = client.channel("hello");
+  auto subscriber = channel.subscriber([&](const Message&) { ++heard; });
+  auto publisher = channel.publisher();
+  for (int round = 1; round <= 3; ++round) {
+    daemon.kill();
+    client.run_for(std::chrono::milliseconds(400));  // the back-off has reached its maximum
+    EXPECT_FALSE(client.is_connected());
+    const auto start = Clock::now();
+    daemon.restart();
+    ASSERT_TRUE(run_until(client, [&] { return reconnects == round; }));
+    EXPECT_LT(Clock::now() - start, std::chrono::milliseconds(500));
+    EXPECT_TRUE(publisher.send("x"));
+    daemon.deliver("again");
+    ASSERT_TRUE(run_until(client, [&] { return heard == round; }));
+  }
+  EXPECT_EQ(losses.size(), 3u);
+  EXPECT_TRUE(errors.empty()) << errors[0].text();
+}
+
+TEST_F(ClientReconnect, AMessageInFlightEndsAsDisconnected) {
+  FakeDaemon daemon(path);
+  daemon.answers_publish = false;
+  Client client = make_client();
+  std::vector<StatusCode> order;
+  client.on_disconnect([&](const Status&) { order.push_back(StatusCode::kSystem); });
+  auto publisher = client.channel("hello").publisher(
+      [&](const Status& status) { order.push_back(status.code()); });
+  ASSERT_TRUE(publisher.send("x"));
+  daemon.kill();
+  client.process();
+  EXPECT_EQ(order, (std::vector<StatusCode>{StatusCode::kSystem, StatusCode::kDisconnected}));
+  EXPECT_FALSE(publisher.busy());
+}
+
+TEST_F(ClientReconnect, AWaitingCallEndsWhenTheDaemonDies) {
+  FakeDaemon daemon(path);
+  daemon.answers_requests = false;
+  ClientOptions patient = options();
+  patient.request_timeout = std::chrono::seconds(30);
+  Client client("test", patient);
+  collect_errors(client);
+  ASSERT_TRUE(client.connect());
+  std::thread killer([&] {
+    while (daemon.count([](const auto& e) { return e.has_get_status(); }) == 0) {
+      std::this_thread::yield();
+    }
+    daemon.kill();
+  });
+  DaemonStatus status;
+  EXPECT_EQ(client.get_status(status).code(), StatusCode::kDisconnected);
+  killer.join();
+}
+
+TEST_F(ClientReconnect, MessagesReadBeforeTheLossAreDelivered) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  std::vector<std::string> heard;
+  auto subscriber =
+      client.channel("hello").subscriber([&](const Message& m) { heard.emplace_back(m.text()); });
+  daemon.deliver("last words");
+  daemon.kill();
+  ASSERT_TRUE(run_until(client, [&] { return losses.size() == 1; }));
+  EXPECT_EQ(heard, std::vector<std::string>{"last words"});
+}
+
+TEST_F(ClientReconnect, HandleDestroyedWhileTheDaemonIsAwayIsNotRegisteredAgain) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  {
+    auto subscriber = client.channel("hello").subscriber([](const Message&) {});
+    daemon.kill();
+    client.process();
+  }
+  daemon.restart();
+  ASSERT_TRUE(run_until(client, [&] { return reconnects == 1; }));
+  EXPECT_EQ(daemon.count([](const auto& e) { return e.has_subscribe(); }), 1);
+}
+
+}  // namespace
+}  // namespace swarmtalk::test
