@@ -1,0 +1,172 @@
+#include "frame/air_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace swarmtalk::frame {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr double kPi = std::numbers::pi;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(FramePose, RoundsToTheNearestStep) {
+  const FramePose pose = FramePose::from_metres(1.2344, -0.0006, kPi / 2.0, 0.026);
+  EXPECT_EQ(pose.x_mm, 1234);
+  EXPECT_EQ(pose.y_mm, -1);
+  EXPECT_EQ(pose.theta_turns16, 16384);
+  EXPECT_EQ(pose.age_10ms, 3);
+}
+
+TEST(FramePose, TakesAnglesModuloATurn) {
+  EXPECT_EQ(FramePose::from_metres(0, 0, -kPi / 2, 0).theta_turns16, 49152);
+  EXPECT_EQ(FramePose::from_metres(0, 0, 2 * kPi - 1e-9, 0).theta_turns16, 0);
+  EXPECT_EQ(FramePose::from_metres(0, 0, 7 * kPi, 0).theta_turns16, 32768);
+}
+
+TEST(FramePose, GivesAnglesBetweenMinusPiAndPi) {
+  EXPECT_DOUBLE_EQ((FramePose{0, 0, 32768, 0}.theta_rad()), kPi);
+  EXPECT_LT((FramePose{0, 0, 32769, 0}.theta_rad()), 0.0);
+  EXPECT_DOUBLE_EQ((FramePose{0, 0, 49152, 0}.theta_rad()), -kPi / 2);
+}
+
+TEST(FramePose, SaturatesTheAgeBelowStale) {
+  EXPECT_EQ(FramePose::from_metres(0, 0, 0, 2.53).age_10ms, 253);
+  EXPECT_EQ(FramePose::from_metres(0, 0, 0, 2.55).age_10ms, FramePose::kOldest);
+  EXPECT_EQ(FramePose::from_metres(0, 0, 0, 1e9).age_10ms, FramePose::kOldest);
+  EXPECT_EQ(FramePose::from_metres(0, 0, 0, -1.0).age_10ms, 0);
+}
+
+TEST(FramePose, IsStaleBeyondTheRangeOfTheWire) {
+  EXPECT_FALSE(FramePose::from_metres(32.767, -32.767, 0, 0).is_stale());
+  EXPECT_TRUE(FramePose::from_metres(32.768, 0, 0, 0).is_stale());
+  EXPECT_TRUE(FramePose::from_metres(0, -32.768, 0, 0).is_stale());
+}
+
+TEST(FramePose, IsStaleWhenAnythingIsUnknown) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(FramePose::from_metres(kNan, 0, 0, 0).is_stale());
+  EXPECT_TRUE(FramePose::from_metres(0, kInfinity, 0, 0).is_stale());
+  EXPECT_TRUE(FramePose::from_metres(0, 0, kNan, 0).is_stale());
+  EXPECT_TRUE(FramePose::from_metres(0, 0, 0, kNan).is_stale());
+}
+
+TEST(FrameWriter, LeavesAPacketThatDoesNotFitReadableInTheRoom) {
+  Bytes buffer(200);
+  FrameWriter writer(buffer, FrameHeader{}, 100);
+  ASSERT_GE(writer.room().size(), 81U);
+  writer.room()[0] = 0x77;
+  EXPECT_FALSE(writer.commit(100 - kHeaderBytes - kLengthPrefixBytes + 1));
+  EXPECT_EQ(writer.packets(), 0U);
+  EXPECT_EQ(writer.room()[0], 0x77);
+  EXPECT_TRUE(writer.commit(100 - kHeaderBytes - kLengthPrefixBytes));
+  EXPECT_EQ(writer.finish().size(), 100U);
+}
+
+TEST(FrameWriter, RefusesAnEmptyPacket) {
+  Bytes buffer(200);
+  FrameWriter writer(buffer, FrameHeader{}, 200);
+  EXPECT_FALSE(writer.commit(0));
+  EXPECT_FALSE(writer.append({}));
+}
+
+TEST(FrameWriter, HasNoRoomInABufferOfTheHeaderAlone) {
+  Bytes buffer(kHeaderBytes);
+  FrameWriter writer(buffer, FrameHeader{}, 1500);
+  EXPECT_TRUE(writer.room().empty());
+  EXPECT_FALSE(writer.commit(1));
+  EXPECT_EQ(writer.finish().size(), kHeaderBytes);
+}
+
+TEST(FrameWriter, NeverExceedsTheLengthField) {
+  Bytes buffer(70000);
+  FrameWriter writer(buffer, FrameHeader{}, buffer.size());
+  EXPECT_FALSE(writer.commit(65535));
+  EXPECT_TRUE(writer.commit(65535 - kHeaderBytes - kLengthPrefixBytes));
+  EXPECT_EQ(writer.finish().size(), kMaxFrameBytes);
+}
+
+TEST(MaxPacketBytes, LeavesSpaceForAPose) {
+  EXPECT_EQ(max_packet_bytes(1500), 1473U);
+  EXPECT_EQ(max_packet_bytes(28), 1U);
+  EXPECT_EQ(max_packet_bytes(27), 0U);
+  EXPECT_EQ(max_packet_bytes(0), 0U);
+}
+
+class RandomFrame {
+ public:
+  explicit RandomFrame(std::uint64_t seed) : random_(seed) {}
+
+  std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
+
+  FrameHeader header() {
+    FrameHeader header{static_cast<ProfileId>(below(256)), static_cast<std::uint16_t>(random_()),
+                       static_cast<std::uint32_t>(random_()), static_cast<std::uint32_t>(random_()),
+                       std::nullopt};
+    if (below(2) == 0) {
+      header.pose =
+          FramePose{static_cast<std::int16_t>(random_()), static_cast<std::int16_t>(random_()),
+                    static_cast<std::uint16_t>(random_()), static_cast<std::uint8_t>(random_())};
+    }
+    return header;
+  }
+
+  Bytes packet() {
+    Bytes bytes(1 + below(400));
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+    return bytes;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+TEST(AirFrame, SurvivesARoundTripWithRandomContents) {
+  const std::uint64_t seed = std::random_device{}();
+  SCOPED_TRACE(seed);
+  RandomFrame random(seed);
+  for (int round = 0; round < 2000; ++round) {
+    const FrameHeader header = random.header();
+    Bytes buffer(1500);
+    FrameWriter writer(buffer, header, buffer.size());
+    std::vector<Bytes> sent;
+    for (Bytes packet = random.packet(); writer.append(packet); packet = random.packet()) {
+      sent.push_back(packet);
+    }
+    const std::span<const std::uint8_t> bytes = writer.finish();
+    // In a block of its own exact size, so that a sanitizer sees a read beyond it.
+    const Bytes received(bytes.begin(), bytes.end());
+    Frame frame;
+    ASSERT_EQ(parse(received, frame), ParseResult::kOk);
+    ASSERT_EQ(frame.header, header);
+    std::vector<Bytes> packets;
+    PacketReader reader(frame.packets);
+    for (std::span<const std::uint8_t> packet; reader.next(packet);) {
+      packets.emplace_back(packet.begin(), packet.end());
+    }
+    ASSERT_EQ(packets, sent);
+    ASSERT_FALSE(reader.is_malformed());
+  }
+}
+
+TEST(AirFrame, CutAnywhereIsNeverRead) {
+  Bytes buffer(100);
+  FrameHeader header;
+  header.pose = FramePose{1, 2, 3, 4};
+  FrameWriter writer(buffer, header, buffer.size());
+  ASSERT_TRUE(writer.append(Bytes{1, 2, 3}));
+  const std::span<const std::uint8_t> bytes = writer.finish();
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const Bytes cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    Frame frame;
+    EXPECT_NE(parse(cut, frame), ParseResult::kOk) << size;
+  }
+}
+
+}  // namespace
+}  // namespace swarmtalk::frame
