@@ -1,0 +1,118 @@
+// One-way latency and CPU of a message from one program to another through client library, socket,
+// daemon, radio link and back up, as two robots of a lab see it. benchmarks/latency.py runs it.
+//   latency receive COUNT            prints one JSON line when COUNT messages have come
+//   latency send COUNT BYTES GAP_US  paced; CLOCK_MONOTONIC is one clock on one machine
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <swarmtalk/client.hpp>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kGiveUp = 10s;
+
+double cpu_us() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  auto us = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) * 1e6 + static_cast<double>(t.tv_usec);
+  };
+  return us(usage.ru_utime) + us(usage.ru_stime);
+}
+
+std::int64_t now_ns() {
+  return Clock::now().time_since_epoch().count();
+}
+
+int receive(std::size_t count) {
+  auto robot = swarmtalk::Client::connected("latency");
+  std::vector<double> latencies_us;
+  latencies_us.reserve(count);
+  auto subscriber = robot.channel("latency").subscriber([&](const swarmtalk::Message& message) {
+    std::int64_t sent_ns = 0;
+    if (message.payload.size() < sizeof sent_ns) return;
+    std::memcpy(&sent_ns, message.payload.data(), sizeof sent_ns);
+    latencies_us.push_back(static_cast<double>(now_ns() - sent_ns) / 1000);
+    if (latencies_us.size() == count) robot.stop();
+  });
+  std::fprintf(stderr, "ready\n");
+  auto last_progress = Clock::now();
+  std::size_t seen = 0;
+  const double cpu_before_us = cpu_us();
+  while (latencies_us.size() < count && Clock::now() - last_progress < kGiveUp) {
+    robot.run_for(200ms);
+    if (latencies_us.size() != seen) {
+      seen = latencies_us.size();
+      last_progress = Clock::now();
+    }
+  }
+  const double cpu_us_each =
+      (cpu_us() - cpu_before_us) / static_cast<double>(std::max<std::size_t>(seen, 1));
+  std::sort(latencies_us.begin(), latencies_us.end());
+  auto quantile = [&](double q) {
+    return latencies_us.empty()
+               ? 0.0
+               : latencies_us[static_cast<std::size_t>(q * static_cast<double>(seen - 1))];
+  };
+  std::printf("{\"received\": %zu, \"p50_us\": %.1f, \"p99_us\": %.1f, \"cpu_us\": %.2f}\n", seen,
+              quantile(0.5), quantile(0.99), cpu_us_each);
+  return seen == count ? 0 : 1;
+}
+
+int send(std::size_t count, std::size_t size_bytes, std::chrono::microseconds gap) {
+  auto robot = swarmtalk::Client::connected("latency");
+  auto publisher = robot.channel("latency").publisher();
+  std::string message(std::max(size_bytes, sizeof(std::int64_t)), 'x');
+  std::size_t busy = 0;
+  const double cpu_before_us = cpu_us();
+  auto next = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    next += gap;
+    std::this_thread::sleep_until(next);
+    robot.process();
+    while (publisher.busy()) {
+      ++busy;
+      robot.run_once(1ms);
+    }
+    const std::int64_t now = now_ns();
+    std::memcpy(message.data(), &now, sizeof now);
+    if (const swarmtalk::Status status = publisher.send(message); !status) {
+      std::fprintf(stderr, "latency: %s\n", std::string(status.text()).c_str());
+      return 1;
+    }
+  }
+  while (publisher.busy()) robot.run_once(10ms);
+  std::printf("{\"sent\": %zu, \"waited_for_busy\": %zu, \"cpu_us\": %.2f}\n", count, busy,
+              (cpu_us() - cpu_before_us) / static_cast<double>(count));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc == 3 && std::strcmp(argv[1], "receive") == 0) {
+      return receive(std::strtoul(argv[2], nullptr, 10));
+    }
+    if (argc == 5 && std::strcmp(argv[1], "send") == 0) {
+      return send(std::strtoul(argv[2], nullptr, 10), std::strtoul(argv[3], nullptr, 10),
+                  std::chrono::microseconds(std::strtol(argv[4], nullptr, 10)));
+    }
+  } catch (const swarmtalk::Error& error) {
+    std::fprintf(stderr, "latency: %s\n", error.what());
+    return 1;
+  }
+  std::fprintf(stderr, "usage: latency receive COUNT | latency send COUNT BYTES GAP_US\n");
+  return 2;
+}
