@@ -39,10 +39,10 @@ std::vector<Robot> select_robots(const State& state, const std::string& list);
 std::vector<std::string> environment_of(const State& state, const Robot& robot);
 
 /// Runs `command` as each of `robots` at once and waits. With several robots each line of output
-/// gets the robot's number in front.
+/// comes as a whole, with the robot's number in front if `with_prefix`.
 /// @return 0, or the first exit code that is not 0.
 int run_in_robots(const State& state, const std::vector<Robot>& robots,
-                  const std::vector<std::string>& command);
+                  const std::vector<std::string>& command, bool with_prefix);
 
 /// Robots on a square grid from (0, 0), row by row, all heading along +x.
 Pose grid_pose(int robot_number, int robots, double spacing_m);

@@ -124,6 +124,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> command_line;
   std::string robot_list;
   bool as_json = false;
+  bool no_prefix = false;
   CLI::App* up_command = app.add_subcommand("up", "Start robots and leave them running");
   add_lab_options(up_command);
   CLI::App* run_command =
@@ -132,6 +133,8 @@ int main(int argc, char** argv) {
   CLI::App* exec_command =
       app.add_subcommand("exec", "Run what follows -- as robot I, several (1,4-6) or all at once");
   exec_command->add_option("I", robot_list, "Robot: a number, 1,4-6 or all")->required();
+  exec_command->add_flag("--no-prefix", no_prefix,
+                         "With several robots: do not put the robot's number before each line");
   CLI::App* status_command = app.add_subcommand("status", "Show the robots of the lab");
   status_command->add_flag("--json", as_json, "One JSON object a line");
   CLI::App* down_command = app.add_subcommand("down", "Take the lab down");
@@ -159,7 +162,7 @@ int main(int argc, char** argv) {
     if (*run_command) return run(options, command_line);
     const State state = load_or_throw(options.name);
     if (*exec_command) {
-      return run_in_robots(state, select_robots(state, robot_list), command_line);
+      return run_in_robots(state, select_robots(state, robot_list), command_line, !no_prefix);
     }
     if (*status_command) return print_status(state, as_json);
     if (*down_command) down(state);

@@ -75,7 +75,7 @@ void copy_until_closed(std::vector<Stream>& streams, const std::vector<pid_t>& c
 }  // namespace
 
 int run_in_robots(const State& state, const std::vector<Robot>& robots,
-                  const std::vector<std::string>& command) {
+                  const std::vector<std::string>& command, bool with_prefix) {
   if (robots.size() == 1) {
     SpawnOptions options;
     options.network_namespace = robots[0].network_namespace;
@@ -97,7 +97,8 @@ int run_in_robots(const State& state, const std::vector<Robot>& robots,
     close(fds[1]);
     const std::string number = std::to_string(robot.number);
     const std::string padding(width > number.size() ? width - number.size() : 0, ' ');
-    streams.push_back({fds[0], "robot " + padding + number + " | ", {}});
+    const std::string prefix = with_prefix ? "robot " + padding + number + " | " : "";
+    streams.push_back({fds[0], prefix, {}});
   }
   copy_until_closed(streams, children);
   int result = 0;
