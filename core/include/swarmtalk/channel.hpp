@@ -1,0 +1,137 @@
+// A channel: its number, its TTL, its send buffer and the publishers and subscribers of this robot.
+// Made by Swarmtalk::new_channel, lives in the node. Called on the node's thread.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/fragmenter.hpp"
+#include "swarmtalk/publisher.hpp"
+#include "swarmtalk/subscriber.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class Swarmtalk;
+
+template <class P>
+class Channel {
+ public:
+  using W = Wire<P>;
+  using ChannelId = typename W::ChannelId;
+  using Distance = typename Subscriber<P>::Distance;
+
+  ChannelId id() const { return node_->channel_id(index_); }
+  uint8_t ttl() const { return ttl_; }
+  bool is_timestamped() const { return timestamped_; }
+  /// Longest message this channel carries, in bytes.
+  uint16_t max_message_bytes() const {
+    return timestamped_ ? W::kTimedMessageBytes : W::kMessageBytes;
+  }
+  /// A message waits or is being sent.
+  bool is_busy() const { return fragmenter_.is_busy(); }
+
+  /// @param sent  called when a message of this channel has left, may be null; in turn with the
+  ///              other publishers' so that none starves
+  /// @return null if all P::kPublishers are taken
+  Publisher<P>* new_publisher(SentFn sent, void* context) {
+    if (publisher_count_ == P::kPublishers) return nullptr;
+    Publisher<P>* publisher = &publishers_[publisher_count_++];
+    publisher->set(this, sent, context);
+    return publisher;
+  }
+  /// The paper's shape. A null `sent` is allowed.
+  Publisher<P>* new_publisher(void (*sent)()) {
+    if (publisher_count_ == P::kPublishers) return nullptr;
+    Publisher<P>* publisher = &publishers_[publisher_count_++];
+    publisher->set_plain(this, sent);
+    return publisher;
+  }
+
+  /// @param max_distance  messages whose last transmitter was this far or farther are not for it
+  /// @return null if all P::kSubscribers are taken
+  Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive, void* context) {
+    if (subscriber_count_ == P::kSubscribers) return nullptr;
+    Subscriber<P>* subscriber = &subscribers_[subscriber_count_++];
+    subscriber->set(max_distance, receive, context);
+    return subscriber;
+  }
+  /// The paper's shape. A null `receive` is allowed.
+  Subscriber<P>* new_subscriber(Distance max_distance, PlainReceiveFn<P> receive) {
+    if (subscriber_count_ == P::kSubscribers) return nullptr;
+    Subscriber<P>* subscriber = &subscribers_[subscriber_count_++];
+    subscriber->set_plain(max_distance, receive);
+    return subscriber;
+  }
+
+  /// See Publisher::send.
+  Error publish(const uint8_t* bytes, uint16_t size) { return publish(bytes, size, ttl_, false); }
+  Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway) {
+    if (size > max_message_bytes()) return Error::kTooLong;
+    if (size == 0 && !W::kTellsLengths) return Error::kEmpty;
+    if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
+    if (fragmenter_.is_busy()) return Error::kBusy;
+    fragmenter_.load(bytes, size, ttl, crossed_gateway, node_->now());
+    number_ = static_cast<MessageNumber>((number_ + 1u) & W::kMessageMask);
+    node_->set_waiting(index_);
+    return Error::kOk;
+  }
+
+ private:
+  friend class Swarmtalk<P>;
+  using MessageNumber = typename W::MessageNumber;
+  using Index = UintFor<bits_for(P::kChannels)>;
+
+  /// `number` is the last message number used, of this channel or of any before it here.
+  void init(Swarmtalk<P>* node, Index index, uint8_t ttl, bool timestamped, MessageNumber number) {
+    node_ = node;
+    index_ = index;
+    ttl_ = ttl;
+    timestamped_ = timestamped;
+    number_ = number;
+    publisher_count_ = 0;
+    subscriber_count_ = 0;
+    next_sent_ = 0;
+    fragmenter_.reset();
+  }
+
+  bool wants(const typename P::Sensing& sensing) const {
+    for (uint8_t i = 0; i < subscriber_count_; ++i) {
+      if (subscribers_[i].wants(sensing)) return true;
+    }
+    return false;
+  }
+
+  void deliver(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
+    for (uint8_t i = 0; i < subscriber_count_; ++i) {
+      if (subscribers_[i].wants(reception.sensing)) subscribers_[i].call(bytes, size, reception);
+    }
+  }
+
+  /// Tells every publisher, another one first each time, so that the first to send again rotates.
+  void call_sent() {
+    if (publisher_count_ == 0) return;
+    uint8_t turn = next_sent_;
+    if (++next_sent_ >= publisher_count_) next_sent_ = 0;
+    for (uint8_t n = publisher_count_; n > 0; --n) {
+      if (++turn >= publisher_count_) turn = 0;
+      publishers_[turn].call_sent();
+    }
+  }
+
+  Swarmtalk<P>* node_;
+  Fragmenter<P> fragmenter_;
+  Publisher<P> publishers_[P::kPublishers];
+  Subscriber<P> subscribers_[P::kSubscribers];
+  MessageNumber number_;             // of the message in the fragmenter, or of the last one
+  typename W::NodeId sending_node_;  // id under which the message in the fragmenter began
+  Index index_;
+  uint8_t ttl_;
+  bool timestamped_;
+  uint8_t publisher_count_;
+  uint8_t subscriber_count_;
+  uint8_t next_sent_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

@@ -1,0 +1,210 @@
+// The messages a node has met lately: which of their packets it has forwarded, whether it has
+// delivered them, and when. One record per message, found by (node, message, channel, epoch).
+// Owned by the node; the reassembler keeps its own part of a message under the same index.
+//
+// A record is *open* while its message is being put together and *closed* afterwards; only a closed
+// one is given away when room is short. Closed records of one-hop messages matter for a moment only
+// (a link may repeat a packet), those of flooded messages for as long as copies may wander. Small
+// message numbers come back, so a flooded message's record also goes when its number is due again.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/record_index.hpp"
+#include "swarmtalk/types.hpp"
+#include "swarmtalk/wire.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class DuplicateCache {
+ public:
+  using W = Wire<P>;
+  using Header = typename W::Header;
+  using Mask = typename W::PacketMask;
+  using Ticks = UintFor<P::kClockBits>;
+  using Stamp = UintFor<P::kStampBits>;
+  using Index = UintFor<bits_for(P::kRecords)>;
+  static constexpr Index kNone = P::kRecords;
+  static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits, "stamps are cut from the clock");
+
+  DuplicateCache() : used_(0), hand_(0) {}
+
+  /// Record of the header's message. @return kNone if it is not remembered (any more); an open one
+  /// is found even past its time (see is_stale), because somebody holds packets of it
+  Index find(const Header& header, Ticks now) const {
+    const RecordKey<P> key(header);
+    const Index index = index_.find(records_, used_, key);
+    if (index == kNone || (records_[index].flags & kOpen) != 0) return index;
+    return is_expired(records_[index], now) ? kNone : index;
+  }
+
+  /// Whether an open message has waited too long: a packet that comes now is of a later message
+  /// with the same number. REQUIRES is_open(i).
+  bool is_stale(Index i, Ticks now) const { return is_expired(records_[i], now); }
+
+  /// Begins a record for the header's message, closed, nothing forwarded or delivered.
+  /// REQUIRES find() found none.
+  /// @param flood   copies may come by other ways, for long
+  /// @param insist  take a younger flooded message's record if there is nothing better
+  /// @return kNone if all records are open, or too precious when not insisting
+  Index insert(const Header& header, bool flood, bool insist, Ticks now) {
+    const RecordKey<P> key(header);
+    Index index = index_.find(records_, used_, key);  // an expired one of the same name
+    if (index == kNone && used_ < P::kRecords) {
+      index = used_++;
+      records_[index].key = key;
+      index_.link(records_, index);
+    } else if (index == kNone) {
+      index = cheapest(insist, now);
+      if (index == kNone) return kNone;
+      index_.unlink(records_, index);
+      records_[index].key = key;
+      index_.link(records_, index);
+    }
+    Record& record = records_[index];
+    record.forwarded = 0;
+    record.flags = flood ? kFlood : 0;
+    record.stamp = closed_stamp(now);
+    return index;
+  }
+
+  /// Forgets messages whose number is due again: of the header's sender and channel, older than
+  /// kFloodSurelyTicks, and numbered up to half the number space ahead. Call it for each message
+  /// heard first. With numbers of 16 bits and more there is nothing to do.
+  void forget_reused_numbers(const Header& header, Ticks now) {
+    if (P::kMessageBits >= 16) return;
+    const RecordKey<P> key(header);
+    for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {
+      Record& record = records_[i];
+      if ((record.flags & kOpen) != 0 || !record.key.is_same_stream(key)) continue;
+      const uint32_t ahead =
+          (static_cast<uint32_t>(record.key.message()) - header.message) & W::kMessageMask;
+      if (ahead != 0 && ahead <= (W::kMessageMask >> 1) + UINT32_C(1) &&
+          closed_age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
+        record.flags = kExpired;
+      }
+    }
+  }
+
+  bool is_open(Index i) const { return i < used_ && (records_[i].flags & kOpen) != 0; }
+  bool is_delivered(Index i) const { return (records_[i].flags & kDelivered) != 0; }
+  bool is_given_up(Index i) const { return (records_[i].flags & kGivenUp) != 0; }
+  bool is_forwarded(Index i, uint16_t sequence) const {
+    return (records_[i].forwarded & bit(sequence)) != 0;
+  }
+  void set_forwarded(Index i, uint16_t sequence) {
+    records_[i].forwarded = static_cast<Mask>(records_[i].forwarded | bit(sequence));
+  }
+
+  /// The message is being put together; `now` is when its last packet came.
+  void open(Index i, Ticks now) {
+    records_[i].flags = static_cast<uint8_t>(records_[i].flags | kOpen);
+    records_[i].stamp = static_cast<Stamp>(now);
+  }
+  /// Ticks since the last packet of an open message.
+  Ticks since_last_packet(Index i, Ticks now) const {
+    return static_cast<Stamp>(static_cast<Stamp>(now) - records_[i].stamp);
+  }
+  void close_delivered(Index i, Ticks now) { close(i, kDelivered, now); }
+  void close_given_up(Index i, Ticks now) { close(i, kGivenUp, now); }
+
+  /// Looks at the next few records. @return an open one past its time, now closed as given up
+  /// (its fragments are the caller's to release), or kNone. Called on every packet, so that every
+  /// record is looked at before its stamp wraps.
+  Index sweep(Ticks now) {
+    for (uint8_t n = 0; n < kSweep && used_ != 0; ++n) {
+      advance_hand();
+      Record& record = records_[hand_];
+      if (!is_expired(record, now)) continue;
+      if ((record.flags & kOpen) != 0) {
+        close(hand_, kGivenUp, now);
+        return hand_;
+      }
+      record.flags = kExpired;
+    }
+    return kNone;
+  }
+
+  /// Whether any record of the last minutes is of node `node`: an id to avoid.
+  bool knows_node(typename W::NodeId node) const {
+    for (Index i = 0; i < used_; ++i) {
+      if (records_[i].key.node() == node && (records_[i].flags & kExpired) == 0) return true;
+    }
+    return false;
+  }
+
+  Index used() const { return used_; }
+
+ private:
+  enum : uint8_t {
+    kOpen = 1,
+    kDelivered = 2,
+    kGivenUp = 4,  // lost a packet for want of memory or time: not to be begun again
+    kFlood = 8,
+    kExpired = 16,
+  };
+  struct Record : RecordLink<P> {
+    RecordKey<P> key;
+    Mask forwarded;
+    Stamp stamp;  // open: tick of the last packet; closed: in steps of 2^kClosedShift ticks
+    uint8_t flags;
+  };
+  static constexpr uint8_t kSweep = 4;
+  /// Records compared to find the cheapest: all of a small table, a few of a large one.
+  static constexpr Index kCompared = P::kRecords <= 32 ? P::kRecords : 8;
+
+  static Mask bit(uint16_t sequence) { return static_cast<Mask>(static_cast<Mask>(1) << sequence); }
+  static Stamp closed_stamp(Ticks now) { return static_cast<Stamp>(now >> P::kClosedShift); }
+  static Stamp closed_age(const Record& record, Ticks now) {
+    return static_cast<Stamp>(closed_stamp(now) - record.stamp);
+  }
+  static bool is_expired(const Record& record, Ticks now) {
+    if ((record.flags & kExpired) != 0) return true;
+    if ((record.flags & kOpen) != 0) {
+      return static_cast<Stamp>(static_cast<Stamp>(now) - record.stamp) > P::kAssemblyTicks;
+    }
+    return closed_age(record, now) >
+           (((record.flags & kFlood) != 0 ? P::kFloodTicks : P::kOneHopDuplicateTicks) >>
+            P::kClosedShift);
+  }
+  void close(Index i, uint8_t how, Ticks now) {
+    records_[i].flags = static_cast<uint8_t>((records_[i].flags & ~kOpen) | how);
+    records_[i].stamp = closed_stamp(now);
+  }
+  void advance_hand() {
+    ++hand_;
+    if (hand_ >= used_) hand_ = 0;
+  }
+
+  /// Expired, else the oldest one-hop record, else the oldest flooded one that may go.
+  Index cheapest(bool insist, Ticks now) {
+    Index best = kNone;
+    uint32_t best_score = 0;
+    for (Index n = 0; n < kCompared; ++n) {
+      advance_hand();
+      const Record& record = records_[hand_];
+      if ((record.flags & kOpen) != 0) continue;
+      if (is_expired(record, now)) return hand_;
+      const Stamp age = closed_age(record, now);
+      const bool one_hop = (record.flags & kFlood) == 0;
+      if (!one_hop && !insist && age <= (P::kFloodSurelyTicks >> P::kClosedShift)) continue;
+      const uint32_t score =
+          (static_cast<uint32_t>(age) >> 1) + 1 + (one_hop ? UINT32_C(0x80000000) : UINT32_C(0));
+      if (score > best_score) {
+        best = hand_;
+        best_score = score;
+      }
+    }
+    return best;
+  }
+
+  Record records_[P::kRecords];
+  RecordIndex<P, (P::kBuckets == 0)> index_;
+  Index used_;  // records 0..used_-1 have been used
+  Index hand_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

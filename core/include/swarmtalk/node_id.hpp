@@ -1,0 +1,60 @@
+// The id under which a node sends: random, changed when a neighbour is heard using it, or fixed by
+// configuration. Owned by the node.
+//
+// How long two neighbours can share an id: until one hears a packet of the other. Without loss that
+// is the other's next packet; with loss p it takes 1/(1-p) packets on average. Both may change.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/port.hpp"
+#include "swarmtalk/wire.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class NodeIdentity {
+ public:
+  using W = Wire<P>;
+  using NodeId = typename W::NodeId;
+  using Epoch = typename W::Epoch;
+
+  NodeIdentity() : id_(W::kNoNode), epoch_(0), is_fixed_(false) {}
+
+  bool is_drawn() const { return id_ != W::kNoNode; }
+  bool is_fixed() const { return is_fixed_; }
+  NodeId id() const { return id_; }
+  Epoch epoch() const { return epoch_; }
+  void set_epoch(Epoch epoch) { epoch_ = epoch; }
+
+  /// Takes this id for good.
+  void fix(NodeId id) {
+    id_ = id;
+    is_fixed_ = true;
+  }
+
+  /// Draws a new id, not the present one and none that `is_known` (kDraws tries, then any other).
+  /// @param is_known  callable (NodeId) -> bool: heard lately
+  template <class IsKnown>
+  void draw(const Port& port, const IsKnown& is_known) {
+    NodeId id = id_;
+    for (uint8_t tries = 0; tries < kDraws; ++tries) {
+      const NodeId drawn = static_cast<NodeId>(port.random(port.context) % W::kNoNode);
+      if (drawn == id_) continue;
+      id = drawn;
+      if (!is_known(drawn)) break;
+    }
+    if (id == id_) id = static_cast<NodeId>((id_ + 1u) % W::kNoNode);
+    id_ = id;
+  }
+
+ private:
+  static constexpr uint8_t kDraws = 8;
+  NodeId id_;
+  Epoch epoch_;
+  bool is_fixed_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

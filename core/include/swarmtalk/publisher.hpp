@@ -1,0 +1,67 @@
+// The handle through which a program sends on a channel. Made by Channel::new_publisher, lives in
+// the channel. Called on the node's thread.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/types.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class Channel;
+
+/// Called when the last packet of the channel's message has been pulled; may call send().
+using SentFn = void (*)(void* context);
+
+template <class P>
+class Publisher {
+ public:
+  /// Hands over one message; `bytes` is copied. It goes out at the channel's TTL.
+  /// @param size  1..Wire<P>::kMessageBytes (kTimedMessageBytes if timestamped); 0 where the wire
+  ///              keeps lengths
+  /// @return kOk; kBusy while the channel's previous message has not left; kTooLong; kEmpty
+  Error send(const uint8_t* bytes, uint16_t size) { return channel_->publish(bytes, size); }
+
+  /// The same with a TTL of its own, and marked as copied by a gateway (kept if the wire can).
+  /// @return also kTtlTooLarge
+  Error send(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway) {
+    return channel_->publish(bytes, size, ttl, crossed_gateway);
+  }
+
+  /// Whether send() would not answer kBusy.
+  bool available() const { return !channel_->is_busy(); }
+
+  Channel<P>* channel() const { return channel_; }
+
+ private:
+  friend class Channel<P>;
+  union Target {
+    void* context;
+    void (*plain)();
+  };
+  static void call_plain(void* target) { static_cast<Target*>(target)->plain(); }
+
+  void set(Channel<P>* channel, SentFn sent, void* context) {
+    channel_ = channel;
+    sent_ = sent;
+    target_.context = context;
+  }
+  void set_plain(Channel<P>* channel, void (*sent)()) {
+    channel_ = channel;
+    sent_ = sent == nullptr ? nullptr : &call_plain;
+    target_.plain = sent;
+  }
+  void call_sent() {
+    if (sent_ == nullptr) return;
+    sent_(sent_ == &call_plain ? static_cast<void*>(&target_) : target_.context);
+  }
+
+  Channel<P>* channel_;
+  SentFn sent_;
+  Target target_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

@@ -1,0 +1,220 @@
+// Puts messages together from their packets, which may come in any order. Owned by the node. Holds
+// one pool of fragments for all channels; a message's fragments are a list under the index of its
+// record in the DuplicateCache. The packet that completes a message is never stored.
+//
+// Cost per packet: the length of its own message at most, whatever else is held.
+#pragma once
+
+#include <stdint.h>
+#include <string.h>
+
+#include "swarmtalk/types.hpp"
+#include "swarmtalk/wire.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+/// One packet's share of a message, as the node has checked it.
+template <class P>
+struct Fragment {
+  uint16_t sequence;
+  uint16_t packets;  // of the whole message; 0 while unknown
+  const uint8_t* payload;
+  uint16_t payload_bytes;
+  uint16_t payload_max;    // bytes in each packet but the last
+  uint16_t message_bytes;  // of the whole message, if the wire has a size field
+  bool timestamped;
+  typename Wire<P>::Timestamp delay;  // ticks spent before it came here
+};
+
+/// Bytes of the last packet, where packets have their exact length and no size field.
+template <bool kPresent>
+struct TailBytes {
+  uint16_t tail_;
+  void set_tail(uint16_t bytes) { tail_ = bytes; }
+  uint16_t tail() const { return tail_; }
+};
+template <>
+struct TailBytes<false> {
+  void set_tail(uint16_t) {}
+  uint16_t tail() const { return 0; }
+};
+
+template <class P>
+class Reassembler {
+ public:
+  using W = Wire<P>;
+  using Mask = typename W::PacketMask;
+  using Timestamp = typename W::Timestamp;
+  using Index = UintFor<bits_for(P::kRecords)>;
+  using Slot = UintFor<bits_for(P::kFragmentSlots)>;
+  static constexpr Slot kNoSlot = P::kFragmentSlots;
+
+  enum class Outcome : uint8_t {
+    kHeld,           // stored; more is to come
+    kComplete,       // with this packet: call take()
+    kDuplicate,      // this packet is held already
+    kContradiction,  // this packet cannot be of the message that is held
+    kNoSlot,         // no fragment slot: make room and try again, or release()
+  };
+
+  Reassembler() : used_(0), free_(kNoSlot) {}
+
+  /// Begins message `i`, nothing held.
+  void begin(Index i) {
+    assemblies_[i].held = 0;
+    assemblies_[i].first = kNoSlot;
+    assemblies_[i].packets = 0;
+  }
+
+  /// Adds a packet to message `i`, which has been begun. @param elapsed ticks since its last packet
+  Outcome add(Index i, const Fragment<P>& fragment, uint32_t elapsed) {
+    Assembly& assembly = assemblies_[i];
+    const Mask bit = static_cast<Mask>(static_cast<Mask>(1) << fragment.sequence);
+    if (contradicts(assembly, fragment, bit)) return Outcome::kContradiction;
+    if ((assembly.held & bit) != 0) {
+      return is_held_equal(assembly, fragment) ? Outcome::kDuplicate : Outcome::kContradiction;
+    }
+    const uint8_t packets =
+        fragment.packets != 0 ? static_cast<uint8_t>(fragment.packets) : assembly.packets;
+    const Mask held = static_cast<Mask>(assembly.held | bit);
+    if (packets != 0 && held == full(packets)) {
+      assembly.packets = packets;
+      return Outcome::kComplete;
+    }
+    if (free_ == kNoSlot && used_ == P::kFragmentSlots) return Outcome::kNoSlot;
+    const Timestamp delay = delay_now(assembly, fragment, elapsed);
+    insert(assembly, fragment);
+    if (fragment.timestamped) {
+      W::set_timestamp(slots_[assembly.first].body, W::kBodyBytes, delay);
+    }
+    assembly.packets = packets;
+    assembly.held = held;
+    if (packets != 0 && packets == fragment.sequence + 1u)
+      assembly.set_tail(fragment.payload_bytes);
+    return Outcome::kHeld;
+  }
+
+  /// The message that `last` completed (add() answered kComplete), written to `message`
+  /// (W::kMessageBytes). Its fragments are released.
+  /// @return bytes of the message; `delay` gets the largest delay of its packets until now
+  uint16_t take(Index i, const Fragment<P>& last, uint32_t elapsed, uint8_t* message,
+                Timestamp* delay) {
+    Assembly& assembly = assemblies_[i];
+    *delay = delay_now(assembly, last, elapsed);
+    const uint16_t final_sequence = static_cast<uint16_t>(assembly.packets - 1);
+    const uint16_t tail_bytes = tail_of(assembly, last, final_sequence);
+    uint16_t sequence = final_sequence;
+    Slot slot = assembly.first;
+    for (;; --sequence) {
+      uint8_t* to = message + static_cast<uint16_t>(sequence * last.payload_max);
+      const uint16_t size = sequence == final_sequence ? tail_bytes : last.payload_max;
+      if (sequence == last.sequence) {
+        memcpy(to, last.payload, size);
+      } else {
+        memcpy(to, slots_[slot].body, size);
+        slot = slots_[slot].next;
+      }
+      if (sequence == 0) break;
+    }
+    release(i);
+    return static_cast<uint16_t>(final_sequence * last.payload_max + tail_bytes);
+  }
+
+  /// Gives back what message `i` holds.
+  void release(Index i) {
+    Assembly& assembly = assemblies_[i];
+    while (assembly.first != kNoSlot) {
+      const Slot slot = assembly.first;
+      assembly.first = slots_[slot].next;
+      slots_[slot].next = free_;
+      free_ = slot;
+    }
+    assembly.held = 0;
+  }
+
+  /// Packets held of message `i`.
+  uint8_t progress(Index i) const {
+    uint8_t count = 0;
+    for (Mask mask = assemblies_[i].held; mask != 0; mask = static_cast<Mask>(mask & (mask - 1))) {
+      ++count;
+    }
+    return count;
+  }
+
+ private:
+  struct Assembly : TailBytes<(!P::kPadded && P::kSizeBits == 0)> {
+    Mask held;
+    Slot first;       // list of fragments, highest sequence first; its timestamp is the message's
+    uint8_t packets;  // of the whole message; 0 while unknown
+  };
+  struct Held {
+    uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
+    Slot next;
+  };
+
+  static Mask full(uint8_t packets) {
+    return static_cast<Mask>(static_cast<Mask>(~static_cast<Mask>(0)) >>
+                             (sizeof(Mask) * 8 - packets));
+  }
+
+  static bool contradicts(const Assembly& assembly, const Fragment<P>& fragment, Mask bit) {
+    if (assembly.packets != 0) {
+      return fragment.packets != 0 ? fragment.packets != assembly.packets
+                                   : fragment.sequence >= assembly.packets;
+    }
+    return fragment.packets != 0 && fragment.sequence + 1u == fragment.packets &&
+           assembly.held >= bit && (assembly.held & bit) == 0;
+  }
+
+  bool is_held_equal(const Assembly& assembly, const Fragment<P>& fragment) const {
+    Slot slot = assembly.first;
+    for (Mask above = static_cast<Mask>(assembly.held >> fragment.sequence >> 1); above != 0;
+         above = static_cast<Mask>(above & (above - 1))) {
+      slot = slots_[slot].next;
+    }
+    return memcmp(slots_[slot].body, fragment.payload, fragment.payload_bytes) == 0;
+  }
+
+  static uint16_t tail_of(const Assembly& assembly, const Fragment<P>& last, uint16_t final) {
+    if (P::kSizeBits != 0)
+      return static_cast<uint16_t>(last.message_bytes - final * last.payload_max);
+    if (P::kPadded || last.sequence == final) return last.payload_bytes;
+    return assembly.tail();
+  }
+
+  void insert(Assembly& assembly, const Fragment<P>& fragment) {
+    Slot slot = free_;
+    if (slot != kNoSlot) {
+      free_ = slots_[slot].next;
+    } else {
+      slot = used_++;
+    }
+    memcpy(slots_[slot].body, fragment.payload, fragment.payload_bytes);
+    Slot* link = &assembly.first;
+    for (Mask above = static_cast<Mask>(assembly.held >> fragment.sequence >> 1); above != 0;
+         above = static_cast<Mask>(above & (above - 1))) {
+      link = &slots_[*link].next;
+    }
+    slots_[slot].next = *link;
+    *link = slot;
+  }
+
+  /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
+  /// what this packet says if that is more. Saturates.
+  Timestamp delay_now(const Assembly& assembly, const Fragment<P>& fragment,
+                      uint32_t elapsed) const {
+    if (!fragment.timestamped || assembly.held == 0) return fragment.delay;
+    const Timestamp before = W::timestamp(slots_[assembly.first].body, W::kBodyBytes);
+    const Timestamp waited = W::later(before, elapsed);
+    return waited > fragment.delay ? waited : fragment.delay;
+  }
+
+  Assembly assemblies_[P::kRecords];
+  Held slots_[P::kFragmentSlots];
+  Slot used_;  // slots 0..used_-1 have been used; the rest is untouched memory
+  Slot free_;  // list of used ones that are free again
+};
+
+}  // namespace core
+}  // namespace swarmtalk

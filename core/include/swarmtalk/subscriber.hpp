@@ -1,0 +1,69 @@
+// Who is called with the messages of a channel. Made by Channel::new_subscriber, lives in the
+// channel. Called on the node's thread, from inside Swarmtalk::on_packet.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/sensing.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class Channel;
+
+/// Called with one message. `bytes` is valid during the call.
+template <class P>
+using ReceiveFn = void (*)(void* context, const uint8_t* bytes, uint16_t size,
+                           const Reception<P>& reception);
+
+/// The same in the shape of Zhang et al., AAMAS 2020, sec. 2.3. The program may write to the
+/// message and to its copy of the sensing.
+template <class P>
+using PlainReceiveFn = void (*)(unsigned char* message, int size, int ttl,
+                                typename P::Sensing* sensing);
+
+template <class P>
+class Subscriber {
+ public:
+  using Distance = typename P::Sensing::Distance;
+
+  /// Whether a message whose last packet came from so far is wanted.
+  bool wants(const typename P::Sensing& sensing) const { return sensing.is_within(max_distance_); }
+
+ private:
+  friend class Channel<P>;
+  union Target {
+    void* context;
+    PlainReceiveFn<P> plain;
+  };
+  static void call_plain(void* target, const uint8_t* bytes, uint16_t size,
+                         const Reception<P>& reception) {
+    typename P::Sensing sensing = reception.sensing;
+    static_cast<Target*>(target)->plain(const_cast<unsigned char*>(bytes), static_cast<int>(size),
+                                        reception.ttl, &sensing);
+  }
+
+  void set(Distance max_distance, ReceiveFn<P> receive, void* context) {
+    max_distance_ = max_distance;
+    receive_ = receive;
+    target_.context = context;
+  }
+  void set_plain(Distance max_distance, PlainReceiveFn<P> receive) {
+    max_distance_ = max_distance;
+    receive_ = receive == nullptr ? nullptr : &call_plain;
+    target_.plain = receive;
+  }
+  void call(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
+    if (receive_ == nullptr) return;
+    receive_(receive_ == &call_plain ? static_cast<void*>(&target_) : target_.context, bytes, size,
+             reception);
+  }
+
+  Distance max_distance_;
+  ReceiveFn<P> receive_;
+  Target target_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

@@ -1,0 +1,477 @@
+// A SwarmTalk node: publish/subscribe over small broadcast packets, with forwarding. Passive and
+// single-threaded: its owner calls it (on one thread, or with interrupts off), nothing else does.
+// It owns all of its memory, uses no heap and no globals; a thousand nodes are an array.
+//
+// A platform gives it a Port (clock, random), calls pull_packet when its link can send and
+// on_packet when its link has received: the four functions of Zhang et al., AAMAS 2020, sec. 3.
+#pragma once
+
+#include <stdint.h>
+
+#include "swarmtalk/channel.hpp"
+#include "swarmtalk/counters.hpp"
+#include "swarmtalk/duplicate_cache.hpp"
+#include "swarmtalk/forward_queue.hpp"
+#include "swarmtalk/node_id.hpp"
+#include "swarmtalk/port.hpp"
+#include "swarmtalk/reassembler.hpp"
+#include "swarmtalk/round_robin.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+class Swarmtalk {
+ public:
+  using Profile = P;
+  using W = Wire<P>;
+  using NodeId = typename W::NodeId;
+  using ChannelId = typename W::ChannelId;
+  using Epoch = typename W::Epoch;
+  using Sensing = typename P::Sensing;
+  using Ticks = UintFor<P::kClockBits>;
+
+  /// Touches little of its memory: a large profile stays cheap until its buffers are used.
+  explicit Swarmtalk(const Port& port) : port_(port), number_floor_(0), last_error_(Error::kOk) {
+    used_channels_ = 0;
+  }
+  Swarmtalk(const Swarmtalk&) = delete;
+  Swarmtalk& operator=(const Swarmtalk&) = delete;
+
+  /// Registers channel `id`.
+  /// @param ttl          hops allowed after the first, 0..W::kTtlMax
+  /// @param timestamped  messages carry their delay, at W::kTimestampBytes less payload per packet
+  /// @return null when impossible; last_error() says why
+  Channel<P>* new_channel(uint32_t id, uint32_t ttl, bool timestamped) {
+    last_error_ = check_channel(id, ttl, timestamped);
+    if (last_error_ != Error::kOk) return nullptr;
+    const ChannelIndex index = free_channel(static_cast<ChannelId>(id));
+    if (index == kNoChannel) {
+      last_error_ = Error::kNoRoom;
+      return nullptr;
+    }
+    if (index == used_channels_) {
+      ++used_channels_;
+      channels_[index].number_ = number_floor_;
+    } else if (ids_[index] != static_cast<ChannelId>(id)) {
+      number_floor_ = larger(number_floor_, channels_[index].number_);
+      channels_[index].number_ = number_floor_;
+    }
+    ids_[index] = static_cast<ChannelId>(id);
+    is_open_[index] = true;
+    channels_[index].init(this, index, static_cast<uint8_t>(ttl), timestamped,
+                          channels_[index].number_);
+    return &channels_[index];
+  }
+
+  /// Ends a channel: an unsent message is dropped, its publishers and subscribers must not be used
+  /// any more. Not from inside a callback of the same channel.
+  void remove_channel(Channel<P>* channel) {
+    round_robin_.set_ready(static_cast<Source>(channel->index_ + 1u), false);
+    is_open_[channel->index_] = false;
+  }
+
+  /// Why the last new_channel failed, or kOk.
+  Error last_error() const { return last_error_; }
+
+  /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
+  /// @param out  W::kMtuBytes
+  /// @return bytes written; 0: nothing waits
+  uint16_t pull_packet(uint8_t* out) {
+    const Ticks now = this->now();
+    age(now);
+    const Source source = round_robin_.next();
+    if (source == RoundRobin<kSources>::kNone) return 0;
+    count(counters_.packets_sent);
+    return source == 0 ? pull_forwarded(out, now)
+                       : pull_own(channels_[source - 1], source, out, now);
+  }
+
+  /// Something waits to be pulled.
+  bool has_packet() const { return round_robin_.is_any_ready(); }
+
+  /// Takes a packet that the link has received. Calls `receive` callbacks.
+  /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
+  Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
+    const Ticks now = this->now();
+    age(now);
+    count(counters_.packets_received);
+    const Error damage = W::check(bytes, size);
+    if (damage != Error::kOk) {
+      count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
+      return damage;
+    }
+    Arrival arrival = {W::decode(bytes), bytes, size, nullptr, now, &sensing};
+    const ChannelIndex index = find_channel(arrival.header.channel);
+    if (index != kNoChannel) arrival.channel = &channels_[index];
+    if (!W::kMarksTimestamps) {
+      arrival.header.timestamped = arrival.channel != nullptr && arrival.channel->timestamped_;
+    }
+    Fragment<P> fragment;
+    if (!read_fragment(arrival, fragment)) {
+      count(counters_.bad_packets);
+      return Error::kBadPacket;
+    }
+    if (!is_own(arrival)) receive(arrival, fragment);
+    return Error::kOk;
+  }
+
+  /// Id under which this node sends; drawn when first needed.
+  NodeId node_id() const {
+    ensure_id();
+    return identity_.id();
+  }
+  /// Fixes the id: it does not change by itself any more; collisions are still counted.
+  void set_node_id(NodeId id) { identity_.fix(id); }
+  /// Distinguishes this start of the program from earlier ones (profiles with epoch bits).
+  void set_epoch(uint16_t epoch) { identity_.set_epoch(static_cast<Epoch>(epoch)); }
+
+  const Counters<P>& counters() const { return counters_; }
+  Ticks now() const { return static_cast<Ticks>(port_.clock(port_.context)); }
+
+ private:
+  friend class Channel<P>;
+  using Header = typename W::Header;
+  using Cache = DuplicateCache<P>;
+  using Record = typename Cache::Index;
+  using Outcome = typename Reassembler<P>::Outcome;
+  using ChannelIndex = UintFor<bits_for(P::kChannels)>;
+  static constexpr ChannelIndex kNoChannel = P::kChannels;
+  static constexpr uint16_t kSources = P::kChannels + 1;
+  using Source = typename RoundRobin<kSources>::Source;
+  using MessageNumber = typename W::MessageNumber;
+
+  /// A packet on its way through the node.
+  struct Arrival {
+    Header header;
+    const uint8_t* bytes;
+    uint16_t size;
+    Channel<P>* channel;  // null: not registered here
+    Ticks now;
+    const Sensing* sensing;
+  };
+
+  // --- channels -----------------------------------------------------------------------------
+  Error check_channel(uint32_t id, uint32_t ttl, bool timestamped) const {
+    if (id > W::kChannelMax) return Error::kBadChannel;
+    if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
+    if (timestamped && P::kTimestampBits == 0) return Error::kWrongTimestamps;
+    if (P::kTimestampedFrom != kNoTimestampedChannels &&
+        timestamped != (id >= P::kTimestampedFrom)) {
+      return Error::kWrongTimestamps;
+    }
+    return find_channel(static_cast<ChannelId>(id)) == kNoChannel ? Error::kOk
+                                                                  : Error::kAlreadyOpen;
+  }
+  ChannelId channel_id(ChannelIndex index) const { return ids_[index]; }
+
+  ChannelIndex find_channel(ChannelId id) const {
+    for (ChannelIndex i = 0; i < used_channels_; ++i) {
+      if (ids_[i] == id && is_open_[i]) return i;
+    }
+    return kNoChannel;
+  }
+  /// The place where this channel was before (its message numbers go on there), else a fresh one,
+  /// else any that is free.
+  ChannelIndex free_channel(ChannelId id) const {
+    ChannelIndex found = used_channels_ < P::kChannels ? used_channels_ : kNoChannel;
+    for (ChannelIndex i = 0; i < used_channels_; ++i) {
+      if (is_open_[i]) continue;
+      if (ids_[i] == id) return i;
+      if (found == kNoChannel) found = i;
+    }
+    return found;
+  }
+  static MessageNumber larger(MessageNumber a, MessageNumber b) { return a > b ? a : b; }
+  void set_waiting(ChannelIndex index) {
+    round_robin_.set_ready(static_cast<Source>(index + 1u), true);
+  }
+
+  // --- sending ------------------------------------------------------------------------------
+  uint16_t pull_forwarded(uint8_t* out, Ticks now) {
+    const Header header = forward_queue_.next();
+    bool timestamped = header.timestamped;
+    if (!W::kMarksTimestamps) {
+      const ChannelIndex index = find_channel(header.channel);
+      timestamped = index != kNoChannel && channels_[index].timestamped_;
+    }
+    const uint16_t size = forward_queue_.pull(timestamped, now, out);
+    round_robin_.set_ready(0, !forward_queue_.is_empty());
+    count(counters_.packets_forwarded);
+    return size;
+  }
+
+  uint16_t pull_own(Channel<P>& channel, Source source, uint8_t* out, Ticks now) {
+    ensure_id();
+    if (channel.fragmenter_.sequence() == 0) channel.sending_node_ = identity_.id();
+    Header header;
+    header.node = channel.sending_node_;  // a change of id never splits a message
+    header.message = channel.number_;
+    header.channel = ids_[source - 1];
+    header.epoch = identity_.epoch();
+    header.timestamped = channel.timestamped_;
+    const uint16_t size = channel.fragmenter_.next(header, now, out);
+    if (header.ttl > 0) remember_own(header, now);
+    if (!channel.fragmenter_.is_busy()) {
+      round_robin_.set_ready(source, false);
+      count(counters_.messages_sent);
+      channel.call_sent();
+    }
+    return size;
+  }
+
+  /// Others will send this on: their copies are echoes, also under an id that we gave up since.
+  void remember_own(const Header& header, Ticks now) {
+    Record record = cache_.find(header, now);
+    if (record == Cache::kNone) {
+      record = cache_.insert(header, true, true, now);
+      if (record == Cache::kNone) return;
+      cache_.close_delivered(record, now);
+    }
+    cache_.set_forwarded(record, header.sequence);
+  }
+
+  void ensure_id() const {
+    if (identity_.is_drawn()) return;
+    const Cache& cache = cache_;
+    identity_.draw(port_, [&cache](NodeId id) { return cache.knows_node(id); });
+  }
+
+  // --- receiving ----------------------------------------------------------------------------
+  /// Checks lengths and numbers against each other. @return false if they contradict
+  bool read_fragment(const Arrival& arrival, Fragment<P>& fragment) const {
+    const Header& header = arrival.header;
+    uint16_t body_bytes = static_cast<uint16_t>(arrival.size - W::kHeaderBytes - W::kChecksumBytes);
+    const uint8_t* body = arrival.bytes + W::kHeaderBytes;
+    fragment.delay = 0;
+    fragment.timestamped = header.timestamped;
+    fragment.payload_max = header.timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    if (header.timestamped) {
+      if (body_bytes < W::kTimestampBytes) return false;
+      fragment.delay = W::timestamp(body, body_bytes);
+      body_bytes = static_cast<uint16_t>(body_bytes - W::kTimestampBytes);
+    }
+    fragment.sequence = header.sequence;
+    fragment.payload = body;
+    fragment.payload_bytes = body_bytes;
+    fragment.message_bytes = header.size;
+    fragment.packets = header.end ? static_cast<uint16_t>(header.sequence + 1u) : uint16_t{0};
+    if (fragment.sequence >= W::kMaxPackets) return false;
+    if (P::kPadded) return true;
+    if (P::kSizeBits != 0) return fits_size(header, fragment);
+    return header.end ? header.sequence == 0 || body_bytes != 0
+                      : body_bytes == fragment.payload_max;
+  }
+  static bool fits_size(const Header& header, Fragment<P>& fragment) {
+    const uint16_t limit = header.timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
+    if (header.size > limit) return false;
+    fragment.packets = W::packets_for(header.size, fragment.payload_max);
+    if (header.end != (header.sequence + 1u == fragment.packets) ||
+        header.sequence >= fragment.packets) {
+      return false;
+    }
+    return fragment.payload_bytes == (header.end
+                                          ? header.size - header.sequence * fragment.payload_max
+                                          : fragment.payload_max);
+  }
+
+  /// Our own packet come back, or somebody else under our id: neither is received.
+  bool is_own(const Arrival& arrival) {
+    const Header& header = arrival.header;
+    if (!identity_.is_drawn() || header.node != identity_.id()) return false;
+    const bool same_epoch = header.epoch == identity_.epoch();
+    const Record record = cache_.find(header, arrival.now);
+    if (same_epoch && (P::kEpochBits != 0 ||
+                       (record != Cache::kNone && cache_.is_forwarded(record, header.sequence)))) {
+      count(counters_.own_echoes);
+      return true;
+    }
+    count(counters_.id_collisions);
+    if (!identity_.is_fixed()) {
+      const Cache& cache = cache_;
+      identity_.draw(port_, [&cache](NodeId id) { return cache.knows_node(id); });
+      count(counters_.id_changes);
+    }
+    return same_epoch;
+  }
+
+  void receive(Arrival& arrival, const Fragment<P>& fragment) {
+    const Header& header = arrival.header;
+    bool wanted = arrival.channel != nullptr && arrival.channel->subscriber_count_ != 0;
+    if (!wanted) {
+      count(counters_.unknown_channels);
+    } else if (!arrival.channel->wants(*arrival.sensing)) {
+      count(counters_.too_far);
+      wanted = false;
+    }
+    if (!wanted && header.ttl == 0) return;
+    const bool flood = header.ttl != 0 || arrival.channel->ttl_ != 0;
+    const bool whole = header.end && header.sequence == 0;
+    const Record record = record_of(header, flood, flood || !whole, arrival.now);
+    if (header.ttl != 0) forward(arrival, record);
+    if (!wanted) return;
+    if (record == Cache::kNone) {
+      if (whole) {
+        deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
+      } else {
+        count(counters_.no_memory);
+      }
+      return;
+    }
+    if (cache_.is_delivered(record) || cache_.is_given_up(record)) {
+      count(counters_.duplicates);
+    } else if (whole && !cache_.is_open(record)) {
+      cache_.close_delivered(record, arrival.now);
+      deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
+    } else {
+      assemble(arrival, fragment, record);
+    }
+  }
+
+  /// The record of a packet's message, a new one if needed. kNone: no room.
+  Record record_of(const Header& header, bool flood, bool insist, Ticks now) {
+    Record record = cache_.find(header, now);
+    if (record != Cache::kNone && cache_.is_open(record) && cache_.is_stale(record, now)) {
+      reassembler_.release(record);
+      count(counters_.aged_out);
+      record = Cache::kNone;
+    }
+    if (record != Cache::kNone) return record;
+    cache_.forget_reused_numbers(header, now);
+    return cache_.insert(header, flood, insist, now);
+  }
+
+  /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
+  /// then.
+  void forward(const Arrival& arrival, Record record) {
+    if (record == Cache::kNone) {
+      count(counters_.no_memory);
+      return;
+    }
+    if (cache_.is_forwarded(record, arrival.header.sequence)) {
+      if (!forward_queue_.is_empty()) forward_queue_.improve(arrival.header);
+      return;
+    }
+    if (!forward_queue_.push(arrival.bytes, arrival.size, arrival.header, arrival.now)) {
+      count(counters_.forward_queue_full);
+      return;
+    }
+    cache_.set_forwarded(record, arrival.header.sequence);
+    round_robin_.set_ready(0, true);
+  }
+
+  void assemble(const Arrival& arrival, const Fragment<P>& fragment, Record record) {
+    if (!cache_.is_open(record)) {
+      reassembler_.begin(record);
+      cache_.open(record, arrival.now);
+    }
+    const Ticks elapsed = cache_.since_last_packet(record, arrival.now);
+    Outcome outcome = reassembler_.add(record, fragment, elapsed);
+    if (outcome == Outcome::kNoSlot && make_room(record, arrival.now)) {
+      outcome = reassembler_.add(record, fragment, elapsed);
+    }
+    switch (outcome) {
+      case Outcome::kHeld:
+        cache_.open(record, arrival.now);
+        break;
+      case Outcome::kComplete:
+        complete(arrival, fragment, record, elapsed);
+        break;
+      case Outcome::kDuplicate:
+        count(counters_.duplicates);
+        break;
+      case Outcome::kContradiction:
+        give_up(record, arrival.now);
+        count(counters_.contradictions);
+        break;
+      case Outcome::kNoSlot:
+        give_up(record, arrival.now);
+        count(counters_.no_memory);
+        break;
+    }
+  }
+
+  /// Kept out of the callers' frames: the message lies on the stack.
+  void complete(const Arrival& arrival, const Fragment<P>& fragment, Record record, Ticks elapsed) {
+    uint8_t message[W::kMessageBytes];
+    typename W::Timestamp delay = 0;
+    const uint16_t size = reassembler_.take(record, fragment, elapsed, message, &delay);
+    cache_.close_delivered(record, arrival.now);
+    deliver(arrival, message, size, delay);
+  }
+
+  void deliver(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
+               typename W::Timestamp delay) {
+    const Header& header = arrival.header;
+    Reception<P> reception;
+    reception.sensing = *arrival.sensing;
+    reception.node = header.node;
+    reception.epoch = header.epoch;
+    reception.message = header.message;
+    reception.channel = header.channel;
+    reception.ttl = header.ttl;
+    reception.hops = hops_of(arrival);
+    reception.has_delay = header.timestamped;
+    reception.crossed_gateway = header.crossed_gateway;
+    reception.delay_ticks = delay;
+    count(counters_.messages_received);
+    arrival.channel->deliver(bytes, size, reception);
+  }
+  static uint8_t hops_of(const Arrival& arrival) {
+    if (P::kHopsBits != 0) return arrival.header.hops;
+    const uint8_t sent_ttl = arrival.channel->ttl_;
+    return P::kHopsFromTtl && sent_ttl >= arrival.header.ttl
+               ? static_cast<uint8_t>(sent_ttl - arrival.header.ttl)
+               : kHopsUnknown;
+  }
+
+  void give_up(Record record, Ticks now) {
+    reassembler_.release(record);
+    cache_.close_given_up(record, now);
+  }
+
+  /// Gives up the message that has come least far, if it has come less far than `record`.
+  bool make_room(Record record, Ticks now) {
+    Record victim = Cache::kNone;
+    uint8_t least = reassembler_.progress(record);
+    const Record used = cache_.used();
+    for (uint8_t n = 0; n < 32 && n < used; ++n) {
+      if (++victim_hand_ >= used) victim_hand_ = 0;
+      if (victim_hand_ == record || !cache_.is_open(victim_hand_)) continue;
+      const uint8_t progress = reassembler_.progress(victim_hand_);
+      if (progress < least) {
+        least = progress;
+        victim = victim_hand_;
+      }
+    }
+    if (victim == Cache::kNone) return false;
+    give_up(victim, now);
+    count(counters_.no_memory);
+    return true;
+  }
+
+  void age(Ticks now) {
+    const Record record = cache_.sweep(now);
+    if (record == Cache::kNone) return;
+    reassembler_.release(record);
+    count(counters_.aged_out);
+  }
+
+  Port port_;
+  mutable NodeIdentity<P> identity_;
+  RoundRobin<kSources> round_robin_;
+  Cache cache_;
+  Reassembler<P> reassembler_;
+  ForwardQueue<P> forward_queue_;
+  Counters<P> counters_;
+  ChannelId ids_[P::kChannels];
+  bool is_open_[P::kChannels];
+  Channel<P> channels_[P::kChannels];
+  MessageNumber number_floor_;  // numbers up to here may have been used on a channel since removed
+  ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
+  Record victim_hand_ = 0;
+  Error last_error_;
+};
+
+}  // namespace core
+}  // namespace swarmtalk

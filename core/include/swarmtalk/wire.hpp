@@ -1,0 +1,218 @@
+// The packet format of a profile, and the only file that knows bit positions. Pure functions over
+// bytes; called by the fragmenter (encode), the node (decode) and the forward queue (set_ttl).
+//
+//   header | payload | timestamp (timestamped packets) | checksum (if the profile has one)
+//
+// The header is one bit string, most significant bit first, padded with zeros to whole bytes:
+//   node | message | sequence | end (1) | channel | ttl | hops | size | epoch | timestamped |
+//   gateway
+// The first six are the header of Zhang et al., AAMAS 2020, fig. 1; the others are 0 bits wide in
+// the profiles that keep to it.
+#pragma once
+
+#include <stdint.h>
+#include <string.h>
+
+#include "swarmtalk/bits.hpp"
+#include "swarmtalk/checksum.hpp"
+#include "swarmtalk/profile.hpp"
+#include "swarmtalk/types.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+struct Wire {
+  using Checked = CheckedProfile<P>;
+  static_assert(Checked::kIsSound, "");
+
+  using NodeId = UintFor<P::kNodeBits>;
+  using MessageNumber = UintFor<P::kMessageBits>;
+  using Sequence = UintFor<P::kSequenceBits>;
+  using ChannelId = UintFor<P::kChannelBits>;
+  using Epoch = UintFor<P::kEpochBits>;
+  using Timestamp = UintFor<P::kTimestampBits>;
+
+  static constexpr uint16_t kHeaderBytes = Checked::kHeaderBytes;
+  static constexpr uint16_t kChecksumBytes = Checked::kChecksumBytes;
+  static constexpr uint16_t kTimestampBytes = Checked::kTimestampBytes;
+  static constexpr uint16_t kMtuBytes = P::kMtuBytes;
+  static constexpr uint16_t kBodyBytes = kMtuBytes - kHeaderBytes - kChecksumBytes;
+  static constexpr uint16_t kPayloadBytes = kBodyBytes;
+  /// Whether a message arrives with its exact length; if not, it is padded to whole packets.
+  static constexpr bool kTellsLengths = !P::kPadded;
+  static constexpr uint16_t kTimedPayloadBytes =
+      P::kTimestampBits == 0 ? 0 : kBodyBytes - kTimestampBytes;
+
+  static constexpr NodeId kNoNode = static_cast<NodeId>(low_bits(P::kNodeBits));
+  static constexpr MessageNumber kMessageMask =
+      static_cast<MessageNumber>(low_bits(P::kMessageBits));
+  static constexpr uint8_t kTtlMax = static_cast<uint8_t>(low_bits(P::kTtlBits));
+  static constexpr uint16_t kChannelMax = static_cast<uint16_t>(low_bits(P::kChannelBits));
+  static constexpr Timestamp kTimestampMax = static_cast<Timestamp>(low_bits(P::kTimestampBits));
+
+  static constexpr uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
+  /// Longest message that the sequence number and the size field allow, for `payload` per packet.
+  static constexpr uint16_t longest_message(uint16_t payload) {
+    return static_cast<uint16_t>(
+        smaller(smaller(static_cast<uint32_t>(payload) << P::kSequenceBits, P::kMaxMessageBytes),
+                P::kSizeBits == 0 ? UINT32_C(65535) : low_bits(P::kSizeBits)));
+  }
+  static constexpr uint16_t kMessageBytes = longest_message(kPayloadBytes);
+  static constexpr uint16_t kTimedMessageBytes = longest_message(kTimedPayloadBytes);
+  static constexpr uint16_t packets_for(uint16_t size, uint16_t payload) {
+    return static_cast<uint16_t>(size == 0 ? 1
+                                           : (static_cast<uint32_t>(size) + payload - 1) / payload);
+  }
+  static constexpr uint16_t kMaxPackets =
+      packets_for(kTimedMessageBytes, kTimedPayloadBytes == 0 ? 1 : kTimedPayloadBytes) >
+              packets_for(kMessageBytes, kPayloadBytes)
+          ? packets_for(kTimedMessageBytes, kTimedPayloadBytes == 0 ? 1 : kTimedPayloadBytes)
+          : packets_for(kMessageBytes, kPayloadBytes);
+  static_assert(kMaxPackets <= 32, "a message has at most 32 packets: lower kMaxMessageBytes");
+  /// One bit per packet of a message.
+  using PacketMask = UintFor<kMaxPackets>;
+
+  struct Header {
+    NodeId node;
+    MessageNumber message;
+    Sequence sequence;
+    bool end;
+    ChannelId channel;
+    uint8_t ttl;
+    uint8_t hops;
+    uint16_t size;  // of the whole message; 0 without a size field
+    Epoch epoch;
+    bool timestamped;
+    bool crossed_gateway;
+  };
+
+  // Positions: each field starts where the one before it ends.
+  static constexpr uint16_t kMessageAt = P::kNodeBits;
+  static constexpr uint16_t kSequenceAt = kMessageAt + P::kMessageBits;
+  static constexpr uint16_t kEndAt = kSequenceAt + P::kSequenceBits;
+  static constexpr uint16_t kChannelAt = kEndAt + 1;
+  static constexpr uint16_t kTtlAt = kChannelAt + P::kChannelBits;
+  static constexpr uint16_t kHopsAt = kTtlAt + P::kTtlBits;
+  static constexpr uint16_t kSizeAt = kHopsAt + P::kHopsBits;
+  static constexpr uint16_t kEpochAt = kSizeAt + P::kSizeBits;
+  static constexpr uint16_t kTimestampedAt = kEpochAt + P::kEpochBits;
+  static constexpr uint16_t kGatewayAt = kTimestampedAt + P::kTimestampedBits;
+
+  using NodeField = bits::Field<0, P::kNodeBits>;
+  using MessageField = bits::Field<kMessageAt, P::kMessageBits>;
+  using SequenceField = bits::Field<kSequenceAt, P::kSequenceBits>;
+  using EndField = bits::Field<kEndAt, 1>;
+  using ChannelField = bits::Field<kChannelAt, P::kChannelBits>;
+  using TtlField = bits::Field<kTtlAt, P::kTtlBits>;
+  using HopsField = bits::Field<kHopsAt, P::kHopsBits>;
+  using SizeField = bits::Field<kSizeAt, P::kSizeBits>;
+  using EpochField = bits::Field<kEpochAt, P::kEpochBits>;
+  using TimestampedField = bits::Field<kTimestampedAt, P::kTimestampedBits>;
+  using GatewayField = bits::Field<kGatewayAt, P::kGatewayBits>;
+
+  /// Reads the header at the start of `packet` (at least kHeaderBytes). Padding bits are ignored.
+  static Header decode(const uint8_t* packet) {
+    Header header;
+    header.node = NodeField::get(packet);
+    header.message = MessageField::get(packet);
+    header.sequence = SequenceField::get(packet);
+    header.end = EndField::get(packet) != 0;
+    header.channel = ChannelField::get(packet);
+    header.ttl = TtlField::get(packet);
+    header.hops = HopsField::get(packet);
+    header.size = SizeField::get(packet);
+    header.epoch = EpochField::get(packet);
+    header.timestamped = P::kTimestampedBits != 0
+                             ? TimestampedField::get(packet) != 0
+                             : static_cast<uint32_t>(header.channel) >= P::kTimestampedFrom;
+    header.crossed_gateway = GatewayField::get(packet) != 0;
+    return header;
+  }
+
+  /// Writes kHeaderBytes at `packet`, padding bits 0. Values are cut to their width.
+  static void encode(const Header& header, uint8_t* packet) {
+    memset(packet, 0, kHeaderBytes);
+    NodeField::put(packet, header.node);
+    MessageField::put(packet, header.message);
+    SequenceField::put(packet, header.sequence);
+    EndField::put(packet, header.end ? 1 : 0);
+    ChannelField::put(packet, header.channel);
+    TtlField::put(packet, header.ttl);
+    HopsField::put(packet, static_cast<typename HopsField::Value>(header.hops));
+    SizeField::put(packet, static_cast<typename SizeField::Value>(header.size));
+    EpochField::put(packet, header.epoch);
+    TimestampedField::put(packet, header.timestamped ? 1 : 0);
+    GatewayField::put(packet, header.crossed_gateway ? 1 : 0);
+  }
+
+  /// Whether channel numbers or a flag on the wire tell every forwarder what is timestamped; if
+  /// not (2020 format), only a robot that registered the channel knows.
+  static constexpr bool kMarksTimestamps =
+      P::kTimestampedBits != 0 || P::kTimestampedFrom != kNoTimestampedChannels;
+
+  /// A copy one hop further: TTL down, hops up (staying at its largest value), all else kept.
+  /// REQUIRES ttl of the packet > 0.
+  static void count_hop(uint8_t* packet, const Header& header) {
+    TtlField::put(packet, static_cast<uint8_t>(header.ttl - 1));
+    if (P::kHopsBits != 0 && header.hops != static_cast<uint8_t>(low_bits(P::kHopsBits))) {
+      HopsField::put(packet, static_cast<typename HopsField::Value>(header.hops + 1));
+    }
+  }
+
+  static void set_hops(uint8_t* packet, uint8_t hops) {
+    HopsField::put(packet, static_cast<typename HopsField::Value>(hops));
+  }
+
+  /// Whether `a` and `b` are copies of one packet, whatever way they came.
+  static bool is_same_packet(const Header& a, const Header& b) {
+    return a.message == b.message && a.node == b.node && a.sequence == b.sequence &&
+           a.channel == b.channel && a.epoch == b.epoch;
+  }
+
+  /// Timestamp in the last bytes of a body (little-endian) of `body_bytes` bytes.
+  /// REQUIRES body_bytes >= kTimestampBytes.
+  static Timestamp timestamp(const uint8_t* body, uint16_t body_bytes) {
+    Timestamp ticks = 0;
+    for (uint8_t i = kTimestampBytes; i-- > 0;) {
+      ticks =
+          static_cast<Timestamp>(static_cast<Timestamp>(ticks << (kTimestampBytes > 1 ? 8 : 0)) |
+                                 body[body_bytes - kTimestampBytes + i]);
+    }
+    return static_cast<Timestamp>(ticks & kTimestampMax);
+  }
+  static void set_timestamp(uint8_t* body, uint16_t body_bytes, Timestamp ticks) {
+    for (uint8_t i = 0; i < kTimestampBytes; ++i) {
+      body[body_bytes - kTimestampBytes + i] = static_cast<uint8_t>(ticks);
+      ticks = static_cast<Timestamp>(ticks >> (kTimestampBytes > 1 ? 8 : 0));
+    }
+  }
+
+  /// A delay `waited` ticks later; stays at kTimestampMax, which means "at least".
+  static Timestamp later(Timestamp delay, uint32_t waited) {
+    return waited >= static_cast<uint32_t>(kTimestampMax - delay)
+               ? kTimestampMax
+               : static_cast<Timestamp>(delay + waited);
+  }
+
+  /// Puts the checksum, if any, behind the first `size` bytes. @return bytes of the whole packet
+  static uint16_t seal(uint8_t* packet, uint16_t size) {
+    if (kChecksumBytes != 0) packet[size] = checksum<P::kChecksum>(packet, size);
+    return static_cast<uint16_t>(size + kChecksumBytes);
+  }
+  /// Whether a packet of `size` bytes has a length that exists and is undamaged.
+  static Error check(const uint8_t* packet, uint16_t size) {
+    if (P::kPadded ? size != kMtuBytes
+                   : (size < kHeaderBytes + kChecksumBytes || size > kMtuBytes)) {
+      return Error::kBadPacket;
+    }
+    if (kChecksumBytes != 0 &&
+        packet[size - 1] != checksum<P::kChecksum>(packet, static_cast<uint16_t>(size - 1))) {
+      return Error::kBadChecksum;
+    }
+    return Error::kOk;
+  }
+};
+
+}  // namespace core
+}  // namespace swarmtalk
