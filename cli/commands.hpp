@@ -1,0 +1,75 @@
+// The subcommands of swarmtalk-cli: what main() has parsed, and a function each that does it and
+// returns the exit code. Errors go to stderr as one line, with the remedy.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <swarmtalk/client.hpp>
+
+namespace swarmtalk::cli {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFailure = 1;
+inline constexpr int kExitUsage = 2;
+inline constexpr int kExitNoDaemon = 3;
+inline constexpr int kExitTimeout = 124;
+inline constexpr int kExitSignal = 128;  // plus the signal's number
+
+struct Common {
+  std::string socket_path;
+  bool is_json = false;
+};
+
+struct PubArguments {
+  std::string channel;
+  std::string payload;
+  bool is_hex = false;
+  std::uint64_t repeat = 1;  // 0: until a signal
+  double rate_hz = 0;        // 0: as soon as the message before has left
+  std::optional<std::uint32_t> ttl;
+  bool is_timestamped = false;
+  double timeout_s = 5;  // for each message
+};
+
+struct SubArguments {
+  std::vector<std::string> channels;
+  std::uint64_t count = 0;  // 0: no end
+  double timeout_s = 0;     // 0: no end
+  SubscriberOptions options;
+  bool is_timestamped = false;
+};
+
+struct PoseArguments {
+  float x_m = 0;
+  float y_m = 0;
+  std::string theta;  // radians, or degrees with "deg" behind
+};
+
+int pub(const Common& common, const PubArguments& arguments);
+int sub(const Common& common, const SubArguments& arguments);
+int status(const Common& common);
+int set_pose(const Common& common, const PoseArguments& arguments);
+int get_pose(const Common& common);
+
+/// Prints "swarmtalk-cli: TEXT" to stderr. @return `exit_code`
+int fail(std::string_view text, int exit_code = kExitFailure);
+/// The same for a Status; tells an unreachable daemon from other failures.
+int fail(const Status& status);
+
+/// A client that is silent by itself: the commands say what is to be said.
+Client make_client(const Common& common);
+
+/// A channel by number when `word` is digits only, else by name.
+Channel open_channel(Client& client, const std::string& word, const ChannelOptions& options);
+
+/// From here on SIGINT and SIGTERM stop `client`'s run*().
+void stop_on_signals(Client& client);
+/// The signal that came, 0 for none.
+int caught_signal();
+
+}  // namespace swarmtalk::cli

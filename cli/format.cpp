@@ -1,0 +1,213 @@
+#include "cli/format.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "cli/hex.hpp"
+
+namespace swarmtalk::cli {
+namespace {
+
+using Row = std::vector<std::string>;
+
+/// Columns as wide as their widest cell, two spaces apart.
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof(text), pattern, value);
+  return text;
+}
+
+/// 1 d 02:03:04
+std::string duration(std::chrono::milliseconds value) {
+  const auto seconds = static_cast<unsigned long long>(value.count() / 1000);
+  char text[64];
+  std::snprintf(text, sizeof(text), "%llu d %02llu:%02llu:%02llu", seconds / 86400,
+                seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
+  return seconds < 86400 ? text + 4 : text;
+}
+
+std::string counters(const std::vector<Counter>& list, const std::string& indent) {
+  std::string text;
+  for (const Counter& counter : list) {
+    if (counter.value == 0) continue;
+    text += indent + counter.name + " " + std::to_string(counter.value) + "\n";
+  }
+  return text;
+}
+
+Json to_json(const std::vector<Counter>& list) {
+  Json json = Json::object();
+  for (const Counter& counter : list) json[counter.name] = counter.value;
+  return json;
+}
+
+}  // namespace
+
+Json number(float value) {
+  if (!std::isfinite(value)) return nullptr;
+  return std::round(static_cast<double>(value) * 1e6) / 1e6;
+}
+
+Json to_json(const std::optional<Pose>& pose) {
+  if (!pose) return nullptr;
+  return {{"x_m", number(pose->x_m)},
+          {"y_m", number(pose->y_m)},
+          {"theta_rad", number(pose->theta_rad)},
+          {"age_ms", pose->age.count()}};
+}
+
+Json to_json(const std::string& channel, const Message& message) {
+  Json json;
+  json["channel"] = channel;
+  json["channel_number"] = message.channel;
+  json["sender"] = message.sender;
+  json["epoch"] = message.epoch;
+  json["message_number"] = message.message_number;
+  json["distance_m"] = number(message.distance_m);
+  json["bearing_rad"] = number(message.bearing_rad);
+  json["sender_pose"] = to_json(message.sender_pose);
+  json["hops"] = message.hops;
+  json["ttl"] = message.ttl;
+  json["buffering_delay_us"] = nullptr;
+  if (message.buffering_delay) json["buffering_delay_us"] = message.buffering_delay->count();
+  json["received_at_ns"] = nullptr;
+  if (message.received_at) {
+    const auto at = message.received_at->time_since_epoch();
+    json["received_at_ns"] = std::chrono::duration_cast<std::chrono::nanoseconds>(at).count();
+  }
+  json["local"] = message.local;
+  json["dropped_before"] = message.dropped_before;
+  json["size_bytes"] = message.payload.size();
+  json["text"] = nullptr;
+  if (is_utf8(message.payload)) json["text"] = message.payload;
+  json["hex"] = to_hex(message.payload);
+  return json;
+}
+
+Json to_json(const DaemonStatus& status) {
+  Json json;
+  json["version"] = status.version;
+  json["node_id"] = status.node_id;
+  json["node_id_fixed"] = status.node_id_fixed;
+  json["epoch"] = status.epoch;
+  json["uptime_ms"] = status.uptime.count();
+  json["clients"] = status.clients;
+  json["config_file"] = status.config_file;
+  json["pose"] = to_json(status.pose);
+  json["links"] = Json::array();
+  for (const LinkStatus& link : status.links) {
+    json["links"].push_back({{"name", link.name},
+                             {"type", link.type},
+                             {"device", link.device},
+                             {"profile", link.profile},
+                             {"up", link.up},
+                             {"state", link.state},
+                             {"mtu_bytes", link.mtu_bytes},
+                             {"max_message_bytes", link.max_message_bytes},
+                             {"max_ttl", link.max_ttl},
+                             {"counters", to_json(link.counters)}});
+  }
+  json["channels"] = Json::array();
+  for (const ChannelStatus& channel : status.channels) {
+    json["channels"].push_back({{"number", channel.number},
+                                {"name", channel.name},
+                                {"publishers", channel.publishers},
+                                {"subscribers", channel.subscribers},
+                                {"timestamped", channel.timestamped}});
+  }
+  json["counters"] = to_json(status.counters);
+  return json;
+}
+
+std::string metres(float value) {
+  return std::isfinite(value) ? format("%.2f m", static_cast<double>(value)) : "unknown";
+}
+
+std::string degrees(float value_rad) {
+  if (!std::isfinite(value_rad)) return "unknown";
+  const double value = std::round(static_cast<double>(value_rad) * 180 / std::numbers::pi);
+  return format("%.0f deg", value == 0 ? 0.0 : value);  // no "-0"
+}
+
+std::string payload_text(std::string_view payload) {
+  if (payload.empty()) return "(empty)";
+  if (!is_printable(payload)) return "hex " + to_hex(payload);
+  return "\"" + std::string(payload) + "\"";
+}
+
+std::string to_line(const std::string& channel, const Message& message) {
+  std::string line =
+      channel + ": robot " + std::to_string(message.sender) + "  " + payload_text(message.payload);
+  if (message.local) {
+    line += "  from this robot";
+  } else {
+    line += "  distance " + metres(message.distance_m) + "  bearing " +
+            degrees(message.bearing_rad) + "  hops " + std::to_string(message.hops);
+  }
+  if (message.buffering_delay) {
+    line += "  delay " + std::to_string(message.buffering_delay->count()) + " us";
+  }
+  if (message.dropped_before != 0) {
+    line += "  (" + std::to_string(message.dropped_before) + " dropped before it)";
+  }
+  return line;
+}
+
+std::string to_line(const Pose& pose) {
+  return "x " + format("%.3f m", static_cast<double>(pose.x_m)) + "  y " +
+         format("%.3f m", static_cast<double>(pose.y_m)) + "  theta " + degrees(pose.theta_rad) +
+         "  age " + std::to_string(pose.age.count()) + " ms";
+}
+
+std::string to_text(const DaemonStatus& status) {
+  std::string text = "swarmtalkd " + status.version + ", robot " + std::to_string(status.node_id) +
+                     (status.node_id_fixed ? "" : " (automatic)") + ", up " +
+                     duration(status.uptime) + ", " + std::to_string(status.clients) +
+                     (status.clients == 1 ? " client\n" : " clients\n");
+  text += "pose    " + (status.pose ? to_line(*status.pose) : "unknown") + "\n";
+  if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";
+  std::vector<Row> links{
+      {"LINK", "TYPE", "DEVICE", "PROFILE", "MTU", "MAX MESSAGE", "MAX TTL", "STATE"}};
+  for (const LinkStatus& link : status.links) {
+    links.push_back({link.name, link.type, link.device, link.profile,
+                     std::to_string(link.mtu_bytes), std::to_string(link.max_message_bytes),
+                     std::to_string(link.max_ttl), link.state});
+  }
+  text += "\n" + table(links);
+  std::vector<Row> channels{{"CHANNEL", "NUMBER", "PUBLISHERS", "SUBSCRIBERS", ""}};
+  for (const ChannelStatus& channel : status.channels) {
+    channels.push_back({channel.name.empty() ? "-" : channel.name, std::to_string(channel.number),
+                        std::to_string(channel.publishers), std::to_string(channel.subscribers),
+                        channel.timestamped ? "timestamped" : ""});
+  }
+  if (channels.size() > 1) text += "\n" + table(channels);
+  for (const LinkStatus& link : status.links) {
+    const std::string list = counters(link.counters, "  ");
+    if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
+  }
+  const std::string list = counters(status.counters, "  ");
+  if (!list.empty()) text += "\nCounters of the daemon\n" + list;
+  return text;
+}
+
+}  // namespace swarmtalk::cli

@@ -1,0 +1,31 @@
+// How things look: lines for people, JSON with stable keys for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include <swarmtalk/client.hpp>
+
+namespace swarmtalk::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// Metres or radians, rounded to a millionth so that float noise is not printed; null if unknown.
+Json number(float value);
+Json to_json(const std::optional<Pose>& pose);
+Json to_json(const std::string& channel, const Message& message);
+Json to_json(const DaemonStatus& status);
+
+/// "0.50 m"; "unknown".
+std::string metres(float value);
+/// Degrees for people, whole ones, -180 to 180.
+std::string degrees(float value_rad);
+/// In quotes when it is fit for a terminal, else "hex 00ff"; "(empty)".
+std::string payload_text(std::string_view payload);
+std::string to_line(const std::string& channel, const Message& message);
+std::string to_line(const Pose& pose);
+/// Several lines.
+std::string to_text(const DaemonStatus& status);
+
+}  // namespace swarmtalk::cli

@@ -1,0 +1,323 @@
+// The program itself against a fake daemon: output, exit codes, signals, pipes.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/client_lib/fake_daemon.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using nlohmann::json;
+using Strings = std::vector<std::string>;
+
+struct Result {
+  int exit_code = -1;
+  std::string out;
+  std::string error;
+};
+
+/// A running swarmtalk-cli whose three streams are ours.
+class Program {
+ public:
+  explicit Program(const Strings& arguments) {
+    int pipes[3][2];
+    for (auto& ends : pipes) {
+      if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
+    }
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[0][0], 0);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[1][1], 1);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[2][1], 2);
+    std::vector<char*> words{const_cast<char*>(SWARMTALK_CLI)};
+    for (const auto& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    posix_spawnattr_t attributes;  // SIGPIPE as a shell leaves it, whoever runs the tests
+    ::posix_spawnattr_init(&attributes);
+    sigset_t signals;
+    ::sigemptyset(&signals);
+    ::sigaddset(&signals, SIGPIPE);
+    ::posix_spawnattr_setsigdefault(&attributes, &signals);
+    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+    EXPECT_EQ(::posix_spawn(&pid_, SWARMTALK_CLI, &actions, &attributes, words.data(), environ), 0);
+    ::posix_spawnattr_destroy(&attributes);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::close(pipes[0][0]);
+    ::close(pipes[1][1]);
+    ::close(pipes[2][1]);
+    in_ = pipes[0][1];
+    out_ = pipes[1][0];
+    error_ = pipes[2][0];
+  }
+  ~Program() {
+    close_input();
+    close_output();
+    ::close(error_);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  void write(const std::string& bytes) {
+    EXPECT_EQ(::write(in_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  }
+  void close_input() { close_once(in_); }
+  void close_output() { close_once(out_); }
+  void signal(int number) { ::kill(pid_, number); }
+  std::string read_line() { return read(out_, '\n'); }
+
+  Result finish() {
+    close_input();
+    Result result;
+    if (out_ >= 0) result.out = read(out_, '\0');
+    result.error = read(error_, '\0');
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    return result;
+  }
+
+ private:
+  static void close_once(int& fd) {
+    if (fd >= 0) ::close(fd);
+    fd = -1;
+  }
+  static std::string read(int fd, char until) {
+    std::string bytes;
+    char byte = 0;
+    while (::read(fd, &byte, 1) == 1) {
+      if (until != '\0' && byte == until) break;
+      bytes += byte;
+    }
+    return bytes;
+  }
+
+  pid_t pid_ = -1;
+  int in_ = -1;
+  int out_ = -1;
+  int error_ = -1;
+};
+
+class Cli : public ::testing::Test {
+ protected:
+  Cli() : path(test_socket_path()), daemon(path) {}
+
+  Strings with_socket(Strings arguments) const {
+    arguments.insert(arguments.begin(), {"--socket", path});
+    return arguments;
+  }
+  Result run(const Strings& arguments, const std::string& input = {}) const {
+    Program program(with_socket(arguments));
+    if (!input.empty()) program.write(input);
+    return program.finish();
+  }
+  void wait_for_subscriptions(int count) {
+    for (int i = 0; i < 5000; ++i) {
+      if (daemon.count([](const auto& e) { return e.has_subscribe(); }) >= count) return;
+      ::usleep(1000);
+    }
+    FAIL() << "no subscription";
+  }
+  ipc::Publish last_publish() {
+    const auto envelopes = daemon.received();
+    const auto found = std::find_if(envelopes.rbegin(), envelopes.rend(),
+                                    [](const auto& e) { return e.has_publish(); });
+    return found == envelopes.rend() ? ipc::Publish() : found->publish();
+  }
+  static int lines(const std::string& text) {
+    return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  }
+
+  std::string path;
+  FakeDaemon daemon;
+};
+
+TEST_F(Cli, PubSendsAndWaitsUntilItHasLeft) {
+  const Result result = run({"pub", "hello", "good morning", "--ttl", "2"});
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(result.out + result.error, "");
+  EXPECT_EQ(last_publish().payload(), "good morning");
+  EXPECT_EQ(daemon.received()[1].advertise().ttl(), 2u);
+}
+
+TEST_F(Cli, PubTakesHexAndStandardInputByteForByte) {
+  EXPECT_EQ(run({"pub", "7", "--hex", "00:ff"}).exit_code, 0);
+  EXPECT_EQ(last_publish().payload(), std::string("\0\xff", 2));
+  EXPECT_EQ(run({"pub", "7", "-"}, std::string("a\0\n", 3)).exit_code, 0);
+  EXPECT_EQ(last_publish().payload(), std::string("a\0\n", 3));
+  EXPECT_EQ(run({"pub", "7", ""}).exit_code, 0);
+  EXPECT_EQ(last_publish().payload(), "");
+}
+
+TEST_F(Cli, DigitsAreANumberAndAnythingElseIsAName) {
+  run({"sub", "7", "7up", "-W", "0.02"});
+  const auto envelopes = daemon.received();
+  EXPECT_EQ(envelopes[1].subscribe().channel().number(), 7u);
+  EXPECT_EQ(envelopes[2].subscribe().channel().name(), "7up");
+}
+
+TEST_F(Cli, PubRepeats) {
+  EXPECT_EQ(run({"pub", "c", "x", "--repeat", "5", "--rate", "200"}).exit_code, 0);
+  EXPECT_EQ(daemon.count([](const auto& e) { return e.has_publish(); }), 5);
+}
+
+TEST_F(Cli, PubTellsTooLongOnceWithTheLimit) {
+  const Result result = run({"pub", "c", std::string(101, 'x')});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.error,
+            "swarmtalk-cli: the message has 101 bytes; channel c carries at most 100\n");
+}
+
+TEST_F(Cli, PubGivesUpAfterItsTimeout) {
+  daemon.answers_publish = false;
+  const Result result = run({"pub", "c", "x", "-W", "0.05"});
+  EXPECT_EQ(result.exit_code, 124);
+  EXPECT_EQ(lines(result.error), 1);
+}
+
+TEST_F(Cli, PubTellsWhyAChannelIsRefused) {
+  daemon.refuse_channels.set_code(ipc::ERROR_BAD_CHANNEL);
+  daemon.refuse_channels.set_text("channel 70000 is above 65535");
+  const Result result = run({"pub", "70000", "x"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.error, "swarmtalk-cli: channel 70000 is above 65535\n");
+}
+
+TEST_F(Cli, SubPrintsJsonLinesAndEndsAtTheCount) {
+  Program program(with_socket({"sub", "a", "b", "--json", "-C", "2"}));
+  wait_for_subscriptions(2);
+  ipc::Deliver deliver;
+  deliver.set_payload("hi");
+  deliver.set_sender(3);
+  deliver.set_distance_m(0.5F);
+  daemon.deliver(deliver);  // once to each of the two subscriptions
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  ASSERT_EQ(lines(result.out), 2);
+  const json first = json::parse(result.out.substr(0, result.out.find('\n')));
+  EXPECT_EQ(first["channel"], "a");
+  EXPECT_EQ(first["text"], "hi");
+  EXPECT_EQ(first["distance_m"], 0.5);
+  EXPECT_TRUE(first["bearing_rad"].is_null());
+}
+
+TEST_F(Cli, SubWritesEachLineAtOnceIntoAPipe) {
+  Program program(with_socket({"sub", "a"}));
+  wait_for_subscriptions(1);
+  daemon.deliver("hi");
+  EXPECT_EQ(program.read_line(), "a: robot 0  \"hi\"  distance unknown  bearing unknown  hops 0");
+  program.signal(SIGINT);
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 128 + SIGINT);
+  EXPECT_EQ(result.error, "");
+}
+
+TEST_F(Cli, SubEndsQuietlyWhenItsReaderHasGone) {
+  Program program(with_socket({"sub", "a"}));
+  wait_for_subscriptions(1);
+  program.close_output();
+  daemon.deliver("hi");
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 1000 + SIGPIPE);
+  EXPECT_EQ(result.error, "");
+}
+
+TEST_F(Cli, SubTimeoutIsASuccessUnlessACountWasAsked) {
+  EXPECT_EQ(run({"sub", "a", "-W", "0.05"}).exit_code, 0);
+  const Result result = run({"sub", "a", "-W", "0.05", "-C", "1"});
+  EXPECT_EQ(result.exit_code, 124);
+  EXPECT_EQ(result.error, "swarmtalk-cli: heard 0 of 1 messages within the time of -W\n");
+}
+
+TEST_F(Cli, SubPassesItsFilters) {
+  run({"sub", "a", "-W", "0.05", "--max-distance", "0.45", "--drop-unknown-distance", "--keep-last",
+       "1"});
+  const ipc::Subscribe body = daemon.received()[1].subscribe();
+  EXPECT_FLOAT_EQ(body.max_distance_m(), 0.45F);
+  EXPECT_TRUE(body.drop_unknown_distance());
+  EXPECT_EQ(body.keep_last(), 1u);
+}
+
+TEST_F(Cli, SubOutlivesTheDaemonAndSaysSo) {
+  Program program(with_socket({"sub", "a", "-C", "1"}));
+  wait_for_subscriptions(1);
+  daemon.kill();
+  daemon.restart();
+  wait_for_subscriptions(2);
+  daemon.deliver("again");
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.out.find("again"), std::string::npos);
+  EXPECT_EQ(result.error.find("swarmtalk-cli: lost swarmtalkd"), 0u) << result.error;
+}
+
+TEST_F(Cli, StatusIsOneJsonObject) {
+  const json status = json::parse(run({"status", "--json"}).out);
+  EXPECT_EQ(status["version"], "fake");
+  EXPECT_EQ(run({"status"}).out.find("swarmtalkd fake, robot 42"), 0u);
+}
+
+TEST_F(Cli, PoseIsSetInDegreesOrRadiansAlsoNegative) {
+  EXPECT_EQ(run({"pose", "set", "-0.5", "-1", "-90deg"}).exit_code, 0);
+  const ipc::SetPose pose = daemon.received().back().set_pose();
+  EXPECT_FLOAT_EQ(pose.x_m(), -0.5F);
+  EXPECT_FLOAT_EQ(pose.y_m(), -1);
+  EXPECT_NEAR(pose.theta_rad(), -1.5708F, 1e-4);
+  EXPECT_EQ(run({"pose", "set", "0", "0", "1.5"}).exit_code, 0);
+  EXPECT_FLOAT_EQ(daemon.received().back().set_pose().theta_rad(), 1.5F);
+  const Result bad = run({"pose", "set", "33", "0", "0"});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_EQ(lines(bad.error), 1);
+  EXPECT_EQ(run({"pose", "set", "0", "0", "90grad"}).exit_code, 2);
+}
+
+TEST_F(Cli, PoseIsPrintedForPeopleAndForPrograms) {
+  EXPECT_EQ(run({"pose", "get"}).out, "x 1.000 m  y 2.000 m  theta 172 deg  age 0 ms\n");
+  EXPECT_EQ(json::parse(run({"pose", "get", "--json"}).out)["x_m"], 1.0);
+}
+
+TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
+  for (const Strings& arguments : {Strings{},
+                                   {"pub"},
+                                   {"pub", "c"},
+                                   {"pub", "c", "x", "--hex"},
+                                   {"sub"},
+                                   {"sub", "a", "-C", "0"},
+                                   {"sub", "a", "-W", "-1"},
+                                   {"pose"},
+                                   {"pose", "set", "a", "0", "0"},
+                                   {"nonsense"}}) {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.error;
+    EXPECT_EQ(result.error.find("swarmtalk-cli: "), 0u) << result.error;
+    EXPECT_EQ(lines(result.error), 1) << result.error;
+  }
+}
+
+TEST_F(Cli, NoDaemonIsExitCode3WithTheRemedy) {
+  daemon.kill();
+  for (const Strings& arguments : {Strings{"pub", "c", "x"}, {"sub", "c"}, {"status"}}) {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_EQ(lines(result.error), 1);
+    EXPECT_NE(result.error.find("systemctl"), std::string::npos) << result.error;
+  }
+}
+
+TEST_F(Cli, SocketComesFromTheEnvironmentToo) {
+  ::setenv("SWARMTALK_SOCKET", path.c_str(), 1);
+  Program program({"status"});
+  EXPECT_EQ(program.finish().exit_code, 0);
+  ::unsetenv("SWARMTALK_SOCKET");
+}
+
+}  // namespace
+}  // namespace swarmtalk::test
