@@ -1,0 +1,141 @@
+#include "drivers/framer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/drivers/test_link_user.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+constexpr std::size_t kMaxPacketBytes = 200;
+constexpr std::size_t kLimitBytes = 500;
+
+class FramerTest : public ::testing::Test {
+ protected:
+  BuiltFrame build() {
+    buffer_.assign(builder_.buffer_bytes(kLimitBytes), 0xEE);
+    const BuiltFrame built = builder_.build(sender_, buffer_, kLimitBytes, counters_);
+    buffer_.resize(built.size_bytes);
+    return built;
+  }
+
+  void receive(const Bytes& frame) {
+    receiver_.receive(frame, MonotonicTime(std::chrono::seconds(5)), hearer_, counters_);
+  }
+
+  TestLinkUser sender_{11};
+  TestLinkUser hearer_{22};
+  FrameBuilder builder_{frame::ProfileId::kKilobot, kMaxPacketBytes};
+  FrameReceiver receiver_{frame::ProfileId::kKilobot};
+  LinkCounters counters_;
+  Bytes buffer_;
+};
+
+TEST_F(FramerTest, BuildsNothingWhenNothingWaits) {
+  const BuiltFrame built = build();
+  EXPECT_EQ(built.size_bytes, 0U);
+  EXPECT_FALSE(built.more_waits);
+}
+
+TEST_F(FramerTest, PutsAllThatWaitsIntoOneFrame) {
+  for (std::uint32_t i = 0; i < 10; ++i) sender_.waiting.push_back(numbered_packet(i, 20));
+  const BuiltFrame built = build();
+  EXPECT_EQ(built.packets, 10U);
+  EXPECT_FALSE(built.more_waits);
+  receive(buffer_);
+  ASSERT_EQ(hearer_.received.size(), 10U);
+  EXPECT_EQ(hearer_.received[9], numbered_packet(9, 20));
+}
+
+TEST_F(FramerTest, OpensTheNextFrameWithThePacketThatDoesNotFit) {
+  for (std::uint32_t i = 0; i < 5; ++i) sender_.waiting.push_back(numbered_packet(i, 200));
+  EXPECT_EQ(build().packets, 2U);
+  receive(buffer_);
+  const BuiltFrame second = build();
+  EXPECT_EQ(second.packets, 2U);
+  EXPECT_TRUE(second.more_waits);
+  receive(buffer_);
+  EXPECT_EQ(build().packets, 1U);
+  receive(buffer_);
+  ASSERT_EQ(hearer_.received.size(), 5U);
+  for (std::uint32_t i = 0; i < 5; ++i) EXPECT_EQ(hearer_.received[i], numbered_packet(i, 200));
+}
+
+TEST_F(FramerTest, FillsAFrameToItsLastByte) {
+  const std::size_t header_bytes = frame::kHeaderBytes + frame::kLengthPrefixBytes;
+  for (const std::size_t size :
+       {std::size_t{200}, std::size_t{200}, kLimitBytes - header_bytes - 404}) {
+    sender_.waiting.push_back(numbered_packet(1, size));
+  }
+  EXPECT_EQ(build().size_bytes, kLimitBytes);
+}
+
+TEST_F(FramerTest, AlwaysOffersRoomForTheLongestPacket) {
+  for (std::uint32_t i = 0; i < 100; ++i) sender_.waiting.push_back(numbered_packet(i, 4 + i));
+  while (build().more_waits) {
+  }
+  EXPECT_EQ(sender_.smallest_room, kMaxPacketBytes);
+}
+
+TEST_F(FramerTest, CountsFramesFromOne) {
+  sender_.waiting.push_back(numbered_packet(1, 10));
+  build();
+  receive(buffer_);
+  sender_.waiting.push_back(numbered_packet(2, 10));
+  build();
+  receive(buffer_);
+  ASSERT_EQ(hearer_.receptions.size(), 2U);
+  EXPECT_EQ(hearer_.receptions[0].frame_counter, 1U);
+  EXPECT_EQ(hearer_.receptions[1].frame_counter, 2U);
+}
+
+TEST_F(FramerTest, HandsUpWhatTheFrameSays) {
+  sender_.header.pose = frame::FramePose{1, 2, 3, 4};
+  sender_.waiting.push_back(numbered_packet(1, 10));
+  build();
+  receive(buffer_);
+  ASSERT_EQ(hearer_.receptions.size(), 1U);
+  const FrameReception& reception = hearer_.receptions[0];
+  EXPECT_EQ(reception.transmitter, 11);
+  EXPECT_EQ(reception.transmitter_epoch, sender_.header.epoch);
+  EXPECT_EQ(reception.pose, sender_.header.pose);
+  EXPECT_EQ(reception.received_at, MonotonicTime(std::chrono::seconds(5)));
+}
+
+TEST_F(FramerTest, DropsAndCountsAPacketThatFitsIntoNoFrame) {
+  buffer_.assign(builder_.buffer_bytes(100), 0);
+  sender_.waiting.push_back(numbered_packet(1, 150));
+  sender_.waiting.push_back(numbered_packet(2, 50));
+  const BuiltFrame built = builder_.build(sender_, buffer_, 100, counters_);
+  EXPECT_EQ(built.packets, 1U);
+  EXPECT_EQ(counters_.packets_over_mtu, 1U);
+}
+
+TEST_F(FramerTest, SaysThatMoreWaitsAfterManyDrops) {
+  for (std::uint32_t i = 0; i < 100; ++i) sender_.waiting.push_back(numbered_packet(i, 150));
+  buffer_.assign(builder_.buffer_bytes(100), 0);
+  EXPECT_TRUE(builder_.build(sender_, buffer_, 100, counters_).more_waits);
+  EXPECT_FALSE(builder_.build(sender_, buffer_, 100, counters_).more_waits);
+  EXPECT_EQ(counters_.packets_over_mtu, 100U);
+}
+
+TEST_F(FramerTest, CountsAFrameOfAnotherProfile) {
+  sender_.waiting.push_back(numbered_packet(1, 10));
+  build();
+  FrameReceiver(frame::ProfileId::kWifi).receive(buffer_, {}, hearer_, counters_);
+  EXPECT_EQ(counters_.frames_other_profile, 1U);
+  EXPECT_TRUE(hearer_.received.empty());
+}
+
+TEST_F(FramerTest, KeepsThePacketsBeforeABadLength) {
+  sender_.waiting.push_back(numbered_packet(1, 10));
+  sender_.waiting.push_back(numbered_packet(2, 10));
+  build();
+  buffer_[frame::kHeaderBytes + 2 + 10] = 0xFF;  // high byte of the second packet's length
+  receive(buffer_);
+  EXPECT_EQ(hearer_.received.size(), 1U);
+  EXPECT_EQ(counters_.frames_bad_packet_length, 1U);
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,74 @@
+#include "drivers/receive_batch.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/unit/drivers/test_link_user.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+const MonotonicTime kNow = MonotonicTime(5000s);
+
+TEST(MonotonicFromStamp, SubtractsTheTimeWaited) {
+  EXPECT_EQ(monotonic_from_stamp({100, 900'000'000}, {101, 100'000'000}, kNow), kNow - 200ms);
+  EXPECT_EQ(monotonic_from_stamp({100, 5}, {100, 5}, kNow), kNow);
+}
+
+TEST(MonotonicFromStamp, IsNowWhenTheWallClockWasSet) {
+  EXPECT_EQ(monotonic_from_stamp({102, 0}, {101, 0}, kNow), kNow);
+  EXPECT_EQ(monotonic_from_stamp({101, 1}, {101, 0}, kNow), kNow);
+  EXPECT_EQ(monotonic_from_stamp({0, 0}, {1'700'000'000, 0}, kNow), kNow);
+  EXPECT_EQ(monotonic_from_stamp({1'700'000'000, 0}, {0, 0}, kNow), kNow);
+}
+
+class ReceiveBatchTest : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM, 0, sockets_), 0); }
+  void TearDown() override {
+    close(sockets_[0]);
+    close(sockets_[1]);
+  }
+  void write(const Bytes& bytes) const {
+    ASSERT_EQ(send(sockets_[0], bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  }
+
+  int sockets_[2] = {-1, -1};
+  ReceiveBatch batch_;
+};
+
+TEST_F(ReceiveBatchTest, ReadsAllThatWaits) {
+  batch_.set_datagram_bytes(100);
+  write(numbered_packet(1, 10));
+  write(numbered_packet(2, 100));
+  ASSERT_EQ(batch_.read(sockets_[1]), 2);
+  EXPECT_EQ(Bytes(batch_[0].bytes.begin(), batch_[0].bytes.end()), numbered_packet(1, 10));
+  EXPECT_EQ(Bytes(batch_[1].bytes.begin(), batch_[1].bytes.end()), numbered_packet(2, 100));
+}
+
+TEST_F(ReceiveBatchTest, SaysWhenNothingWaits) {
+  batch_.set_datagram_bytes(100);
+  EXPECT_EQ(batch_.read(sockets_[1]), -1);
+  EXPECT_EQ(errno, EAGAIN);
+}
+
+TEST_F(ReceiveBatchTest, CutsADatagramThatIsTooLong) {
+  batch_.set_datagram_bytes(50);
+  write(numbered_packet(1, 51));
+  ASSERT_EQ(batch_.read(sockets_[1]), 1);
+  EXPECT_EQ(batch_[0].bytes.size(), 50U);
+}
+
+TEST_F(ReceiveBatchTest, TimesADatagramWithoutAStampWhenItIsRead) {
+  batch_.set_datagram_bytes(50);
+  write(numbered_packet(1, 10));
+  const MonotonicTime before = std::chrono::steady_clock::now();
+  ASSERT_EQ(batch_.read(sockets_[1]), 1);
+  EXPECT_GE(batch_[0].received_at, before);
+  EXPECT_LE(batch_[0].received_at, std::chrono::steady_clock::now());
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,68 @@
+#include "tests/unit/drivers/test_link_user.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace swarmtalk::drivers {
+
+Bytes numbered_packet(std::uint32_t number, std::size_t size) {
+  Bytes packet(std::max<std::size_t>(size, 4));
+  for (std::size_t i = 0; i < 4; ++i) {
+    packet[i] = static_cast<std::uint8_t>(number >> (24 - 8 * i));
+  }
+  for (std::size_t i = 4; i < packet.size(); ++i) {
+    packet[i] = static_cast<std::uint8_t>(number + 31 * i);
+  }
+  return packet;
+}
+
+std::uint32_t packet_number(std::span<const std::uint8_t> packet) {
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < 4 && i < packet.size(); ++i) number = (number << 8) | packet[i];
+  return number;
+}
+
+std::size_t TestLinkUser::pull_packet(std::span<std::uint8_t> out) {
+  smallest_room = std::min(smallest_room, out.size());
+  if (waiting.empty()) return 0;
+  const Bytes packet = std::move(waiting.front());
+  waiting.pop_front();
+  if (packet.size() > out.size()) {
+    ADD_FAILURE() << "room of " << out.size() << " bytes for a packet of " << packet.size();
+    return 0;
+  }
+  std::copy(packet.begin(), packet.end(), out.begin());
+  return packet.size();
+}
+
+void TestLinkUser::on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) {
+  received.emplace_back(packet.begin(), packet.end());
+  receptions.push_back(frame);
+  if (on_received) on_received(received.back());
+}
+
+std::uint64_t counter(const Link& link, const std::string& name) {
+  for (const auto& [counter_name, value] : link.counters()) {
+    if (counter_name == name) return value;
+  }
+  ADD_FAILURE() << "no counter " << name;
+  return 0;
+}
+
+bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
+               std::chrono::milliseconds limit) {
+  const auto deadline = std::chrono::steady_clock::now() + limit;
+  while (!is_done() && std::chrono::steady_clock::now() < deadline) {
+    io.restart();
+    io.run_one_for(std::chrono::milliseconds(5));
+  }
+  return is_done();
+}
+
+void run_for(boost::asio::io_context& io, std::chrono::milliseconds duration) {
+  io.restart();
+  io.run_for(duration);
+}
+
+}  // namespace swarmtalk::drivers

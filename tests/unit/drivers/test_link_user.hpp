@@ -1,0 +1,51 @@
+// What the tests of the links put above a link: a LinkUser with a queue of packets to send and a
+// list of those received, and a bounded run of the event loop.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "drivers/link.hpp"
+
+namespace swarmtalk::drivers {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// `size` bytes that say their number: big-endian in the first four, then a pattern.
+Bytes numbered_packet(std::uint32_t number, std::size_t size);
+std::uint32_t packet_number(std::span<const std::uint8_t> packet);
+
+class TestLinkUser : public LinkUser {
+ public:
+  explicit TestLinkUser(std::uint16_t node, std::uint32_t epoch = 0x1000) {
+    header.node = node;
+    header.epoch = epoch + node;
+  }
+
+  std::size_t pull_packet(std::span<std::uint8_t> out) override;
+  void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) override;
+  frame::FrameHeader frame_header() override { return header; }
+
+  std::deque<Bytes> waiting;
+  std::vector<Bytes> received;
+  std::vector<FrameReception> receptions;
+  frame::FrameHeader header;
+  std::size_t smallest_room = SIZE_MAX;           // that pull_packet() was ever given
+  std::function<void(const Bytes&)> on_received;  // may be empty
+};
+
+std::uint64_t counter(const Link& link, const std::string& name);
+
+/// Runs `io` until `is_done`, at most `limit`. @return is_done()
+bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
+               std::chrono::milliseconds limit = std::chrono::seconds(5));
+
+/// Runs `io` for `duration`: to see that nothing happens.
+void run_for(boost::asio::io_context& io, std::chrono::milliseconds duration);
+
+}  // namespace swarmtalk::drivers
