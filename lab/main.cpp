@@ -22,6 +22,7 @@ namespace {
 
 using namespace swarmtalk::lab;
 
+constexpr int kExitUsage = 2;
 constexpr auto kCommandGrace = std::chrono::seconds(5);
 
 /// swarmtalkd beside this program: in the build tree or installed; else from PATH's usual places.
@@ -148,7 +149,9 @@ int main(int argc, char** argv) {
       throw CLI::RequiredError("-- COMMAND");
     }
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "swarmtalk-lab: %s; see swarmtalk-lab --help\n", error.what());
+    return kExitUsage;
   }
 
   try {
