@@ -4,8 +4,10 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <new>
 #include <random>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -60,6 +62,29 @@ TEST(Framing, FrameIsLittleEndianLengthThenEnvelope) {
   const std::string bytes = frame(envelope);
   // Field 1 varint 7; field 17 (tag 0x8a 0x01), length 0.
   EXPECT_EQ(bytes, std::string("\x05\x00\x00\x00\x08\x07\x8a\x01\x00", 9));
+}
+
+// The example in docs/ipc.md: lines that begin with client or daemon, hex digits up to a '#'.
+TEST(Framing, DocumentedExampleIsTheProtocol) {
+  std::ifstream document(SWARMTALK_SOURCE_DIR "/docs/ipc.md");
+  ASSERT_TRUE(document) << "docs/ipc.md is missing";
+  int frames = 0;
+  for (std::string line; std::getline(document, line);) {
+    if (!line.starts_with("client ") && !line.starts_with("daemon ")) continue;
+    std::istringstream words(line.substr(7, line.find('#') - 7));
+    std::string bytes;
+    for (std::string word; words >> word;) {
+      bytes += static_cast<char>(std::stoi(word, nullptr, 16));
+    }
+    FrameReader reader;
+    Envelope envelope;
+    feed(reader, bytes);
+    ASSERT_EQ(reader.next(envelope), ReadResult::kEnvelope) << line;
+    EXPECT_EQ(count_bodies(envelope), 1) << line;
+    EXPECT_EQ(frame(envelope), bytes) << line;
+    ++frames;
+  }
+  EXPECT_EQ(frames, 12);
 }
 
 TEST(FrameReader, ReadsTwoFramesSplitAtAnyByte) {
