@@ -1,0 +1,98 @@
+// Configuration of swarmtalkd: plain values with their defaults and limits, and nothing else. The
+// one place for the daemon's tunables. config_parser.hpp fills it from a file;
+// docs/configuration.md describes each key.
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::daemon {
+
+inline constexpr const char* kDefaultConfigPath = "/etc/swarmtalk/swarmtalkd.toml";
+
+/// An integer key: its default and its legal range.
+struct IntegerLimits {
+  std::int64_t least;
+  std::int64_t most;
+};
+
+inline constexpr IntegerLimits kNodeIdLimits{1, 65534};  // 0 and 65535 are never on the air
+inline constexpr IntegerLimits kChannelLimits{0, 65535};
+inline constexpr IntegerLimits kPoseMaxAgeMsLimits{0, 3'600'000};
+inline constexpr IntegerLimits kEthertypeLimits{0x0600, 0xFFFF};  // below: a length, not a type
+inline constexpr IntegerLimits kPortLimits{1, 65535};
+inline constexpr IntegerLimits kBurstLimits{1, 10'000};
+inline constexpr IntegerLimits kJitterUsLimits{0, 1'000'000};
+inline constexpr IntegerLimits kReceiveBufferLimits{4096, 64 << 20};
+inline constexpr double kMaxRateHz = 1e6;
+inline constexpr double kMaxPoseM = 32.767;       // what the air frame can say
+inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
+inline constexpr std::size_t kMaxLinks = 8;
+
+/// A position in the swarm's frame of reference.
+struct FixedPose {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double theta_rad = 0.0;  // counter-clockwise from +x
+};
+
+struct NodeConfig {
+  std::optional<std::uint16_t> id;       // none: drawn at random, changed on collision
+  std::optional<FixedPose> pose;         // none: unknown until a client sets it
+  std::uint32_t pose_max_age_ms = 2000;  // an older pose is unknown; 0: a pose never gets too old
+};
+
+struct SocketConfig {
+  std::string path;  // parser's default: ipc::kDefaultSocketPath
+  mode_t mode = 0660;
+  std::string group;  // empty: the process's own
+};
+
+enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay };
+
+/// One [links.NAME] section. Which members count depends on the type.
+struct LinkConfig {
+  std::string name;
+  LinkType type = LinkType::kRawL2;
+  std::string interface;             // raw_l2, udp (there optional)
+  std::uint16_t ethertype = 0x88B5;  // raw_l2, replay
+  std::string address;               // udp; empty: the driver's default group
+  std::uint16_t port = 0;            // udp; 0: the driver's default
+  std::string file;                  // replay: capture to receive from
+  std::string output;                // replay: capture to transmit to; empty: nowhere
+  bool is_fastest = false;           // replay: not at the recorded pace
+  double rate_hz = 0.0;              // frames/s; 0: unlimited
+  std::uint32_t burst_frames = 1;
+  std::uint32_t jitter_us = 0;
+  std::size_t receive_buffer_bytes = std::size_t{4} << 20;
+};
+
+struct LimitsConfig {
+  std::uint32_t clients = 64;
+  std::uint32_t subscriptions_per_client = 64;
+  std::uint32_t publishers_per_client = 64;
+  std::uint32_t queue_messages = 64;             // of a subscription that asks for nothing else
+  std::uint32_t queue_messages_max = 1024;       // that a subscription may ask for
+  std::uint32_t queue_bytes = 1 << 20;           // payload that waits for one client
+  std::uint32_t reply_bytes = 256 << 10;         // replies that wait for one client
+  std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
+  std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
+};
+
+struct Config {
+  NodeConfig node;
+  SocketConfig socket;
+  std::vector<LinkConfig> links;                  // in the order of the file
+  std::map<std::string, std::uint16_t> channels;  // name to number
+  LimitsConfig limits;
+  std::string log_level = "info";
+};
+
+}  // namespace swarmtalk::daemon

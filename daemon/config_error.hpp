@@ -1,0 +1,47 @@
+// ConfigError: why the daemon cannot start with a configuration, as one line for a person. Thrown
+// before the event loop runs and caught in main. KeyLines remembers where each key stands, so that
+// what is found out later (no such interface) still names file and line.
+#pragma once
+
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace swarmtalk::daemon {
+
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// File and line of each key of one configuration.
+class KeyLines {
+ public:
+  KeyLines() = default;
+  explicit KeyLines(std::string file) : file_(std::move(file)) {}
+
+  void set(const std::string& key, unsigned line) {
+    places_[key] = file_ + ":" + std::to_string(line) + ": key '" + key + "'";
+  }
+
+  /// The value of `key` came from this command line option instead.
+  void set_option(const std::string& key, const std::string& option) { places_[key] = option; }
+
+  /// "FILE:LINE: key 'links.wifi.interface': WHAT"; without LINE for a key that the file leaves
+  /// to its default. @param what  what is wrong and the remedy, joined by a semicolon
+  ConfigError error(const std::string& key, const std::string& what) const {
+    const auto found = places_.find(key);
+    const std::string place =
+        found == places_.end() ? file_ + ": key '" + key + "'" : found->second;
+    return ConfigError(place + ": " + what);
+  }
+
+  const std::string& file() const { return file_; }
+
+ private:
+  std::string file_;
+  std::map<std::string, std::string> places_;  // key to "FILE:LINE: key 'KEY'"
+};
+
+}  // namespace swarmtalk::daemon

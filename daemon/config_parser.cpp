@@ -1,0 +1,257 @@
+#include "daemon/config_parser.hpp"
+
+#include <sys/un.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "daemon/table_reader.hpp"
+#include "ipc/framing.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
+constexpr std::size_t kMaxInterfaceBytes = 15;  // IFNAMSIZ less the zero
+constexpr std::size_t kMaxChannelNames = 1024;
+
+void read_node(const TableReader& table, NodeConfig& node) {
+  table.expect_keys({"id", "pose", "pose_max_age_ms"});
+  if (table.has("id")) {
+    std::string text;
+    const bool is_text = table.node("id").is_string();
+    if (is_text) table.read_text("id", text);
+    if (is_text && text != "auto") {
+      table.fail("id", "\"" + printable(text) + "\" is not known; use \"auto\" or 1 to 65534");
+    }
+    if (!is_text) {
+      if (!table.node("id").is_integer()) table.fail_type("id", "\"auto\" or 1 to 65534");
+      std::uint16_t id = 0;
+      table.read_integer("id", kNodeIdLimits, id);
+      node.id = id;
+    }
+  }
+  if (table.has("pose")) {
+    const auto numbers = table.read_numbers("pose", 3, "[x_m, y_m, theta_rad]");
+    if (std::abs(numbers[0]) > kMaxPoseM || std::abs(numbers[1]) > kMaxPoseM) {
+      table.fail("pose", "is outside the field; x and y are in metres, -32.767 to 32.767");
+    }
+    node.pose = FixedPose{numbers[0], numbers[1], numbers[2]};
+  }
+  table.read_integer("pose_max_age_ms", kPoseMaxAgeMsLimits, node.pose_max_age_ms);
+}
+
+void read_socket(const TableReader& table, SocketConfig& socket) {
+  table.expect_keys({"path", "mode", "group"});
+  table.read_text("path", socket.path);
+  if (const auto problem = socket_path_problem(socket.path); !problem.empty()) {
+    table.fail("path", problem);
+  }
+  std::string mode = "0660";
+  table.read_text("mode", mode);
+  const bool is_octal = (mode.size() == 3 || (mode.size() == 4 && mode[0] == '0')) &&
+                        mode.find_first_not_of("01234567") == std::string::npos;
+  if (!is_octal) table.fail("mode", "is no file mode; write it as \"0660\"");
+  socket.mode = static_cast<mode_t>(std::stoul(mode, nullptr, 8));
+  table.read_text("group", socket.group);
+}
+
+void read_pacing(const TableReader& table, LinkConfig& link) {
+  table.read_number("rate_hz", 0.0, kMaxRateHz, link.rate_hz);
+  table.read_integer("burst_frames", kBurstLimits, link.burst_frames);
+  table.read_integer("jitter_us", kJitterUsLimits, link.jitter_us);
+  table.read_integer("receive_buffer_bytes", kReceiveBufferLimits, link.receive_buffer_bytes);
+}
+
+void read_interface(const TableReader& table, LinkConfig& link) {
+  table.read_text("interface", link.interface);
+  if (link.interface.size() > kMaxInterfaceBytes) {
+    table.fail("interface", "is longer than an interface's name can be (15 bytes)");
+  }
+}
+
+LinkConfig read_link(const TableReader& table, const std::string& name) {
+  LinkConfig link;
+  link.name = name;
+  const int type = table.read_choice("type", {"raw_l2", "udp", "replay"});
+  if (type < 0) {
+    table.expect_keys({"type", "profile", "interface", "ethertype", "address", "port", "file",
+                       "output", "pace", "rate_hz", "burst_frames", "jitter_us",
+                       "receive_buffer_bytes"});
+    table.fail_missing("type", "add type = \"raw_l2\", \"udp\" or \"replay\"");
+  }
+  link.type = static_cast<LinkType>(type);
+  switch (link.type) {
+    case LinkType::kRawL2:
+      table.expect_keys({"type", "profile", "interface", "ethertype", "rate_hz", "burst_frames",
+                         "jitter_us", "receive_buffer_bytes"});
+      read_interface(table, link);
+      if (link.interface.empty()) {
+        table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
+      }
+      table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
+      read_pacing(table, link);
+      break;
+    case LinkType::kUdp:
+      table.expect_keys({"type", "profile", "interface", "address", "port", "rate_hz",
+                         "burst_frames", "jitter_us", "receive_buffer_bytes"});
+      read_interface(table, link);
+      table.read_text("address", link.address);
+      table.read_integer("port", kPortLimits, link.port);
+      read_pacing(table, link);
+      break;
+    case LinkType::kReplay:
+      table.expect_keys({"type", "profile", "file", "output", "pace", "ethertype"});
+      table.read_text("file", link.file);
+      if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
+      table.read_text("output", link.output);
+      table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
+      link.is_fastest = table.read_choice("pace", {"recorded", "fastest"}) == 1;
+      break;
+  }
+  table.read_choice("profile", {"wifi"});
+  return link;
+}
+
+void read_links(const TableReader& root, KeyLines& lines, std::vector<LinkConfig>& links) {
+  const toml::table& table = root.table("links");
+  const TableReader reader(table, "links", lines);
+  if (table.empty()) {
+    throw ConfigError(lines.file() +
+                      ": no [links.NAME] section, so there is nothing to send on; add one, such as "
+                      "[links.wifi] with type = \"raw_l2\" and interface = \"wlan0\"");
+  }
+  std::vector<std::pair<unsigned, LinkConfig>> in_file_order;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    if (!is_legal_name(name)) {
+      reader.fail(name, "is no name for a link; use 1 to 64 printable characters");
+    }
+    const TableReader link(reader.table(name), "links." + name, lines);
+    in_file_order.emplace_back(key.source().begin.line, read_link(link, name));
+  }
+  if (in_file_order.size() > kMaxLinks) {
+    throw lines.error("links", "has " + std::to_string(in_file_order.size()) + " links; at most " +
+                                   std::to_string(kMaxLinks) + " are possible");
+  }
+  std::stable_sort(in_file_order.begin(), in_file_order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [line, link] : in_file_order) links.push_back(std::move(link));
+}
+
+void read_channels(const TableReader& root, KeyLines& lines,
+                   std::map<std::string, std::uint16_t>& channels) {
+  const toml::table& table = root.table("channels");
+  const TableReader reader(table, "channels", lines);
+  if (table.size() > kMaxChannelNames) {
+    throw lines.error("channels", "has " + std::to_string(table.size()) + " names; at most " +
+                                      std::to_string(kMaxChannelNames) + " are possible");
+  }
+  std::vector<const toml::key*> in_file_order;
+  for (const auto& [key, node] : table) in_file_order.push_back(&key);
+  std::sort(in_file_order.begin(), in_file_order.end(),
+            [](auto* a, auto* b) { return a->source().begin < b->source().begin; });
+  std::map<std::uint16_t, std::string> names;
+  for (const toml::key* key : in_file_order) {
+    const std::string name(key->str());
+    if (!is_legal_name(name)) {
+      reader.fail(name, "is no name for a channel; use 1 to 64 printable characters");
+    }
+    std::uint16_t number = 0;
+    reader.read_integer(name, kChannelLimits, number);
+    const auto [other, is_new] = names.emplace(number, name);
+    if (!is_new) {
+      reader.fail(name, std::to_string(number) + " is already the number of '" +
+                            printable(other->second) + "'; give each channel its own");
+    }
+    channels.emplace(name, number);
+  }
+}
+
+void read_limits(const TableReader& table, LimitsConfig& limits) {
+  table.expect_keys({"clients", "subscriptions_per_client", "publishers_per_client",
+                     "queue_messages", "queue_messages_max", "queue_bytes", "reply_bytes",
+                     "socket_buffer_bytes", "waiting_messages"});
+  table.read_integer("clients", {1, 1000}, limits.clients);
+  table.read_integer("subscriptions_per_client", {1, 10'000}, limits.subscriptions_per_client);
+  table.read_integer("publishers_per_client", {1, 10'000}, limits.publishers_per_client);
+  table.read_integer("queue_messages_max", {1, 100'000}, limits.queue_messages_max);
+  limits.queue_messages = std::min(limits.queue_messages, limits.queue_messages_max);
+  table.read_integer("queue_messages", {1, limits.queue_messages_max}, limits.queue_messages);
+  table.read_integer("queue_bytes", {64 << 10, 1 << 30}, limits.queue_bytes);
+  table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
+  table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
+  table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
+}
+
+void read_log(const TableReader& table, std::string& level) {
+  table.expect_keys({"level"});
+  table.read_choice("level", {"trace", "debug", "info", "warning", "error"});
+  table.read_text("level", level);
+}
+
+toml::table parse_toml(std::string_view text, const std::string& file) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    std::string what(error.description());
+    what = printable(what.substr(0, what.find('\n')), 160);
+    throw ConfigError(file + ":" + std::to_string(error.source().begin.line) +
+                      ": not TOML: " + what + "; see https://toml.io for the format");
+  }
+}
+
+}  // namespace
+
+std::string socket_path_problem(const std::string& path) {
+  if (path.empty()) return "is empty; give an absolute path";
+  if (path.front() != '/') return "is not absolute; begin it with '/'";
+  if (path.size() <= kMaxSocketPathBytes) return "";
+  return "has " + std::to_string(path.size()) + " bytes, a Unix socket's path at most " +
+         std::to_string(kMaxSocketPathBytes) + "; choose a shorter one";
+}
+
+ParsedConfig parse_config(std::string_view text, const std::string& file) {
+  const toml::table table = parse_toml(text, file);
+  ParsedConfig parsed{{}, KeyLines(file)};
+  parsed.config.socket.path = ipc::kDefaultSocketPath;
+  const TableReader root(table, "", parsed.lines);
+  root.expect_keys({"node", "socket", "links", "channels", "limits", "log"});
+  const auto section = [&](const char* name) {
+    return TableReader(root.table(name), name, parsed.lines);
+  };
+  read_node(section("node"), parsed.config.node);
+  read_socket(section("socket"), parsed.config.socket);
+  read_channels(root, parsed.lines, parsed.config.channels);
+  read_limits(section("limits"), parsed.config.limits);
+  read_log(section("log"), parsed.config.log_level);
+  read_links(root, parsed.lines, parsed.config.links);
+  return parsed;
+}
+
+ParsedConfig load_config(const std::string& file) {
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  std::string text;
+  if (stream) {
+    text.resize(kMaxFileBytes + 1);
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+  }
+  if (!stream.is_open() || stream.bad() || (errno == EISDIR && text.empty())) {
+    throw ConfigError(file + ": cannot be read: " + std::strerror(errno) +
+                      "; name a readable file with --config FILE");
+  }
+  if (text.size() > kMaxFileBytes) {
+    throw ConfigError(file + ": is larger than 1 MiB; this is no configuration file");
+  }
+  return parse_config(text, file);
+}
+
+}  // namespace swarmtalk::daemon
