@@ -1,0 +1,30 @@
+#include "daemon/daemon_counters.hpp"
+
+namespace swarmtalk::daemon {
+
+drivers::Counters DaemonCounters::list() const {
+  return {
+      {"clients_accepted", clients_accepted},
+      {"clients_refused", clients_refused},
+      {"clients_malformed", clients_malformed},
+      {"clients_other_version", clients_other_version},
+      {"clients_silent", clients_silent},
+      {"clients_not_reading", clients_not_reading},
+      {"requests_refused", requests_refused},
+      {"messages_published", messages_published},
+      {"messages_sent", messages_sent},
+      {"messages_busy", messages_busy},
+      {"messages_link_down", messages_link_down},
+      {"messages_received", messages_received},
+      {"deliveries_queued", deliveries_queued},
+      {"deliveries_sent", deliveries_sent},
+      {"deliveries_too_far", deliveries_too_far},
+      {"deliveries_unknown_distance", deliveries_unknown_distance},
+      {"deliveries_dropped_full", deliveries_dropped_full},
+      {"deliveries_dropped_bytes", deliveries_dropped_bytes},
+      {"duplicate_node_ids", duplicate_node_ids},
+      {"node_id_changes", node_id_changes},
+  };
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,36 @@
+// What the daemon itself counts, beside its links and nodes. One struct, so that a name is spelled
+// in one place; docs/operations.md says what each means. Incremented on the daemon's one thread.
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/link.hpp"
+
+namespace swarmtalk::daemon {
+
+struct DaemonCounters {
+  std::uint64_t clients_accepted = 0;
+  std::uint64_t clients_refused = 0;        // over limits.clients
+  std::uint64_t clients_malformed = 0;      // closed: bytes that are no legal request
+  std::uint64_t clients_other_version = 0;  // closed: another protocol major
+  std::uint64_t clients_silent = 0;         // closed: no Hello in time
+  std::uint64_t clients_not_reading = 0;    // closed: replies piled up to limits.reply_bytes
+  std::uint64_t requests_refused = 0;       // answered with a Failure, publications included
+  std::uint64_t messages_published = 0;     // accepted from clients
+  std::uint64_t messages_sent = 0;          // ... whose last packet has left
+  std::uint64_t messages_busy = 0;          // refused: the publisher's previous one waits
+  std::uint64_t messages_link_down = 0;     // refused or given up: no link up
+  std::uint64_t messages_received = 0;      // whole messages from links, for a local subscription
+  std::uint64_t deliveries_queued = 0;      // one for each subscription that a message goes to
+  std::uint64_t deliveries_sent = 0;        // written to clients
+  std::uint64_t deliveries_too_far = 0;     // beyond a subscription's max_distance
+  std::uint64_t deliveries_unknown_distance = 0;  // dropped by drop_unknown_distance
+  std::uint64_t deliveries_dropped_full = 0;      // the oldest, when keep_last were waiting
+  std::uint64_t deliveries_dropped_bytes = 0;     // for limits.queue_bytes
+  std::uint64_t duplicate_node_ids = 0;           // frames of another transmitter under our id
+  std::uint64_t node_id_changes = 0;
+
+  drivers::Counters list() const;
+};
+
+}  // namespace swarmtalk::daemon

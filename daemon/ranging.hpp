@@ -1,0 +1,24 @@
+// Distance and bearing of a transmitter, from its pose and ours. What cannot be known is NaN.
+#pragma once
+
+#include <optional>
+
+#include "daemon/pose_keeper.hpp"
+#include "frame/air_frame.hpp"
+
+namespace swarmtalk::daemon {
+
+struct Range {
+  float distance_m;   // NaN: unknown
+  float bearing_rad;  // counter-clockwise from our heading, -pi..pi; NaN: unknown
+
+  static Range unknown();
+};
+
+/// Unknown when either pose is. At the very same place the distance is 0 and the bearing unknown.
+Range range_to(const std::optional<OwnPose>& own, const std::optional<frame::FramePose>& other);
+
+/// The same angle in -pi..pi.
+double wrap_angle(double angle_rad);
+
+}  // namespace swarmtalk::daemon
