@@ -1,0 +1,98 @@
+#include "daemon/daemon.hpp"
+
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+
+#include <chrono>
+#include <csignal>
+#include <utility>
+
+#include "daemon/link_factory.hpp"
+#include "daemon/privileges.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
+constexpr ProfileName kWifi{frame::ProfileId::kWifi, "wifi"};
+
+}  // namespace
+
+// The socket is taken first: a second daemon must not disturb the first one's links.
+Daemon::Daemon(const ParsedConfig& parsed)
+    : config_(parsed.config),
+      identity_(config_.node.id),
+      poses_(config_.node),
+      names_(config_.channels),
+      hub_(names_, config_.limits, counters_, identity_),
+      status_(hub_, poses_, identity_, counters_, parsed.lines.file()),
+      socket_(ListeningSocket::open(config_.socket, parsed.lines)),
+      clients_(io_, hub_, poses_, config_.limits, counters_, status_),
+      signals_(io_, SIGTERM, SIGINT, SIGHUP),
+      link_timer_(io_) {
+  status_.set_clients(clients_);
+  for (const LinkConfig& link : config_.links) {
+    stations_.push_back(std::make_unique<WifiStation>(
+        link.name, kWifi, open_link(io_, link, parsed.lines, kWifi.id, core::Wifi::kMtuBytes),
+        identity_, poses_, hub_));
+    hub_.add(*stations_.back());
+  }
+}
+
+Daemon::~Daemon() {
+  clients_.close_all("swarmtalkd ends");
+}
+
+void Daemon::run() {
+  std::signal(SIGPIPE, SIG_IGN);
+  drop_privileges();
+  for (const auto& station : stations_) {
+    station->start();
+    spdlog::debug("link {}: {} on {}, {}", station->name(), station->link().type(),
+                 station->link().device(), station->link().state());
+  }
+  clients_.listen(socket_.descriptor());
+  wait_signal();
+  hub_.set_waiting_hook([this] { watch_links(); });
+  spdlog::info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
+               socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(), identity_.id(),
+               identity_.is_fixed() ? "" : " (chosen at random)");
+  notify_ready();
+  io_.run();
+}
+
+void Daemon::wait_signal() {
+  signals_.async_wait([this](const boost::system::error_code& error, int signal) {
+    if (error) return;
+    if (signal == SIGHUP) {
+      spdlog::warn(
+          "SIGHUP: the configuration is read at start only; restart swarmtalkd to apply "
+          "changes");
+      return wait_signal();
+    }
+    spdlog::info("{}: ending", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+    sd_notify(0, "STOPPING=1");
+    clients_.close_all("swarmtalkd ends");
+    io_.stop();
+  });
+}
+
+// Runs only while messages wait: an idle daemon does not wake up.
+void Daemon::watch_links() {
+  if (std::exchange(is_watching_links_, true)) return;
+  link_timer_.expires_after(kLinkWatchPeriod);
+  link_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (error) return;
+    is_watching_links_ = false;
+    if (hub_.give_up_on_dead_links()) watch_links();
+  });
+}
+
+void Daemon::notify_ready() const {
+  const std::string state = "READY=1\nSTATUS=node " + std::to_string(identity_.id()) + ", " +
+                            std::to_string(stations_.size()) +
+                            (stations_.size() == 1 ? " link" : " links");
+  sd_notify(0, state.c_str());
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,54 @@
+// Daemon: puts the parts together and runs them on the calling thread until a signal ends it.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+#include <vector>
+
+#include "daemon/clients.hpp"
+#include "daemon/config_parser.hpp"
+#include "daemon/hub.hpp"
+#include "daemon/listening_socket.hpp"
+#include "daemon/node_station.hpp"
+#include "daemon/status_report.hpp"
+#include "swarmtalk/profiles/wifi.hpp"
+
+namespace swarmtalk::daemon {
+
+class Daemon {
+ public:
+  /// Opens every socket. @param parsed  kept by reference
+  /// @throws ConfigError  one line with the remedy
+  explicit Daemon(const ParsedConfig& parsed);
+  ~Daemon();
+
+  /// Drops all privileges, then serves until SIGTERM or SIGINT.
+  /// @throws std::runtime_error  privileges cannot be dropped
+  void run();
+
+ private:
+  using WifiStation = NodeStation<core::Wifi>;
+
+  void wait_signal();
+  void watch_links();
+  void notify_ready() const;
+
+  const Config& config_;
+  boost::asio::io_context io_{1};
+  DaemonCounters counters_;
+  NodeIdentity identity_;
+  PoseKeeper poses_;
+  ChannelTable names_;
+  Hub hub_;
+  StatusReport status_;
+  std::vector<std::unique_ptr<WifiStation>> stations_;
+  ListeningSocket socket_;
+  Clients clients_;
+  boost::asio::signal_set signals_;
+  boost::asio::steady_timer link_timer_;
+  bool is_watching_links_ = false;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,279 @@
+// The hub's channels and the ways between sessions and stations. What is decided before a message
+// is accepted is in hub_admission.cpp.
+#include "daemon/hub.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace swarmtalk::daemon {
+namespace {
+
+std::uint64_t monotonic_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+}
+
+}  // namespace
+
+Hub::Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
+         NodeIdentity& identity)
+    : names_(names), limits_(limits), counters_(counters), identity_(identity) {}
+
+Hub::~Hub() = default;
+
+void Hub::add(Station& station) {
+  stations_.push_back(&station);
+}
+
+std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscription& subscription) {
+  Channel* channel = nullptr;
+  if (auto refusal = use(request, subscription.held_name, channel)) return refusal;
+  subscription.channel = channel->number;
+  channel->subscriptions.push_back(&subscription);
+  if (channel->subscriptions.size() == 1) {
+    for (Station* station : stations_) station->set_listening(channel->number, true);
+  }
+  return std::nullopt;
+}
+
+void Hub::unsubscribe(Subscription& subscription) {
+  Channel& channel = channels_.at(subscription.channel);
+  std::erase(channel.subscriptions, &subscription);
+  names_.release(channel.number, subscription.held_name);
+  if (!channel.subscriptions.empty()) return;
+  for (Station* station : stations_) station->set_listening(channel.number, false);
+}
+
+std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& publisher) {
+  Channel* channel = nullptr;
+  if (auto refusal = use(request, publisher.held_name, channel)) return refusal;
+  publisher.channel = channel->number;
+  ++channel->publishers;
+  return std::nullopt;
+}
+
+void Hub::unadvertise(Publisher& publisher) {
+  Channel& channel = channels_.at(publisher.channel);
+  --channel.publishers;
+  names_.release(channel.number, publisher.held_name);
+  if (publisher.in_flight == nullptr) return;
+  publisher.in_flight->owner = nullptr;
+  publisher.in_flight->client = nullptr;
+  publisher.in_flight = nullptr;
+}
+
+std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
+                                    std::string& payload, std::optional<std::uint32_t> ttl) {
+  Channel& channel = channels_.at(publisher.channel);
+  const std::uint32_t hops = ttl.value_or(publisher.ttl);
+  if (auto refusal = check(publisher, channel, payload.size(), hops)) return refusal;
+  Publication& publication = new_publication();
+  publication.owner = &publisher;
+  publication.client = publisher.client;
+  publication.number = number;
+  publication.payload.swap(payload);
+  publication.ttl = static_cast<std::uint8_t>(hops);
+  publisher.in_flight = &publication;
+  ++counters_.messages_published;
+  ++channel.publications;
+  channel.last_used = ++use_count_;
+  if (waiting_++ == 0) waiting_hook_();
+  ++publication.pending;  // ours, so that it is not finished before all stations have it
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (!stations_[i]->is_up()) continue;
+    ++publication.pending;
+    channel.slots[i].waiting.push_back(&publication);
+    feed(i, channel);
+  }
+  finish(publication, channel, false);
+  return std::nullopt;
+}
+
+// Starts the next message of a channel on a station, if none is in flight there.
+void Hub::feed(std::size_t station, Channel& channel) {
+  Slot& slot = channel.slots[station];
+  while (slot.in_flight == nullptr && !slot.waiting.empty()) {
+    Publication& next = *slot.waiting.front();
+    std::uint32_t number = 0;
+    const std::span<const std::uint8_t> payload(
+        reinterpret_cast<const std::uint8_t*>(next.payload.data()), next.payload.size());
+    const SendResult result = stations_[station]->send(channel.number, payload, next.ttl, number);
+    if (result == SendResult::kBusy) return;
+    slot.waiting.erase(slot.waiting.begin());
+    if (result == SendResult::kRefused) {
+      finish(next, channel, false);
+      continue;
+    }
+    slot.in_flight = &next;
+    deliver_locally(next, channel, number);
+  }
+}
+
+void Hub::on_sent(Station& station, std::uint16_t channel_number) {
+  const auto found = channels_.find(channel_number);
+  if (found == channels_.end()) return;
+  const std::size_t index = index_of(station);
+  Slot& slot = found->second.slots[index];
+  if (Publication* sent = std::exchange(slot.in_flight, nullptr)) {
+    finish(*sent, found->second, true);
+  }
+  feed(index, found->second);
+}
+
+// One station is done with a publication; the last one tells the client and frees it.
+void Hub::finish(Publication& publication, Channel& channel, bool was_sent) {
+  if (was_sent) ++publication.sent;
+  if (--publication.pending > 0) return;
+  --channel.publications;
+  --waiting_;
+  Publisher* owner = publication.owner;
+  if (owner != nullptr) owner->in_flight = nullptr;
+  if (publication.sent > 0) {
+    ++counters_.messages_sent;
+    if (owner != nullptr) owner->client->on_sent(owner->id, publication.number);
+  } else {
+    ++counters_.messages_link_down;
+    if (owner != nullptr) {
+      owner->client->on_unsent(owner->id, publication.number,
+                               {ipc::ERROR_LINK_DOWN,
+                                "the link went down before the message could leave; publish again "
+                                "when it is up (`swarmtalk-cli status`)",
+                                std::nullopt});
+    }
+  }
+  free_publications_.push_back(&publication);
+}
+
+bool Hub::give_up_on_dead_links() {
+  if (waiting_ == 0) return false;
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (stations_[i]->is_up()) continue;
+    for (auto& [number, channel] : channels_) {
+      if (!channel.slots[i].is_open) continue;
+      Slot& slot = channel.slots[i];
+      stations_[i]->cancel(number);
+      if (Publication* dead = std::exchange(slot.in_flight, nullptr)) finish(*dead, channel, false);
+      for (Publication* dead : slot.waiting) finish(*dead, channel, false);
+      slot.waiting.clear();
+    }
+  }
+  return waiting_ > 0;
+}
+
+void Hub::deliver_locally(Publication& publication, Channel& channel, std::uint32_t number) {
+  if (std::exchange(publication.is_heard_locally, true)) return;
+  const auto is_other = [&](const Subscription* s) { return s->client != publication.client; };
+  if (std::none_of(channel.subscriptions.begin(), channel.subscriptions.end(), is_other)) return;
+  MessageRef message = pool_.take();
+  message->payload.assign(publication.payload);
+  message->channel = channel.number;
+  message->sender = identity_.id();
+  message->epoch = identity_.epoch() & 0xFFFFu;  // as a packet carries it
+  message->number = number;
+  message->distance_m = 0.0f;
+  message->bearing_rad = std::numeric_limits<float>::quiet_NaN();
+  message->sender_pose.reset();
+  message->hops = 0;
+  message->ttl = publication.ttl;
+  message->buffering_delay_us.reset();
+  if (channel.is_timestamped) message->buffering_delay_us = 0;
+  message->received_at_ns = monotonic_ns();
+  message->is_local = true;
+  deliver(channel, message, publication.client);
+}
+
+void Hub::on_message(Station&, const MessageHead& head, std::span<const std::uint8_t> payload) {
+  const auto found = channels_.find(head.channel);
+  if (found == channels_.end() || found->second.subscriptions.empty()) return;
+  ++counters_.messages_received;
+  MessageRef message = pool_.take();
+  message->payload.assign(reinterpret_cast<const char*>(payload.data()), payload.size());
+  message->channel = head.channel;
+  message->sender = head.sender;
+  message->epoch = head.epoch;
+  message->number = head.number;
+  message->distance_m = head.distance_m;
+  message->bearing_rad = head.bearing_rad;
+  message->sender_pose = head.sender_pose;
+  message->hops = head.hops;
+  message->ttl = head.ttl;
+  message->buffering_delay_us = head.buffering_delay_us;
+  message->received_at_ns = head.received_at_ns;
+  message->is_local = false;
+  deliver(found->second, message, nullptr);
+}
+
+void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* except) {
+  for (Subscription* subscription : channel.subscriptions) {
+    if (except != nullptr && subscription->client == except) continue;
+    if (subscription->max_distance_m) {
+      const float distance_m = message->distance_m;
+      if (distance_m > *subscription->max_distance_m) {
+        ++counters_.deliveries_too_far;
+        continue;
+      }
+      if (distance_m != distance_m && subscription->drops_unknown_distance) {  // NaN
+        ++counters_.deliveries_unknown_distance;
+        continue;
+      }
+    }
+    ++counters_.deliveries_queued;
+    subscription->client->on_message(*subscription, message);
+  }
+}
+
+// All stations are one node to the swarm's programs: they change together.
+void Hub::on_namesake(Station& station) {
+  ++counters_.duplicate_node_ids;
+  const std::uint16_t old = identity_.id();
+  if (!identity_.is_fixed()) {
+    ++counters_.node_id_changes;
+    identity_.draw_again();
+    for (Station* each : stations_) each->set_node_id(identity_.id());
+  }
+  if (const auto silent = namesake_log_.pass(std::chrono::steady_clock::now())) {
+    const std::string what = identity_.is_fixed()
+                                 ? "ours is configured, so it stays: give one of them another"
+                                 : "ours is now " + std::to_string(identity_.id());
+    spdlog::warn("link {}: another robot has node id {}; {} ({} more since the last line)",
+                 station.name(), old, what, *silent);
+  }
+}
+
+std::vector<Hub::ChannelView> Hub::channels() const {
+  std::vector<ChannelView> views;
+  for (const auto& [number, channel] : channels_) {
+    if (!channel.has_users()) continue;
+    views.push_back({number, names_.name_of(number), channel.publishers,
+                     static_cast<std::uint32_t>(channel.subscriptions.size()),
+                     channel.is_timestamped});
+  }
+  std::sort(views.begin(), views.end(),
+            [](const auto& a, const auto& b) { return a.number < b.number; });
+  return views;
+}
+
+std::size_t Hub::index_of(const Station& station) const {
+  return static_cast<std::size_t>(std::find(stations_.begin(), stations_.end(), &station) -
+                                  stations_.begin());
+}
+
+Publication& Hub::new_publication() {
+  if (free_publications_.empty()) {
+    publications_.push_back(std::make_unique<Publication>());
+    free_publications_.reserve(publications_.size());
+    return *publications_.back();
+  }
+  Publication& publication = *free_publications_.back();
+  free_publications_.pop_back();
+  std::string payload;
+  payload.swap(publication.payload);  // keeps its memory
+  publication = Publication{};
+  publication.payload.swap(payload);
+  return publication;
+}
+
+}  // namespace swarmtalk::daemon

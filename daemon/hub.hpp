@@ -1,0 +1,139 @@
+// Hub: where messages meet. Takes publications from sessions to every station whose link is up, one
+// message per channel and station at a time and publishers in turn; takes received messages to the
+// subscriptions. The only place where ways cross; it knows stations and sessions by their
+// interfaces and does no I/O.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "daemon/channel_table.hpp"
+#include "daemon/config.hpp"
+#include "daemon/daemon_counters.hpp"
+#include "daemon/hub_client.hpp"
+#include "daemon/log_limiter.hpp"
+#include "daemon/node_identity.hpp"
+#include "daemon/station.hpp"
+
+namespace swarmtalk::daemon {
+
+/// One accepted message on its way out. Lives until every station that took it is done with it.
+struct Publication {
+  Publisher* owner = nullptr;   // none: the client is gone; the message leaves all the same
+  HubClient* client = nullptr;  // who must not hear it; compared only
+  std::uint64_t number = 0;     // the client's
+  std::string payload;
+  std::uint8_t ttl = 0;
+  std::uint32_t pending = 0;  // stations that have not sent it
+  std::uint32_t sent = 0;     // stations that have
+  bool is_heard_locally = false;
+};
+
+class Hub final : public StationUser {
+ public:
+  struct Limits {
+    std::uint16_t message_bytes = 0;
+    std::uint8_t ttl = 0;
+  };
+  struct ChannelView {
+    std::uint16_t number;
+    std::string name;
+    std::uint32_t publishers;
+    std::uint32_t subscribers;
+    bool is_timestamped;
+  };
+
+  Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
+      NodeIdentity& identity);
+  ~Hub() override;
+
+  /// Before any session. The station must outlive the hub's use.
+  void add(Station& station);
+  const std::vector<Station*>& stations() const { return stations_; }
+
+  // Each returns none when done. Pointers are kept until the opposite call.
+  std::optional<Refusal> subscribe(const ChannelRequest& request, Subscription& subscription);
+  void unsubscribe(Subscription& subscription);
+  std::optional<Refusal> advertise(const ChannelRequest& request, Publisher& publisher);
+  void unadvertise(Publisher& publisher);
+
+  /// Accepts a message: on_sent() or on_unsent() of the client follows exactly once.
+  /// @param payload  swapped away when accepted
+  std::optional<Refusal> publish(Publisher& publisher, std::uint64_t number, std::string& payload,
+                                 std::optional<std::uint32_t> ttl);
+
+  /// What every station can carry on this channel.
+  Limits limits(std::uint16_t channel) const;
+
+  /// Gives up what waits for stations that are down. Call about once a second while messages wait.
+  /// @return whether some still do
+  bool give_up_on_dead_links();
+
+  /// Called whenever a message begins to wait where none did. Must be cheap.
+  void set_waiting_hook(std::function<void()> hook) { waiting_hook_ = std::move(hook); }
+
+  /// Channels in use, by number.
+  std::vector<ChannelView> channels() const;
+
+  void on_message(Station& station, const MessageHead& head,
+                  std::span<const std::uint8_t> payload) override;
+  void on_sent(Station& station, std::uint16_t channel) override;
+  void on_namesake(Station& station) override;
+
+ private:
+  struct Slot {  // one channel on one station
+    Publication* in_flight = nullptr;
+    std::vector<Publication*> waiting;  // first come, first sent
+    bool is_open = false;
+  };
+  struct Channel {
+    std::uint16_t number = 0;
+    bool is_timestamped = false;
+    std::uint32_t publishers = 0;
+    std::uint32_t publications = 0;  // not yet sent everywhere
+    std::vector<Subscription*> subscriptions;
+    std::vector<Slot> slots;      // one for each station
+    std::uint64_t last_used = 0;  // by use_count_
+
+    bool is_idle() const { return publishers == 0 && publications == 0 && subscriptions.empty(); }
+    bool has_users() const { return publishers > 0 || !subscriptions.empty(); }
+  };
+
+  std::optional<Refusal> use(const ChannelRequest& request, std::string& held_name,
+                             Channel*& channel);
+  std::optional<Refusal> resolve(const ChannelRequest& request, std::uint16_t& number) const;
+  Limits limits_of(bool is_timestamped) const;
+  std::optional<Refusal> open(Channel& channel);
+  void close(Channel& channel);
+  bool evict_idle();
+  std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
+                               std::size_t size_bytes, std::uint32_t ttl) const;
+  void feed(std::size_t station, Channel& channel);
+  void finish(Publication& publication, Channel& channel, bool was_sent);
+  void deliver_locally(Publication& publication, Channel& channel, std::uint32_t number);
+  void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
+  std::size_t index_of(const Station& station) const;
+  Publication& new_publication();
+
+  ChannelTable& names_;
+  const LimitsConfig& limits_;
+  DaemonCounters& counters_;
+  NodeIdentity& identity_;
+  LogLimiter namesake_log_;
+  std::vector<Station*> stations_;
+  std::unordered_map<std::uint16_t, Channel> channels_;
+  MessagePool pool_;
+  std::vector<std::unique_ptr<Publication>> publications_;  // all there are
+  std::vector<Publication*> free_publications_;
+  std::uint32_t waiting_ = 0;  // accepted, not finished
+  std::function<void()> waiting_hook_ = [] {};
+  std::uint64_t use_count_ = 0;
+};
+
+}  // namespace swarmtalk::daemon

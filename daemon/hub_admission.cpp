@@ -1,0 +1,171 @@
+// What the hub decides before it takes something on: which channel is meant, whether there is room
+// for it, and whether a message can be sent at all.
+#include <algorithm>
+
+#include "daemon/hub.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+std::string text_of(std::uint64_t number) {
+  return std::to_string(number);
+}
+
+}  // namespace
+
+std::optional<Refusal> Hub::resolve(const ChannelRequest& request, std::uint16_t& number) const {
+  const auto refuse = [](std::string text) {
+    return Refusal{ipc::ERROR_BAD_CHANNEL, std::move(text), std::nullopt};
+  };
+  std::uint32_t wanted = 0;
+  if (!request.name.empty()) {
+    auto found = names_.find(request.name);
+    if (!found.problem.empty()) return refuse(std::move(found.problem));
+    wanted = found.number;
+  } else if (request.number) {
+    wanted = *request.number;
+  } else {
+    return refuse("no channel is named; give it a name or a number");
+  }
+  for (const Station* station : stations_) {
+    const std::uint16_t most = station->limits().max_channel;
+    if (wanted <= most) continue;
+    return refuse("channel " + text_of(wanted) + " does not exist on link " + station->name() +
+                  "; the largest number is " + text_of(most));
+  }
+  number = static_cast<std::uint16_t>(wanted);
+  return std::nullopt;
+}
+
+// Finds or makes the channel and holds its name for a new subscription or publisher.
+std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held_name,
+                                Channel*& channel) {
+  std::uint16_t number = 0;
+  if (auto refusal = resolve(request, number)) return refusal;
+  const bool is_timestamped = request.is_timestamped.value_or(false);
+  auto found = channels_.find(number);
+  if (found != channels_.end() && request.is_timestamped &&
+      found->second.is_timestamped != is_timestamped) {
+    if (!found->second.is_idle()) {
+      const std::string registered = is_timestamped ? "without" : "with";
+      return Refusal{ipc::ERROR_CHANNEL_CONFLICT,
+                     "channel " + text_of(number) + " is in use " + registered +
+                         " timestamps; use it the same way, or another channel",
+                     std::nullopt};
+    }
+    close(found->second);
+    channels_.erase(found);
+    found = channels_.end();
+  }
+  if (found == channels_.end()) {
+    found = channels_.try_emplace(number).first;
+    found->second.number = number;
+    found->second.is_timestamped = is_timestamped;
+    found->second.slots.resize(stations_.size());
+    if (auto refusal = open(found->second)) {
+      channels_.erase(found);
+      return refusal;
+    }
+  }
+  channel = &found->second;
+  channel->last_used = ++use_count_;
+  held_name = request.name;
+  names_.hold(number, held_name);
+  return std::nullopt;
+}
+
+// A channel stays open when its last user leaves: that may be in the middle of its `sent`, where a
+// node cannot close it. Idle channels go, the longest unused first, when a station has no room.
+std::optional<Refusal> Hub::open(Channel& channel) {
+  ++channel.publications;  // not idle while it is being opened
+  bool is_open = true;
+  for (std::size_t i = 0; is_open && i < stations_.size(); ++i) {
+    do {
+      is_open = stations_[i]->open_channel(channel.number, channel.is_timestamped);
+    } while (!is_open && evict_idle());
+    channel.slots[i].is_open = is_open;
+  }
+  --channel.publications;
+  if (is_open) return std::nullopt;
+  close(channel);
+  return Refusal{ipc::ERROR_LIMIT,
+                 "all " + text_of(channels_.size() - 1) +
+                     " channels that a link can hold are in use; end programs that no longer need "
+                     "theirs",
+                 channels_.size() - 1};
+}
+
+void Hub::close(Channel& channel) {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (std::exchange(channel.slots[i].is_open, false)) stations_[i]->close_channel(channel.number);
+  }
+}
+
+bool Hub::evict_idle() {
+  auto oldest = channels_.end();
+  for (auto it = channels_.begin(); it != channels_.end(); ++it) {
+    if (!it->second.is_idle()) continue;
+    if (oldest == channels_.end() || it->second.last_used < oldest->second.last_used) oldest = it;
+  }
+  if (oldest == channels_.end()) return false;
+  close(oldest->second);
+  channels_.erase(oldest);
+  return true;
+}
+
+Hub::Limits Hub::limits(std::uint16_t channel_number) const {
+  const auto found = channels_.find(channel_number);
+  return limits_of(found != channels_.end() && found->second.is_timestamped);
+}
+
+Hub::Limits Hub::limits_of(bool is_timestamped) const {
+  Limits least{UINT16_MAX, UINT8_MAX};
+  for (const Station* station : stations_) {
+    const StationLimits& own = station->limits();
+    const std::uint16_t bytes =
+        is_timestamped ? own.max_timestamped_message_bytes : own.max_message_bytes;
+    least.message_bytes = std::min(least.message_bytes, bytes);
+    least.ttl = std::min(least.ttl, own.max_ttl);
+  }
+  return least;
+}
+
+std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& channel,
+                                  std::size_t size_bytes, std::uint32_t ttl) const {
+  const Limits most = limits_of(channel.is_timestamped);
+  if (size_bytes > most.message_bytes) {
+    return Refusal{ipc::ERROR_TOO_LONG,
+                   "the message has " + text_of(size_bytes) + " bytes, the limit is " +
+                       text_of(most.message_bytes) + "; send it in parts",
+                   most.message_bytes};
+  }
+  if (ttl > most.ttl) {
+    return Refusal{ipc::ERROR_BAD_TTL,
+                   "TTL " + text_of(ttl) + " is too large; the limit is " + text_of(most.ttl),
+                   most.ttl};
+  }
+  if (std::none_of(stations_.begin(), stations_.end(), [](auto* s) { return s->is_up(); })) {
+    ++counters_.messages_link_down;
+    std::string states;
+    for (Station* station : stations_) {
+      states += (states.empty() ? "" : "; ") + station->name() + ": " + station->link().state();
+    }
+    return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
+  }
+  if (publisher.in_flight != nullptr) {
+    ++counters_.messages_busy;
+    return Refusal{ipc::ERROR_BUSY,
+                   "this publisher's previous message has not left yet; wait for it to be sent",
+                   std::nullopt};
+  }
+  if (waiting_ >= limits_.waiting_messages) {
+    return Refusal{ipc::ERROR_LIMIT,
+                   text_of(waiting_) +
+                       " messages of all clients wait for a link already; "
+                       "publish more slowly",
+                   limits_.waiting_messages};
+  }
+  return std::nullopt;
+}
+
+}  // namespace swarmtalk::daemon

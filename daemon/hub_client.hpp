@@ -1,0 +1,55 @@
+// What the hub knows of a session: where messages and answers go, its subscriptions and publishers.
+// The session owns them; the hub keeps pointers between subscribe/advertise and their opposite.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "daemon/message.hpp"
+#include "daemon/refusal.hpp"
+
+namespace swarmtalk::daemon {
+
+struct Publication;
+struct Subscription;
+
+/// Called by the hub at any time; must not call back into the hub.
+class HubClient {
+ public:
+  virtual ~HubClient() = default;
+  virtual void on_message(Subscription& subscription, const MessageRef& message) = 0;
+  virtual void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) = 0;
+  /// A publication that had been accepted could not be sent after all.
+  virtual void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
+                         const Refusal& refusal) = 0;
+};
+
+/// Which channel a client means. Name first; number when there is no name.
+struct ChannelRequest {
+  std::string name;
+  std::optional<std::uint32_t> number;
+  std::optional<bool> is_timestamped;  // none: as registered, else no
+};
+
+struct Subscription {
+  HubClient* client = nullptr;
+  std::uint32_t id = 0;                 // the client's
+  std::optional<float> max_distance_m;  // none: any distance
+  bool drops_unknown_distance = false;
+  // Set by the hub.
+  std::uint16_t channel = 0;
+  std::string held_name;
+};
+
+struct Publisher {
+  HubClient* client = nullptr;
+  std::uint32_t id = 0;  // the client's
+  std::uint8_t ttl = 0;
+  // Set by the hub.
+  std::uint16_t channel = 0;
+  std::string held_name;
+  Publication* in_flight = nullptr;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,80 @@
+#include "daemon/link_factory.hpp"
+
+#include <stdexcept>
+
+#include "drivers/raw_l2.hpp"
+#include "drivers/replay.hpp"
+#include "drivers/udp.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+drivers::PacerConfig pacer_of(const LinkConfig& config) {
+  return {config.rate_hz, config.burst_frames, std::chrono::microseconds(config.jitter_us)};
+}
+
+std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfig& config,
+                                    frame::ProfileId profile, std::size_t max_packet_bytes) {
+  switch (config.type) {
+    case LinkType::kRawL2: {
+      drivers::RawL2Config raw;
+      raw.interface = config.interface;
+      raw.ethertype = config.ethertype;
+      raw.profile = profile;
+      raw.max_packet_bytes = max_packet_bytes;
+      raw.pacer = pacer_of(config);
+      raw.receive_buffer_bytes = config.receive_buffer_bytes;
+      return std::make_unique<drivers::RawL2Link>(io, raw);
+    }
+    case LinkType::kUdp: {
+      drivers::UdpConfig udp;
+      if (!config.address.empty()) udp.address = config.address;
+      if (config.port != 0) udp.port = config.port;
+      udp.interface = config.interface;
+      udp.profile = profile;
+      udp.max_packet_bytes = max_packet_bytes;
+      udp.pacer = pacer_of(config);
+      udp.receive_buffer_bytes = config.receive_buffer_bytes;
+      return std::make_unique<drivers::UdpLink>(io, udp);
+    }
+    case LinkType::kReplay:
+      break;
+  }
+  drivers::ReplayConfig replay;
+  replay.capture_path = config.file;
+  replay.output_path = config.output;
+  replay.pace = config.is_fastest ? drivers::ReplayPace::kFastest : drivers::ReplayPace::kRecorded;
+  replay.ethertype = config.ethertype;
+  replay.profile = profile;
+  replay.max_packet_bytes = max_packet_bytes;
+  return std::make_unique<drivers::ReplayLink>(io, replay);
+}
+
+// The key that a driver's complaint is most likely about.
+std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
+  const std::string section = "links." + config.name;
+  if (!config.interface.empty() && complaint.find(config.interface) != std::string::npos) {
+    return section + ".interface";
+  }
+  if (!config.address.empty() && complaint.find(config.address) != std::string::npos) {
+    return section + ".address";
+  }
+  if (!config.output.empty() && complaint.find(config.output) != std::string::npos) {
+    return section + ".output";
+  }
+  return config.type == LinkType::kReplay ? section + ".file" : section;
+}
+
+}  // namespace
+
+std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,
+                                         const KeyLines& lines, frame::ProfileId profile,
+                                         std::size_t max_packet_bytes) {
+  try {
+    return open(io, config, profile, max_packet_bytes);
+  } catch (const std::exception& error) {
+    throw lines.error(blamed_key(config, error.what()), error.what());
+  }
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,72 @@
+// swarmtalkd: command line, exit codes, and nothing else.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "daemon/config_parser.hpp"
+#include "daemon/daemon.hpp"
+#include "daemon/logging.hpp"
+
+namespace {
+
+constexpr int kExitError = 1;
+constexpr int kExitUsage = 2;
+
+using namespace swarmtalk::daemon;
+
+struct Options {
+  std::string config_file = kDefaultConfigPath;
+  std::string socket_path;
+  std::string log_level;
+  bool is_check = false;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--config", options.config_file, "configuration file (TOML)")
+      ->capture_default_str();
+  app.add_flag("--check", options.is_check, "read the configuration file, say what is wrong, end");
+  app.add_option("--socket", options.socket_path, "path of the socket, instead of socket.path");
+  app.add_option("--log-level", options.log_level, "instead of log.level")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error"}));
+  app.set_version_flag("--version", std::string("swarmtalkd ") + SWARMTALK_VERSION);
+}
+
+ParsedConfig load(const Options& options) {
+  ParsedConfig parsed = load_config(options.config_file);
+  if (!options.log_level.empty()) parsed.config.log_level = options.log_level;
+  if (!options.socket_path.empty()) {
+    parsed.lines.set_option("socket.path", "--socket");
+    const std::string problem = socket_path_problem(options.socket_path);
+    if (!problem.empty()) throw parsed.lines.error("socket.path", problem);
+    parsed.config.socket.path = options.socket_path;
+  }
+  return parsed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Publish/subscribe over broadcast frames for the programs of a robot.",
+               "swarmtalkd");
+  Options options;
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kExitUsage;
+  }
+  try {
+    const ParsedConfig parsed = load(options);
+    if (options.is_check) {
+      std::printf("%s: ok\n", options.config_file.c_str());
+      return 0;
+    }
+    start_logging(parsed.config.log_level);
+    Daemon(parsed).run();
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return kExitError;
+  }
+}

@@ -1,0 +1,132 @@
+// Session: one client. Reads all that waits, answers requests, and queues deliveries; writes all
+// that is ready at once, replies ahead of deliveries. It never waits for its client: what does not
+// fit into the kernel's buffer stays in bounded queues. Runs on the daemon's one thread; kept alive
+// by its SessionHost and by its own handlers.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include "daemon/hub.hpp"
+#include "daemon/pose_keeper.hpp"
+#include "daemon/subscription_queue.hpp"
+#include "ipc/framing.hpp"
+
+namespace swarmtalk::daemon {
+
+class Session;
+
+/// What all sessions share. Outlives them.
+class SessionHost {
+ public:
+  SessionHost(Hub& hub_, PoseKeeper& poses_, const LimitsConfig& limits_, DaemonCounters& counters_)
+      : hub(hub_), poses(poses_), limits(limits_), counters(counters_) {}
+  virtual ~SessionHost() = default;
+
+  /// Calls session.flush() at the end of this turn of the event loop.
+  virtual void schedule_flush(const std::shared_ptr<Session>& session) = 0;
+  /// The session is closed; drop it. @param is_malformed  for what it sent
+  virtual void on_closed(Session& session, const std::string& reason, bool is_malformed) = 0;
+  virtual void fill_hello(ipc::Hello& hello) = 0;
+  virtual void fill_status(ipc::Status& status) = 0;
+
+  Hub& hub;
+  PoseKeeper& poses;
+  const LimitsConfig& limits;
+  DaemonCounters& counters;
+  // Reused by every session, one at a time: parsing and building allocate nothing.
+  ipc::Envelope request;
+  ipc::Envelope reply;
+  ipc::Envelope delivery;
+};
+
+class Session final : public HubClient, public std::enable_shared_from_this<Session> {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  /// @param descriptor  a connected, non-blocking stream socket; owned from now on
+  Session(boost::asio::io_context& io, int descriptor, SessionHost& host);
+  ~Session() override;
+
+  void start();
+  void flush();
+  /// Removes the client from the hub and closes its socket. May be called again.
+  void close(const std::string& reason, bool is_malformed = false);
+  /// Refuses the connection as a whole: the failure is written, then it is closed.
+  void refuse_connection(const Refusal& refusal);
+
+  bool has_greeted() const { return has_greeted_; }
+  Time connected_at() const { return connected_at_; }
+  const std::string& client_name() const { return client_name_; }
+
+  void on_message(Subscription& subscription, const MessageRef& message) override;
+  void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) override;
+  void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
+                 const Refusal& refusal) override;
+
+ private:
+  struct QueuedSubscription : Subscription {
+    explicit QueuedSubscription(std::size_t keep_last) : queue(keep_last) {}
+    SubscriptionQueue queue;
+    bool is_ready = false;  // listed in ready_
+  };
+
+  // session_input.cpp: bytes to envelopes
+  void wait_readable();
+  void on_readable();
+  bool read_once();  // false: nothing more waits for now
+  void parse_all();
+  void fail_stream(ipc::ErrorCode code, const std::string& text);
+
+  // session_requests.cpp: envelopes to answers
+  void handle(ipc::Envelope& request);
+  void greet(const ipc::Hello& hello);
+  void subscribe(const ipc::Subscribe& request);
+  void unsubscribe(std::uint32_t id);
+  void advertise(const ipc::Advertise& request);
+  void unadvertise(std::uint32_t id);
+  void publish(ipc::Publish& request);
+  void set_pose(const ipc::SetPose& request);
+  void get_pose();
+  void refuse(const Refusal& refusal);
+  ipc::Envelope& new_reply();  // to the request in hand
+  void send_reply();
+
+  // session_output.cpp: answers and deliveries to bytes
+  void wait_writable();
+  void fill_output();
+  void append_delivery(QueuedSubscription& subscription);
+  void forget(QueuedSubscription& subscription);
+  bool write_once();  // false: the client's buffer is full, or the session is closed
+
+  SessionHost& host_;
+  boost::asio::posix::stream_descriptor socket_;
+  ipc::FrameReader reader_;
+  std::string replies_;  // framed, not yet in output_
+  std::string output_;   // framed, being written
+  std::size_t written_ = 0;
+  std::unordered_map<std::uint32_t, std::unique_ptr<QueuedSubscription>> subscriptions_;
+  std::unordered_map<std::uint32_t, std::unique_ptr<Publisher>> publishers_;
+  std::deque<QueuedSubscription*> ready_;  // with messages queued; served in turn
+  std::size_t queued_bytes_ = 0;           // payload in all queues
+  std::uint32_t last_id_ = 0;
+  std::uint32_t request_id_ = 0;  // of the request in hand
+  std::string client_name_;
+  std::string doom_;  // not empty: close at the next flush, for this reason
+  bool is_malformed_ = false;
+  bool has_greeted_ = false;
+  bool is_closed_ = false;
+  bool is_input_closed_ = false;  // no more requests are read
+  bool closes_when_written_ = false;
+  bool is_flush_scheduled_ = false;
+  bool is_waiting_writable_ = false;
+  Time connected_at_;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,105 @@
+// Session's life and its input side.
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "daemon/printable.hpp"
+#include "daemon/session.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr std::size_t kReadBytes = 16 * 1024;
+constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
+
+}  // namespace
+
+Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
+    : host_(host), socket_(io, descriptor), connected_at_(std::chrono::steady_clock::now()) {}
+
+Session::~Session() = default;
+
+void Session::start() {
+  wait_readable();
+}
+
+void Session::close(const std::string& reason, bool is_malformed) {
+  if (std::exchange(is_closed_, true)) return;
+  for (auto& [id, subscription] : subscriptions_) host_.hub.unsubscribe(*subscription);
+  for (auto& [id, publisher] : publishers_) host_.hub.unadvertise(*publisher);
+  ready_.clear();
+  subscriptions_.clear();
+  publishers_.clear();
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  host_.on_closed(*this, reason, is_malformed);
+}
+
+void Session::wait_readable() {
+  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                     [self = shared_from_this()](const boost::system::error_code& error) {
+                       if (!error) self->on_readable();
+                     });
+}
+
+void Session::on_readable() {
+  if (is_closed_) return;
+  for (int i = 0; i < kReadsPerTurn && !is_input_closed_ && !is_closed_; ++i) {
+    if (!read_once()) break;
+  }
+  if (!is_closed_ && !is_input_closed_) wait_readable();
+}
+
+bool Session::read_once() {
+  const std::span<std::uint8_t> room = reader_.prepare(kReadBytes);
+  const ssize_t got = recv(socket_.native_handle(), room.data(), room.size(), 0);
+  if (got < 0) {
+    if (errno == EINTR) return true;
+    if (errno != EAGAIN && errno != EWOULDBLOCK) close(std::strerror(errno));
+    return false;
+  }
+  if (got == 0) {
+    close("it closed the connection");
+    return false;
+  }
+  reader_.commit(static_cast<std::size_t>(got));
+  parse_all();
+  return static_cast<std::size_t>(got) == room.size();
+}
+
+void Session::parse_all() {
+  while (!is_input_closed_ && doom_.empty()) {
+    switch (reader_.next(host_.request)) {
+      case ipc::ReadResult::kNeedMore:
+        return;
+      case ipc::ReadResult::kMalformed:
+        request_id_ = 0;
+        is_malformed_ = true;
+        fail_stream(ipc::ERROR_MALFORMED,
+                    "these bytes are no frame of the local protocol: each is a u32 little-endian "
+                    "length, at most 65536, and one Envelope");
+        return;
+      case ipc::ReadResult::kEnvelope:
+        handle(host_.request);
+        break;
+    }
+  }
+}
+
+// Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.
+void Session::fail_stream(ipc::ErrorCode code, const std::string& text) {
+  is_input_closed_ = true;
+  closes_when_written_ = true;
+  doom_ = text;
+  refuse({code, text, std::nullopt});
+}
+
+void Session::refuse_connection(const Refusal& refusal) {
+  is_input_closed_ = true;
+  closes_when_written_ = true;
+  doom_ = refusal.text;
+  refuse(refusal);
+}
+
+}  // namespace swarmtalk::daemon

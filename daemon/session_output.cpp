@@ -1,0 +1,155 @@
+// Session's output side: replies first, then deliveries, subscriptions in turn; one buffer, written
+// when the turn of the event loop ends.
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "daemon/session.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr std::size_t kOutputBytes = 64 * 1024;  // deliveries committed to one write
+constexpr int kWritesPerTurn = 8;                // then the other sessions have their turn
+
+std::uint32_t age_ms(const frame::FramePose& pose) {
+  return pose.age_10ms * 10u;
+}
+
+}  // namespace
+
+void Session::send_reply() {
+  if (is_closed_) return;
+  if (!ipc::append_frame(host_.reply, replies_)) {
+    doom_ = "a reply did not fit into a frame";
+  } else if (replies_.size() > host_.limits.reply_bytes && doom_.empty()) {
+    ++host_.counters.clients_not_reading;
+    doom_ = "it does not read its replies: " + std::to_string(replies_.size()) +
+            " bytes wait, limits.reply_bytes is " + std::to_string(host_.limits.reply_bytes);
+  }
+  if (is_flush_scheduled_ || (is_waiting_writable_ && doom_.empty())) return;
+  is_flush_scheduled_ = true;
+  host_.schedule_flush(shared_from_this());
+}
+
+void Session::on_message(Subscription& subscription, const MessageRef& message) {
+  auto& queued = static_cast<QueuedSubscription&>(subscription);
+  const std::size_t size_bytes = message->payload.size();
+  while (!queued.queue.is_empty() && queued_bytes_ + size_bytes > host_.limits.queue_bytes) {
+    queued_bytes_ -= queued.queue.payload_bytes();
+    queued.queue.drop_oldest();
+    queued_bytes_ += queued.queue.payload_bytes();
+    ++host_.counters.deliveries_dropped_bytes;
+  }
+  if (queued_bytes_ + size_bytes > host_.limits.queue_bytes) {
+    queued.queue.count_dropped();
+    ++host_.counters.deliveries_dropped_bytes;
+    return;
+  }
+  queued_bytes_ -= queued.queue.payload_bytes();
+  if (queued.queue.push(message)) ++host_.counters.deliveries_dropped_full;
+  queued_bytes_ += queued.queue.payload_bytes();
+  if (!std::exchange(queued.is_ready, true)) ready_.push_back(&queued);
+  if (is_flush_scheduled_ || is_waiting_writable_) return;
+  is_flush_scheduled_ = true;
+  host_.schedule_flush(shared_from_this());
+}
+
+void Session::forget(QueuedSubscription& subscription) {
+  queued_bytes_ -= subscription.queue.payload_bytes();
+  std::erase(ready_, &subscription);
+}
+
+void Session::flush() {
+  is_flush_scheduled_ = false;
+  if (is_closed_) return;
+  if (!doom_.empty() && !closes_when_written_) return close(doom_);
+  if (is_waiting_writable_) return;
+  for (int i = 0; i < kWritesPerTurn; ++i) {
+    if (written_ == output_.size()) {
+      fill_output();
+      if (output_.empty()) break;
+    }
+    if (!write_once()) return;
+  }
+  if (written_ == output_.size() && closes_when_written_) return close(doom_, is_malformed_);
+  const bool has_more = written_ < output_.size() || !replies_.empty() || !ready_.empty();
+  if (!has_more) return;
+  is_flush_scheduled_ = true;
+  host_.schedule_flush(shared_from_this());
+}
+
+void Session::fill_output() {
+  output_.clear();
+  written_ = 0;
+  output_.swap(replies_);
+  while (!ready_.empty() && output_.size() < kOutputBytes) {
+    QueuedSubscription& subscription = *ready_.front();
+    ready_.pop_front();
+    append_delivery(subscription);
+    subscription.is_ready = !subscription.queue.is_empty();
+    if (subscription.is_ready) ready_.push_back(&subscription);
+  }
+}
+
+void Session::append_delivery(QueuedSubscription& subscription) {
+  const SubscriptionQueue::Taken taken = subscription.queue.pop();
+  const Message& message = *taken.message;
+  queued_bytes_ -= message.payload.size();
+  host_.delivery.Clear();
+  ipc::Deliver& deliver = *host_.delivery.mutable_deliver();
+  deliver.set_subscription_id(subscription.id);
+  deliver.set_payload(message.payload);
+  deliver.set_channel(message.channel);
+  deliver.set_sender(message.sender);
+  deliver.set_epoch(message.epoch);
+  deliver.set_message_number(message.number);
+  if (message.distance_m == message.distance_m) deliver.set_distance_m(message.distance_m);
+  if (message.bearing_rad == message.bearing_rad) deliver.set_bearing_rad(message.bearing_rad);
+  if (message.sender_pose && !message.sender_pose->is_stale()) {
+    ipc::Pose& pose = *deliver.mutable_sender_pose();
+    pose.set_x_m(static_cast<float>(message.sender_pose->x_m()));
+    pose.set_y_m(static_cast<float>(message.sender_pose->y_m()));
+    pose.set_theta_rad(static_cast<float>(message.sender_pose->theta_rad()));
+    pose.set_age_ms(age_ms(*message.sender_pose));
+  }
+  deliver.set_hops(message.hops);
+  deliver.set_ttl(message.ttl);
+  if (message.buffering_delay_us) deliver.set_buffering_delay_us(*message.buffering_delay_us);
+  deliver.set_received_at_ns(message.received_at_ns);
+  if (message.is_local) deliver.set_local(true);
+  if (taken.dropped_before > 0) deliver.set_dropped_before(taken.dropped_before);
+  ipc::append_frame(host_.delivery, output_);  // 16 KiB of payload always fit
+  ++host_.counters.deliveries_sent;
+}
+
+bool Session::write_once() {
+  const ssize_t sent = send(socket_.native_handle(), output_.data() + written_,
+                            output_.size() - written_, MSG_NOSIGNAL | MSG_DONTWAIT);
+  if (sent >= 0) {
+    written_ += static_cast<std::size_t>(sent);
+    return true;
+  }
+  if (errno == EINTR) return true;
+  if (errno != EAGAIN && errno != EWOULDBLOCK) {
+    close(errno == EPIPE ? "it closed the connection" : std::strerror(errno));
+  } else if (closes_when_written_) {
+    close(doom_, is_malformed_);  // it does not read what was wrong either
+  } else {
+    wait_writable();
+  }
+  return false;
+}
+
+void Session::wait_writable() {
+  is_waiting_writable_ = true;
+  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_write,
+                     [self = shared_from_this()](const boost::system::error_code& error) {
+                       self->is_waiting_writable_ = false;
+                       if (!error) self->flush();
+                     });
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,230 @@
+// Session: what each request does and how it is answered (ipc.proto).
+#include <cmath>
+
+#include "daemon/printable.hpp"
+#include "daemon/session.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+ChannelRequest channel_request(const ipc::Channel& channel) {
+  ChannelRequest request;
+  request.name = channel.name();
+  if (channel.has_number()) request.number = channel.number();
+  return request;
+}
+
+Refusal unknown_id(const char* what, std::uint32_t id) {
+  return {ipc::ERROR_UNKNOWN_ID,
+          "this connection has no " + std::string(what) + " " + std::to_string(id), std::nullopt};
+}
+
+Refusal over_limit(const std::string& what, std::uint64_t limit) {
+  return {ipc::ERROR_LIMIT,
+          what + " is limited to " + std::to_string(limit) +
+              " by [limits] of the daemon's configuration",
+          limit};
+}
+
+std::string version_text(std::uint32_t major, std::uint32_t minor) {
+  return std::to_string(major) + "." + std::to_string(minor);
+}
+
+}  // namespace
+
+void Session::handle(ipc::Envelope& request) {
+  request_id_ = request.request_id();
+  const int bodies = ipc::count_bodies(request);
+  const bool has_unknown = request.GetReflection()->GetUnknownFields(request).field_count() > 0;
+  if (bodies > 1 || (bodies == 0 && !has_unknown)) {
+    is_malformed_ = true;
+    fail_stream(ipc::ERROR_MALFORMED,
+                "a frame has exactly one submessage, this one has " + std::to_string(bodies));
+  } else if (request.has_hello()) {
+    greet(request.hello());
+  } else if (!has_greeted_) {
+    is_malformed_ = true;
+    fail_stream(ipc::ERROR_MALFORMED, "the first frame must be Hello");
+  } else if (request.has_publish()) {
+    publish(*request.mutable_publish());
+  } else if (request.has_set_pose()) {
+    set_pose(request.set_pose());
+  } else if (request.has_subscribe()) {
+    subscribe(request.subscribe());
+  } else if (request.has_unsubscribe()) {
+    unsubscribe(request.unsubscribe().subscription_id());
+  } else if (request.has_advertise()) {
+    advertise(request.advertise());
+  } else if (request.has_unadvertise()) {
+    unadvertise(request.unadvertise().publisher_id());
+  } else if (request.has_get_pose()) {
+    get_pose();
+  } else if (request.has_get_status()) {
+    host_.fill_status(*new_reply().mutable_status());
+    send_reply();
+  } else {
+    refuse({ipc::ERROR_UNSUPPORTED, "this daemon does not know this request", std::nullopt});
+  }
+}
+
+void Session::greet(const ipc::Hello& hello) {
+  if (hello.major() != ipc::kProtocolMajor) {
+    ++host_.counters.clients_other_version;
+    fail_stream(ipc::ERROR_VERSION,
+                "the client speaks protocol " + version_text(hello.major(), hello.minor()) +
+                    ", this daemon " + version_text(ipc::kProtocolMajor, ipc::kProtocolMinor) +
+                    "; install client and daemon of one release");
+    return;
+  }
+  has_greeted_ = true;
+  client_name_ = printable(hello.name());
+  host_.fill_hello(*new_reply().mutable_hello());
+  send_reply();
+}
+
+void Session::subscribe(const ipc::Subscribe& request) {
+  if (subscriptions_.size() >= host_.limits.subscriptions_per_client) {
+    return refuse(over_limit("the number of subscriptions of one client",
+                             host_.limits.subscriptions_per_client));
+  }
+  const std::uint32_t keep_last =
+      request.has_keep_last() ? request.keep_last() : host_.limits.queue_messages;
+  if (keep_last == 0 || keep_last > host_.limits.queue_messages_max) {
+    return refuse(over_limit("keep_last begins at 1 and", host_.limits.queue_messages_max));
+  }
+  auto subscription = std::make_unique<QueuedSubscription>(keep_last);
+  subscription->client = this;
+  subscription->id = ++last_id_;
+  if (request.has_max_distance_m()) subscription->max_distance_m = request.max_distance_m();
+  subscription->drops_unknown_distance = request.drop_unknown_distance();
+  ChannelRequest channel = channel_request(request.channel());
+  if (request.has_timestamped()) channel.is_timestamped = request.timestamped();
+  if (const auto refusal = host_.hub.subscribe(channel, *subscription)) return refuse(*refusal);
+  ipc::Subscribed& reply = *new_reply().mutable_subscribed();
+  reply.set_subscription_id(subscription->id);
+  reply.set_channel(subscription->channel);
+  subscriptions_.emplace(subscription->id, std::move(subscription));
+  send_reply();
+}
+
+void Session::unsubscribe(std::uint32_t id) {
+  const auto found = subscriptions_.find(id);
+  if (found == subscriptions_.end()) return refuse(unknown_id("subscription", id));
+  host_.hub.unsubscribe(*found->second);
+  forget(*found->second);
+  subscriptions_.erase(found);
+  new_reply().mutable_done();
+  send_reply();
+}
+
+void Session::advertise(const ipc::Advertise& request) {
+  if (publishers_.size() >= host_.limits.publishers_per_client) {
+    return refuse(
+        over_limit("the number of publishers of one client", host_.limits.publishers_per_client));
+  }
+  ChannelRequest channel = channel_request(request.channel());
+  if (request.has_timestamped()) channel.is_timestamped = request.timestamped();
+  auto publisher = std::make_unique<Publisher>();
+  publisher->client = this;
+  publisher->id = ++last_id_;
+  const std::uint32_t max_ttl = host_.hub.limits(0).ttl;
+  if (request.ttl() > max_ttl) {
+    return refuse({ipc::ERROR_BAD_TTL,
+                   "TTL " + std::to_string(request.ttl()) + " is too large; the limit is " +
+                       std::to_string(max_ttl),
+                   max_ttl});
+  }
+  publisher->ttl = static_cast<std::uint8_t>(request.ttl());
+  if (const auto refusal = host_.hub.advertise(channel, *publisher)) return refuse(*refusal);
+  const Hub::Limits limits = host_.hub.limits(publisher->channel);
+  ipc::Advertised& reply = *new_reply().mutable_advertised();
+  reply.set_publisher_id(publisher->id);
+  reply.set_channel(publisher->channel);
+  reply.set_max_message_bytes(limits.message_bytes);
+  reply.set_max_ttl(limits.ttl);
+  publishers_.emplace(publisher->id, std::move(publisher));
+  send_reply();
+}
+
+void Session::unadvertise(std::uint32_t id) {
+  const auto found = publishers_.find(id);
+  if (found == publishers_.end()) return refuse(unknown_id("publisher", id));
+  host_.hub.unadvertise(*found->second);
+  publishers_.erase(found);
+  new_reply().mutable_done();
+  send_reply();
+}
+
+void Session::publish(ipc::Publish& request) {
+  const std::uint64_t number = request.publish_number();
+  const auto found = publishers_.find(request.publisher_id());
+  if (found == publishers_.end()) {
+    const Refusal refusal = unknown_id("publisher", request.publisher_id());
+    return on_unsent(request.publisher_id(), number, refusal);
+  }
+  std::optional<std::uint32_t> ttl;
+  if (request.has_ttl()) ttl = request.ttl();
+  const auto refusal = host_.hub.publish(*found->second, number, *request.mutable_payload(), ttl);
+  if (refusal) on_unsent(found->first, number, *refusal);
+}
+
+void Session::set_pose(const ipc::SetPose& request) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!host_.poses.set(request.x_m(), request.y_m(), request.theta_rad(), now)) {
+    return refuse({ipc::ERROR_BAD_POSE,
+                   "a pose is x and y in metres, -32.767 to 32.767, and a finite angle in radians",
+                   std::nullopt});
+  }
+  new_reply().mutable_done();
+  send_reply();
+}
+
+void Session::get_pose() {
+  const auto now = std::chrono::steady_clock::now();
+  ipc::Pose& reply = *new_reply().mutable_pose();
+  if (const auto age_ms = host_.poses.age_ms(now)) reply.set_age_ms(*age_ms);
+  if (const auto pose = host_.poses.valid(now)) {
+    reply.set_x_m(static_cast<float>(pose->x_m));
+    reply.set_y_m(static_cast<float>(pose->y_m));
+    reply.set_theta_rad(static_cast<float>(pose->theta_rad));
+  }
+  send_reply();
+}
+
+void Session::refuse(const Refusal& refusal) {
+  ++host_.counters.requests_refused;
+  ipc::Failure& failure = *new_reply().mutable_failure();
+  failure.set_code(refusal.code);
+  failure.set_text(refusal.text);
+  if (refusal.limit) failure.set_limit(*refusal.limit);
+  send_reply();
+}
+
+ipc::Envelope& Session::new_reply() {
+  host_.reply.Clear();
+  if (request_id_ != 0) host_.reply.set_request_id(request_id_);
+  return host_.reply;
+}
+
+void Session::on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) {
+  host_.reply.Clear();
+  ipc::Sent& sent = *host_.reply.mutable_sent();
+  sent.set_publisher_id(publisher_id);
+  sent.set_publish_number(publish_number);
+  send_reply();
+}
+
+void Session::on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
+                        const Refusal& refusal) {
+  ++host_.counters.requests_refused;
+  host_.reply.Clear();
+  ipc::Failure& failure = *host_.reply.mutable_failure();
+  failure.set_code(refusal.code);
+  failure.set_text(refusal.text);
+  if (refusal.limit) failure.set_limit(*refusal.limit);
+  failure.set_publisher_id(publisher_id);
+  failure.set_publish_number(publish_number);
+  send_reply();
+}
+
+}  // namespace swarmtalk::daemon

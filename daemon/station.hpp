@@ -1,0 +1,88 @@
+// Station: one link and the protocol node that speaks on it, as the hub sees them. What a station
+// hands up are whole messages; packets never leave it. NodeStation (node_station.hpp) is the
+// implementation; tests bring their own.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "daemon/message.hpp"
+#include "drivers/link.hpp"
+
+namespace swarmtalk::daemon {
+
+/// Hops, origin and sensing of a received message, without its bytes.
+struct MessageHead {
+  std::uint16_t channel = 0;
+  std::uint16_t sender = 0;
+  std::uint32_t epoch = 0;
+  std::uint32_t number = 0;
+  float distance_m = 0.0f;   // NaN: unknown
+  float bearing_rad = 0.0f;  // NaN: unknown
+  std::optional<frame::FramePose> sender_pose;
+  std::uint8_t hops = 0;
+  std::uint8_t ttl = 0;
+  std::optional<std::uint32_t> buffering_delay_us;
+  std::uint64_t received_at_ns = 0;
+};
+
+class Station;
+
+/// Upper end of a station: the hub. Called while a link pulls or hands up a packet.
+class StationUser {
+ public:
+  virtual ~StationUser() = default;
+
+  /// `payload` is valid during the call only.
+  virtual void on_message(Station& station, const MessageHead& head,
+                          std::span<const std::uint8_t> payload) = 0;
+
+  /// The last packet of the message in flight on this channel has been pulled. May send() the next.
+  virtual void on_sent(Station& station, std::uint16_t channel) = 0;
+
+  /// Somebody else is heard under our node id. Called after the packet has been dealt with.
+  virtual void on_namesake(Station& station) = 0;
+};
+
+/// What a station can carry.
+struct StationLimits {
+  std::uint16_t max_packet_bytes = 0;
+  std::uint16_t max_message_bytes = 0;
+  std::uint16_t max_timestamped_message_bytes = 0;
+  std::uint8_t max_ttl = 0;
+  std::uint16_t max_channel = 0;
+};
+
+enum class SendResult : std::uint8_t { kSent, kBusy, kRefused };
+
+class Station {
+ public:
+  virtual ~Station() = default;
+
+  virtual const std::string& name() const = 0;  // of its [links.NAME]
+  virtual const char* profile() const = 0;      // "wifi"
+  virtual const StationLimits& limits() const = 0;
+  virtual bool is_up() const = 0;
+  virtual drivers::Link& link() = 0;
+  virtual drivers::Counters counters() const = 0;  // the node's
+
+  /// Makes room for a channel. @return false: every slot is taken
+  virtual bool open_channel(std::uint16_t channel, bool is_timestamped) = 0;
+  /// @pre opened. A message in flight is given up without on_sent().
+  virtual void close_channel(std::uint16_t channel) = 0;
+  /// Whether messages of an opened channel are put together and handed up.
+  virtual void set_listening(std::uint16_t channel, bool is_listening) = 0;
+
+  /// Hands one message to the node, which copies it. @pre opened; size and TTL within limits()
+  /// @param number  set to the message's number when sent
+  virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,
+                          std::uint8_t ttl, std::uint32_t& number) = 0;
+  /// Gives up the message in flight, if any, without on_sent().
+  virtual void cancel(std::uint16_t channel) = 0;
+
+  virtual void set_node_id(std::uint16_t node_id) = 0;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,90 @@
+#include "daemon/status_report.hpp"
+
+#include <utility>
+
+namespace swarmtalk::daemon {
+namespace {
+
+template <typename Repeated>
+void add_counters(const drivers::Counters& counters, Repeated& repeated) {
+  for (const auto& [name, value] : counters) {
+    ipc::Counter& counter = *repeated.Add();
+    counter.set_name(name);
+    counter.set_value(value);
+  }
+}
+
+}  // namespace
+
+StatusReport::StatusReport(const Hub& hub, const PoseKeeper& poses, const NodeIdentity& identity,
+                           const DaemonCounters& counters, std::string config_file)
+    : hub_(hub),
+      poses_(poses),
+      identity_(identity),
+      counters_(counters),
+      config_file_(std::move(config_file)) {}
+
+void StatusReport::fill_hello(ipc::Hello& hello) {
+  hello.set_major(ipc::kProtocolMajor);
+  hello.set_minor(ipc::kProtocolMinor);
+  hello.set_name(std::string("swarmtalkd ") + SWARMTALK_VERSION);
+  hello.set_node_id(identity_.id());
+}
+
+void StatusReport::fill_status(ipc::Status& status) {
+  const auto uptime = std::chrono::steady_clock::now() - started_at_;
+  status.set_version(SWARMTALK_VERSION);
+  status.set_node_id(identity_.id());
+  status.set_node_id_fixed(identity_.is_fixed());
+  status.set_epoch(identity_.epoch());
+  status.set_uptime_ms(static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
+  status.set_clients(clients_ == nullptr ? 0 : static_cast<std::uint32_t>(clients_->size()));
+  status.set_config_file(config_file_);
+  fill_pose(status);
+  fill_links(status);
+  for (const Hub::ChannelView& view : hub_.channels()) {
+    ipc::ChannelStatus& channel = *status.add_channels();
+    channel.set_number(view.number);
+    channel.set_name(view.name);
+    channel.set_publishers(view.publishers);
+    channel.set_subscribers(view.subscribers);
+    channel.set_timestamped(view.is_timestamped);
+  }
+  add_counters(counters_.list(), *status.mutable_counters());
+}
+
+// A pose that is too old is told by its age alone.
+void StatusReport::fill_pose(ipc::Status& status) const {
+  const auto now = std::chrono::steady_clock::now();
+  const auto age_ms = poses_.age_ms(now);
+  if (!age_ms) return;
+  ipc::Pose& pose = *status.mutable_pose();
+  pose.set_age_ms(*age_ms);
+  const auto valid = poses_.valid(now);
+  if (!valid) return;
+  pose.set_x_m(static_cast<float>(valid->x_m));
+  pose.set_y_m(static_cast<float>(valid->y_m));
+  pose.set_theta_rad(static_cast<float>(valid->theta_rad));
+}
+
+void StatusReport::fill_links(ipc::Status& status) const {
+  for (Station* station : hub_.stations()) {
+    const drivers::Link& link = station->link();
+    const StationLimits& limits = station->limits();
+    ipc::LinkStatus& entry = *status.add_links();
+    entry.set_name(station->name());
+    entry.set_type(link.type());
+    entry.set_device(link.device());
+    entry.set_profile(station->profile());
+    entry.set_up(station->is_up());
+    entry.set_state(link.state());
+    entry.set_mtu_bytes(limits.max_packet_bytes);
+    entry.set_max_message_bytes(limits.max_message_bytes);
+    entry.set_max_ttl(limits.max_ttl);
+    add_counters(link.counters(), *entry.mutable_counters());
+    add_counters(station->counters(), *entry.mutable_counters());
+  }
+}
+
+}  // namespace swarmtalk::daemon
