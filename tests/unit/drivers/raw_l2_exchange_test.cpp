@@ -1,6 +1,8 @@
 // Two RawL2Links on the ends of a veth pair.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "drivers/raw_l2.hpp"
 #include "tests/unit/drivers/test_network.hpp"
 
@@ -28,6 +30,14 @@ class RawL2Exchange : public ::testing::Test {
   void send_from_a(std::uint32_t number, std::size_t size) {
     user_a_.waiting.push_back(numbered_packet(number, size));
     a_->wake();
+  }
+
+  /// Replaces the queueing discipline of "air0".
+  void run_tc(char side, const std::string& discipline) {
+    network_->inside(side, [&] {
+      const std::string command = "tc qdisc replace dev air0 root " + discipline;
+      ASSERT_EQ(std::system(command.c_str()), 0);
+    });
   }
 
   std::optional<TestNetwork> network_;
@@ -136,6 +146,40 @@ TEST_F(RawL2Exchange, LosesNothingWhenTheKernelsSendQueueIsFull) {
     return user_b_.received.size() + counter(*b_, "kernel_drops") == kPackets;
   })) << user_b_.received.size();
   EXPECT_EQ(counter(*a_, "send_errors"), 0U);
+}
+
+TEST_F(RawL2Exchange, RetriesWhatTheInterfacesQueueDrops) {
+  // A queue of 8 kB on a wire of 10 Mbit/s: the sixth frame in a row is refused (ENOBUFS).
+  constexpr std::uint32_t kPackets = 60;
+  open();
+  run_tc('a', "tbf rate 10mbit burst 2kb limit 8kb");
+  for (std::uint32_t i = 0; i < kPackets; ++i) send_from_a(i, 1400);
+  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == kPackets; }))
+      << user_b_.received.size();
+  for (std::uint32_t i = 0; i < kPackets; ++i) ASSERT_EQ(packet_number(user_b_.received[i]), i);
+  EXPECT_GT(counter(*a_, "send_retries"), 0U);
+  EXPECT_EQ(counter(*a_, "send_errors"), 0U);
+}
+
+TEST_F(RawL2Exchange, WaitsUntilTheSocketIsWritable) {
+  // A long queue: it is the socket's send buffer that is full first (EAGAIN).
+  constexpr std::uint32_t kPackets = 400;
+  open();
+  run_tc('a', "tbf rate 40mbit burst 2kb limit 10mb");
+  for (std::uint32_t i = 0; i < kPackets; ++i) send_from_a(i, 1400);
+  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == kPackets; }))
+      << user_b_.received.size();
+  EXPECT_GT(counter(*a_, "send_retries"), 0U);
+  EXPECT_LT(counter(*a_, "send_retries"), kPackets) << "it waits, it does not spin";
+  EXPECT_EQ(counter(*a_, "send_errors"), 0U);
+}
+
+TEST_F(RawL2Exchange, GivesUpAFrameAfterASecondAndCountsIt) {
+  open();
+  run_tc('a', "tbf rate 8kbit burst 2kb limit 2kb");  // a frame in one and a half seconds
+  for (std::uint32_t i = 0; i < 10; ++i) send_from_a(i, 1400);
+  EXPECT_TRUE(run_until(io_, [&] { return counter(*a_, "send_errors") > 0; }));
+  EXPECT_EQ(counter(*a_, "frames_sent") + counter(*a_, "send_errors"), 10U);
 }
 
 TEST_F(RawL2Exchange, CountsWhatTheKernelDrops) {
