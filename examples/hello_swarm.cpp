@@ -80,5 +80,6 @@ int main(int argc, char** argv) {
     }
     robot.run_for(500ms);
   }
-  std::printf("robot %s heard %d messages from %zu robots\n", me.c_str(), heard, robots.size());
+  std::printf("robot %s heard %d messages from %zu %s\n", me.c_str(), heard, robots.size(),
+              robots.size() == 1 ? "robot" : "robots");
 }
