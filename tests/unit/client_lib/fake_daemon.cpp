@@ -83,6 +83,8 @@ void FakeDaemon::loop() {
       const int fd = ::accept4(listen_fd_, nullptr, nullptr, SOCK_CLOEXEC);
       if (fd >= 0) peers_.push_back(std::make_unique<Peer>(Peer{fd, {}, {}}));
     }
+    // A task runs only after the poll that saw its bell: what was sent before it has been read.
+    if (descriptors[0].revents == 0) continue;
     const std::lock_guard<std::mutex> lock(mutex_);
     std::uint64_t value = 0;
     [[maybe_unused]] const ssize_t count = ::read(wake_fd_, &value, sizeof(value));
