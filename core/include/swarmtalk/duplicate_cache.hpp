@@ -23,6 +23,7 @@ class DuplicateCache {
   using W = Wire<P>;
   using Header = typename W::Header;
   using Mask = typename W::PacketMask;
+  using MessageNumber = typename W::MessageNumber;
   using Ticks = UintFor<P::kClockBits>;
   using Stamp = UintFor<P::kStampBits>;
   using Index = UintFor<bits_for(P::kRecords)>;
@@ -70,23 +71,34 @@ class DuplicateCache {
     return index;
   }
 
-  /// Forgets messages whose number is due again: of the header's sender and channel, older than
-  /// kFloodSurelyTicks, and numbered up to half the number space ahead. Call it for each message
-  /// heard first. With numbers of 16 bits and more there is nothing to do.
-  void forget_reused_numbers(const Header& header, Ticks now) {
+  /// Call it for each message heard first: looks at the others of its sender and channel.
+  /// A one-hop message that is still open has lost a packet, because its sender has gone on.
+  /// A number that is due again is forgotten: in the middle half of the number space ahead, and
+  /// older than kFloodSurelyTicks. (Nearer ones are this sender's last messages, or, if this one
+  /// came late, its next.) With numbers of 16 bits and more there is nothing to do.
+  void note_new_message(const Header& header, Ticks now) {
     if (P::kMessageBits >= 16) return;
     const RecordKey<P> key(header);
     for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {
       Record& record = records_[i];
-      if ((record.flags & kOpen) != 0 || !record.key.is_same_stream(key)) continue;
-      const uint32_t ahead =
-          (static_cast<uint32_t>(record.key.message()) - header.message) & W::kMessageMask;
-      if (ahead != 0 && ahead <= (W::kMessageMask >> 1) + UINT32_C(1) &&
+      if (!record.key.is_same_stream(key)) continue;
+      if ((record.flags & kOpen) != 0) {
+        record.flags = static_cast<uint8_t>(record.flags | kOvertaken);
+        continue;
+      }
+      const MessageNumber ahead =
+          static_cast<MessageNumber>((record.key.message() - header.message) & W::kMessageMask);
+      if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
           closed_age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
         record.flags = kExpired;
       }
     }
   }
+
+  /// Whether an open message's packets all come from its origin, in order, so that a gap is a loss.
+  bool is_one_hop(Index i) const { return (records_[i].flags & kFlood) == 0; }
+  /// Whether its sender was heard beginning another message on the channel since.
+  bool is_overtaken(Index i) const { return (records_[i].flags & kOvertaken) != 0; }
 
   bool is_open(Index i) const { return i < used_ && (records_[i].flags & kOpen) != 0; }
   bool is_delivered(Index i) const { return (records_[i].flags & kDelivered) != 0; }
@@ -144,6 +156,7 @@ class DuplicateCache {
     kGivenUp = 4,  // lost a packet for want of memory or time: not to be begun again
     kFlood = 8,
     kExpired = 16,
+    kOvertaken = 32,
   };
   struct Record : RecordLink<P> {
     RecordKey<P> key;
@@ -151,6 +164,7 @@ class DuplicateCache {
     Stamp stamp;  // open: tick of the last packet; closed: in steps of 2^kClosedShift ticks
     uint8_t flags;
   };
+  static constexpr MessageNumber kQuarter = (W::kMessageMask >> 2) + MessageNumber{1};
   static constexpr uint8_t kSweep = 4;
   /// Records compared to find the cheapest: all of a small table, a few of a large one.
   static constexpr Index kCompared = P::kRecords <= 32 ? P::kRecords : 8;

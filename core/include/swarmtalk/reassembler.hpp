@@ -133,6 +133,14 @@ class Reassembler {
     assembly.held = 0;
   }
 
+  /// Whether a packet before the last one held is missing.
+  bool has_gap(Index i) const { return is_gapped(assemblies_[i].held); }
+  /// The same, once packet `sequence` is held as well.
+  bool has_gap_with(Index i, uint16_t sequence) const {
+    return is_gapped(static_cast<Mask>(assemblies_[i].held |
+                                       static_cast<Mask>(static_cast<Mask>(1) << sequence)));
+  }
+
   /// Packets held of message `i`.
   uint8_t progress(Index i) const {
     uint8_t count = 0;
@@ -153,6 +161,7 @@ class Reassembler {
     Slot next;
   };
 
+  static bool is_gapped(Mask held) { return static_cast<Mask>(held & (held + 1u)) != 0; }
   static Mask full(uint8_t packets) {
     return static_cast<Mask>(static_cast<Mask>(~static_cast<Mask>(0)) >>
                              (sizeof(Mask) * 8 - packets));

@@ -337,8 +337,12 @@ class Swarmtalk {
       record = Cache::kNone;
     }
     if (record != Cache::kNone) return record;
-    cache_.forget_reused_numbers(header, now);
-    return cache_.insert(header, flood, insist, now);
+    cache_.note_new_message(header, now);
+    record = cache_.insert(header, flood, insist, now);
+    if (record != Cache::kNone || !insist) return record;
+    // All are open: one that cannot become whole makes place.
+    return give_up_less_than(1, Cache::kNone, now) ? cache_.insert(header, flood, insist, now)
+                                                   : Cache::kNone;
   }
 
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
@@ -367,7 +371,9 @@ class Swarmtalk {
     }
     const Ticks elapsed = cache_.since_last_packet(record, arrival.now);
     Outcome outcome = reassembler_.add(record, fragment, elapsed);
-    if (outcome == Outcome::kNoSlot && make_room(record, arrival.now)) {
+    if (outcome == Outcome::kNoSlot &&
+        give_up_less_than(worth(record, reassembler_.has_gap_with(record, fragment.sequence)),
+                          record, arrival.now)) {
       outcome = reassembler_.add(record, fragment, elapsed);
     }
     switch (outcome) {
@@ -430,17 +436,24 @@ class Swarmtalk {
     cache_.close_given_up(record, now);
   }
 
-  /// Gives up the message that has come least far, if it has come less far than `record`.
-  bool make_room(Record record, Ticks now) {
+  /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
+  /// with each packet held. To finish what has come farthest takes the least memory for a message.
+  uint8_t worth(Record record, bool has_gap) const {
+    if (cache_.is_one_hop(record) && (has_gap || cache_.is_overtaken(record))) return 0;
+    return static_cast<uint8_t>(reassembler_.progress(record) + 1);
+  }
+
+  /// Gives up the open message that is worth least, other than `kept`, if that is less than
+  /// `worth`.
+  bool give_up_less_than(uint8_t limit, Record kept, Ticks now) {
     Record victim = Cache::kNone;
-    uint8_t least = reassembler_.progress(record);
     const Record used = cache_.used();
     for (uint8_t n = 0; n < 32 && n < used; ++n) {
       if (++victim_hand_ >= used) victim_hand_ = 0;
-      if (victim_hand_ == record || !cache_.is_open(victim_hand_)) continue;
-      const uint8_t progress = reassembler_.progress(victim_hand_);
-      if (progress < least) {
-        least = progress;
+      if (victim_hand_ == kept || !cache_.is_open(victim_hand_)) continue;
+      const uint8_t its_worth = worth(victim_hand_, reassembler_.has_gap(victim_hand_));
+      if (its_worth < limit) {
+        limit = its_worth;
         victim = victim_hand_;
       }
     }

@@ -1,0 +1,60 @@
+// One infrared message as Kilobots exchange it: nine bytes, a type and a checksum. Portable; used
+// by the robot, the bootloader, the overhead controller and the tests.
+#pragma once
+
+#include <stdint.h>
+
+namespace swarmtalk {
+namespace kilobot {
+
+constexpr uint8_t kIrDataBytes = 9;
+constexpr uint8_t kIrBodyBytes = 10;     // data and type: what the checksum covers
+constexpr uint8_t kIrMessageBytes = 12;  // body and checksum, little-endian: what is on the air
+
+/// Types of message. 0 to 0x7F belong to programs and are heard in every state of a robot.
+enum IrType : uint8_t {
+  kIrClassic2020 = 0x00,  // a packet of the Classic2020 profile (8 bytes); also kilolib's NORMAL
+  kIrGps = 0x01,          // id, x, y, theta, sent by an overhead controller
+  kIrSwarmtalk = 0x02,    // a packet of the Kilobot profile
+  kIrSwarmtalkFromOverhead = 0x03,  // the same from an overhead controller: no distance
+  kIrFirstControl = 0x80,
+  kIrBoot = 0x80,     // to the bootloader
+  kIrPage = 0x81,     // bootloader only: page, word offset, 3 words
+  kIrPages = 0x82,    // bootloader only: number of pages of the program
+  kIrReset = 0x83,    // restart the program
+  kIrSleep = 0x84,    // power down
+  kIrWakeup = 0x85,   // pause: back to idle
+  kIrCharge = 0x86,   // show whether the charger is at work
+  kIrVoltage = 0x87,  // show the battery's voltage
+  kIrRun = 0x88,      // run the program
+  kIrReadUid = 0x89,  // show one bit of the uid by turning
+  kIrCalibrate = 0x8A,
+};
+
+struct IrMessage {
+  uint8_t data[kIrDataBytes];
+  uint8_t type;
+};
+
+constexpr uint16_t kIrCrcStart = 0xFFFF;
+
+/// CRC-16/MCRF4XX, one byte: reflected polynomial 0x8408, no final XOR ("123456789" -> 0x6F91).
+/// Over a message with its own CRC behind it (low byte first) the result is 0.
+inline uint16_t ir_crc_step(uint16_t crc, uint8_t byte) {
+  // The eight shifts of the polynomial folded into byte operations (x^16 + x^12 + x^5 + 1).
+  uint8_t mixed = static_cast<uint8_t>(byte ^ (crc & 0xFF));
+  mixed = static_cast<uint8_t>(mixed ^ (mixed << 4));
+  uint16_t next = static_cast<uint16_t>((static_cast<uint16_t>(mixed) << 8) | (crc >> 8));
+  next = static_cast<uint16_t>(next ^ static_cast<uint8_t>(mixed >> 4));
+  return static_cast<uint16_t>(next ^ (static_cast<uint16_t>(mixed) << 3));
+}
+
+/// Checksum of `message`, as it follows the type on the air (low byte first).
+inline uint16_t ir_crc(const IrMessage& message) {
+  uint16_t crc = kIrCrcStart;
+  for (uint8_t i = 0; i < kIrDataBytes; ++i) crc = ir_crc_step(crc, message.data[i]);
+  return ir_crc_step(crc, message.type);
+}
+
+}  // namespace kilobot
+}  // namespace swarmtalk

@@ -1,0 +1,78 @@
+// Hop count from one or two seeds: every robot tells its neighbours how many hops it is from each
+// seed and takes the smallest number heard plus one; the LED shows whether it is odd or even.
+// Source: Zhang et al., AAMAS 2020, sec. 4.1 (figures 4 and 5).
+#pragma once
+
+#include <stdint.h>
+
+#include "platforms/robot.hpp"
+
+namespace swarmtalk {
+namespace suite {
+
+/// What a robot is in this program; the runner (or the robot's uid) says which.
+enum class HopCountRole : uint8_t { kFollower, kSeed1, kSeed2 };
+
+template <class Robot>
+class HopCount {
+ public:
+  static constexpr uint8_t kSeeds = 2;        // channel 0 counts from seed 1, channel 1 from seed 2
+  static constexpr uint8_t kUnreached = 100;  // hops before anything is heard
+  static constexpr int32_t kRangeMm = 250;    // farther neighbours are not heard, in Kilobot mm
+
+  HopCount(Robot& robot, HopCountRole role) : robot_(robot), role_(role) {}
+
+  void setup() {
+    for (uint8_t i = 0; i < kSeeds; ++i) {
+      Gradient& gradient = gradients_[i];
+      gradient.is_seed = role_ == (i == 0 ? HopCountRole::kSeed1 : HopCountRole::kSeed2);
+      gradient.hops = gradient.is_seed ? 0 : kUnreached;
+      core::Channel<Profile>* channel = robot_.swarmtalk().new_channel(i, 0, false);
+      gradient.publisher = channel->new_publisher(&Gradient::on_sent, &gradient);
+      channel->new_subscriber(range(), &Gradient::on_message, &gradient);
+      Gradient::on_sent(&gradient);
+    }
+  }
+
+  /// Shows the parity of both counts: figure 5 of the paper.
+  void loop() {
+    const bool odd_1 = (gradients_[0].hops & 1) != 0;
+    const bool odd_2 = (gradients_[1].hops & 1) != 0;
+    robot_.led(odd_1 ? (odd_2 ? platforms::kYellow : platforms::kRed)
+                     : (odd_2 ? platforms::kGreen : platforms::kBlue));
+  }
+
+  /// Hops from seed 0 or 1; kUnreached if it was not heard of.
+  uint8_t hops(uint8_t seed) const { return gradients_[seed].hops; }
+
+ private:
+  using Profile = typename Robot::Profile;
+  using Distance = typename Profile::Sensing::Distance;
+
+  struct Gradient {
+    core::Publisher<Profile>* publisher;
+    uint8_t hops;
+    bool is_seed;
+
+    static void on_sent(void* self) {
+      Gradient* gradient = static_cast<Gradient*>(self);
+      gradient->publisher->send(&gradient->hops, 1);
+    }
+    static void on_message(void* self, const uint8_t* bytes, uint16_t size,
+                           const core::Reception<Profile>&) {
+      Gradient* gradient = static_cast<Gradient*>(self);
+      if (size == 0 || gradient->is_seed) return;
+      const uint8_t hops = static_cast<uint8_t>(bytes[0] + 1);
+      if (bytes[0] < kUnreached && hops < gradient->hops) gradient->hops = hops;
+    }
+  };
+
+  static Distance range() { return Robot::distance(platforms::scaled_mm<Robot>(kRangeMm)); }
+
+  Robot& robot_;
+  HopCountRole role_;
+  Gradient gradients_[kSeeds];
+};
+
+}  // namespace suite
+}  // namespace swarmtalk

@@ -1,0 +1,25 @@
+// The nine-byte packet of the paper with much and with little memory.
+#pragma once
+
+#include "swarmtalk/profiles/kilobot.hpp"
+
+namespace swarmtalk::core::testing {
+
+/// Memory for every packet of every neighbour. Its longer queue lets copies wander for longer (each
+/// hop up to 50 slots), so that messages have to be remembered longer as well.
+struct RoomForAll : Kilobot {
+  static constexpr uint8_t kStampBits = 16;
+  static constexpr uint8_t kClosedShift = 0;
+  static constexpr uint32_t kFloodTicks = 12000;
+  static constexpr uint16_t kFragmentSlots = 300;
+  static constexpr uint16_t kRecords = 200;
+  static constexpr uint16_t kBuckets = 64;
+  static constexpr uint16_t kForwardSlots = 50;
+};
+
+/// Memory for 20 packets and 10 to forward.
+struct RoomFor20 : Kilobot {
+  static constexpr uint16_t kFragmentSlots = 20;
+};
+
+}  // namespace swarmtalk::core::testing
