@@ -1,0 +1,144 @@
+// The short notations of scenarios: pins, serial commands, lamp messages, grids.
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <stdexcept>
+
+#include "tools/kilobot_emulator/scenario.hpp"
+#include "tools/ohc_double/ohc_frame.hpp"
+
+namespace swarmtalk::emulator {
+namespace {
+
+const std::map<std::string, std::uint8_t, std::less<>> kIrTypes = {
+    {"boot", ohc_double::kIrBoot},     {"reset", ohc_double::kIrReset},
+    {"sleep", ohc_double::kIrSleep},   {"wakeup", ohc_double::kIrWakeUp},
+    {"charge", ohc_double::kIrCharge}, {"voltage", ohc_double::kIrVoltage},
+    {"run", ohc_double::kIrRun}};
+
+[[noreturn]] void fail(const std::string& text, const std::string& what) {
+  throw std::runtime_error("\"" + text + "\": " + what);
+}
+
+double parse_number(const std::string& text, const std::string& number) {
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(number, &used);
+    if (used == number.size() && value >= 0) return value;
+  } catch (const std::logic_error&) {
+  }
+  fail(text, "\"" + number + "\" is not a number of at least 0");
+}
+
+std::vector<std::uint8_t> parse_hex(const std::string& text, std::string digits) {
+  std::erase_if(digits, [](unsigned char c) { return std::isspace(c) != 0; });
+  const bool is_hex = std::all_of(digits.begin(), digits.end(),
+                                  [](unsigned char c) { return std::isxdigit(c) != 0; });
+  if (!is_hex || digits.size() % 2 != 0) fail(text, "bytes must be pairs of hex digits");
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    bytes.push_back(static_cast<std::uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
+  return bytes;
+}
+
+/// Splits "WHAT@SECONDS" at its last @.
+std::pair<std::string, std::string> split_time(const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  if (at == std::string::npos) fail(text, "expected WHAT@SECONDS");
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+}  // namespace
+
+Pin parse_pin(const std::string& text) {
+  const bool is_good =
+      text.size() == 2 && text[0] >= 'B' && text[0] <= 'D' && text[1] >= '0' && text[1] <= '7';
+  if (!is_good) fail(text, "not a pin; expected B0 to D7");
+  return {text[0], static_cast<std::uint8_t>(text[1] - '0')};
+}
+
+SerialSpec parse_serial(const std::string& text) {
+  const auto [what, seconds] = split_time(text);
+  SerialSpec serial;
+  serial.at_s = parse_number(text, seconds);
+  const auto use = [&](const ohc_double::Frame& frame) {
+    serial.bytes.assign(frame.begin(), frame.end());
+  };
+  if (const auto ir = kIrTypes.find(what); ir != kIrTypes.end())
+    use(ohc_double::make_message_frame(ohc_double::FrameType::kForward, ir->second));
+  else if (what == "stop")
+    use(ohc_double::make_frame(ohc_double::FrameType::kStop));
+  else if (what == "led")
+    use(ohc_double::make_frame(ohc_double::FrameType::kLedToggle));
+  else if (what.starts_with("hex:"))
+    serial.bytes = parse_hex(text, what.substr(4));
+  else
+    fail(text, "unknown command");
+  return serial;
+}
+
+LampSpec parse_lamp(const std::string& text) {
+  auto [what, time] = split_time(text);
+  LampSpec lamp;
+  if (const std::size_t x = time.find('x'); x != std::string::npos) {
+    lamp.copies = static_cast<unsigned>(parse_number(text, time.substr(x + 1)));
+    time.resize(x);
+  }
+  lamp.at_s = parse_number(text, time);
+  std::vector<std::uint8_t> data;
+  if (const std::size_t colon = what.find(':'); colon != std::string::npos) {
+    data = parse_hex(text, what.substr(colon + 1));
+    what.resize(colon);
+  }
+  if (data.size() > kIrPayloadBytes) fail(text, "more than 9 bytes of data");
+  const auto ir = kIrTypes.find(what);
+  unsigned long type = 256;
+  try {
+    type = ir != kIrTypes.end() ? ir->second : std::stoul(what, nullptr, 0);
+  } catch (const std::logic_error&) {
+  }
+  if (type > 255) fail(text, "unknown message type");
+  lamp.message = make_ir_message(data, static_cast<std::uint8_t>(type));
+  return lamp;
+}
+
+void add_grid(Scenario& scenario, const std::string& size, double spacing_mm,
+              const NodeSpec& each) {
+  const std::size_t x = size.find('x');
+  if (x == std::string::npos) fail(size, "expected ROWSxCOLUMNS");
+  const auto rows = static_cast<unsigned>(parse_number(size, size.substr(0, x)));
+  const auto columns = static_cast<unsigned>(parse_number(size, size.substr(x + 1)));
+  if (rows * columns < 1 || rows * columns > 1000) fail(size, "1 to 1000 robots are possible");
+  for (unsigned i = 0; i < rows * columns; ++i) {
+    NodeSpec robot = each;
+    robot.x_mm = (i % columns) * spacing_mm;
+    robot.y_mm = static_cast<double>(i / columns) * spacing_mm;
+    scenario.robots.push_back(std::move(robot));
+  }
+}
+
+void complete(Scenario& scenario) {
+  scenario.medium.seed = scenario.seed;
+  Random chance(scenario.seed, 0);
+  const auto fill = [&](NodeSpec& node) {
+    const double drift =
+        (2 * chance.unit() - 1) * scenario.drift_ppm;  // drawn in any case, so that
+    const double power_on =
+        chance.unit() * scenario.power_on_spread_ms;  // fixing one changes no other
+    if (!node.drift_ppm) node.drift_ppm = drift;
+    if (!node.power_on_ms) node.power_on_ms = power_on;
+  };
+  for (std::size_t i = 0; i < scenario.robots.size(); ++i) {
+    NodeSpec& robot = scenario.robots[i];
+    if (robot.name.empty()) robot.name = "k" + std::to_string(i);
+    if (!robot.uid) robot.uid = static_cast<std::uint16_t>(i + 1);
+    fill(robot);
+  }
+  if (scenario.ohc) {
+    if (scenario.ohc->name.empty()) scenario.ohc->name = "ohc";
+    if (!scenario.ohc->drift_ppm) scenario.ohc->drift_ppm = 0;
+    if (!scenario.ohc->power_on_ms) scenario.ohc->power_on_ms = 0;
+  }
+}
+
+}  // namespace swarmtalk::emulator
