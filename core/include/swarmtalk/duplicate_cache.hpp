@@ -23,6 +23,7 @@ class DuplicateCache {
   using W = Wire<P>;
   using Header = typename W::Header;
   using Mask = typename W::PacketMask;
+  using PacketIndex = typename W::PacketIndex;
   using MessageNumber = typename W::MessageNumber;
   using Ticks = UintFor<P::kClockBits>;
   using Stamp = UintFor<P::kStampBits>;
@@ -30,7 +31,7 @@ class DuplicateCache {
   static constexpr Index kNone = P::kRecords;
   static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits, "stamps are cut from the clock");
 
-  DuplicateCache() : used_(0), hand_(0) {}
+  DuplicateCache() : used_(0), sweep_(0), oldest_(0) {}
 
   /// Record of the header's message. @return kNone if it is not remembered (any more); an open one
   /// is found even past its time (see is_stale), because somebody holds packets of it
@@ -103,10 +104,10 @@ class DuplicateCache {
   bool is_open(Index i) const { return i < used_ && (records_[i].flags & kOpen) != 0; }
   bool is_delivered(Index i) const { return (records_[i].flags & kDelivered) != 0; }
   bool is_given_up(Index i) const { return (records_[i].flags & kGivenUp) != 0; }
-  bool is_forwarded(Index i, uint16_t sequence) const {
+  bool is_forwarded(Index i, PacketIndex sequence) const {
     return (records_[i].forwarded & bit(sequence)) != 0;
   }
-  void set_forwarded(Index i, uint16_t sequence) {
+  void set_forwarded(Index i, PacketIndex sequence) {
     records_[i].forwarded = static_cast<Mask>(records_[i].forwarded | bit(sequence));
   }
 
@@ -127,12 +128,12 @@ class DuplicateCache {
   /// record is looked at before its stamp wraps.
   Index sweep(Ticks now) {
     for (uint8_t n = 0; n < kSweep && used_ != 0; ++n) {
-      advance_hand();
-      Record& record = records_[hand_];
+      advance(sweep_);
+      Record& record = records_[sweep_];
       if (!is_expired(record, now)) continue;
       if ((record.flags & kOpen) != 0) {
-        close(hand_, kGivenUp, now);
-        return hand_;
+        close(sweep_, kGivenUp, now);
+        return sweep_;
       }
       record.flags = kExpired;
     }
@@ -166,10 +167,12 @@ class DuplicateCache {
   };
   static constexpr MessageNumber kQuarter = (W::kMessageMask >> 2) + MessageNumber{1};
   static constexpr uint8_t kSweep = 4;
+  using Score = Stamp;  // an age is below half of a stamp's range, half of it below a quarter
+  static constexpr Score kOneHopFirst = Score{1} << (P::kStampBits - 2);
   /// Records compared to find the cheapest: all of a small table, a few of a large one.
   static constexpr Index kCompared = P::kRecords <= 32 ? P::kRecords : 8;
 
-  static Mask bit(uint16_t sequence) { return static_cast<Mask>(static_cast<Mask>(1) << sequence); }
+  static Mask bit(PacketIndex sequence) { return static_cast<Mask>(static_cast<Mask>(1) << sequence); }
   static Stamp closed_stamp(Ticks now) { return static_cast<Stamp>(now >> P::kClosedShift); }
   static Stamp closed_age(const Record& record, Ticks now) {
     return static_cast<Stamp>(closed_stamp(now) - record.stamp);
@@ -187,37 +190,38 @@ class DuplicateCache {
     records_[i].flags = static_cast<uint8_t>((records_[i].flags & ~kOpen) | how);
     records_[i].stamp = closed_stamp(now);
   }
-  void advance_hand() {
-    ++hand_;
-    if (hand_ >= used_) hand_ = 0;
+  void advance(Index& i) const {
+    ++i;
+    if (i >= used_) i = 0;
   }
 
   /// Expired, else the oldest one-hop record, else the oldest flooded one that may go.
   Index cheapest(bool insist, Ticks now) {
     Index best = kNone;
-    uint32_t best_score = 0;
+    Score best_score = 0;
     for (Index n = 0; n < kCompared; ++n) {
-      advance_hand();
-      const Record& record = records_[hand_];
+      advance(oldest_);
+      const Record& record = records_[oldest_];
       if ((record.flags & kOpen) != 0) continue;
-      if (is_expired(record, now)) return hand_;
+      if (is_expired(record, now)) return oldest_;
       const Stamp age = closed_age(record, now);
       const bool one_hop = (record.flags & kFlood) == 0;
       if (!one_hop && !insist && age <= (P::kFloodSurelyTicks >> P::kClosedShift)) continue;
-      const uint32_t score =
-          (static_cast<uint32_t>(age) >> 1) + 1 + (one_hop ? UINT32_C(0x80000000) : UINT32_C(0));
+      const Score score = static_cast<Score>((age >> 1) + 1u + (one_hop ? kOneHopFirst : 0u));
       if (score > best_score) {
-        best = hand_;
+        best = oldest_;
         best_score = score;
       }
     }
+    if (best != kNone) oldest_ = best;
     return best;
   }
 
   Record records_[P::kRecords];
   RecordIndex<P, (P::kBuckets == 0)> index_;
   Index used_;  // records 0..used_-1 have been used
-  Index hand_;
+  Index sweep_;   // the record looked at last for its age
+  Index oldest_;  // the record given away last: those after it are the oldest, roughly
 };
 
 }  // namespace core

@@ -30,21 +30,24 @@ class ForwardQueue {
  public:
   using W = Wire<P>;
   using Header = typename W::Header;
-  using Ticks = UintFor<P::kClockBits>;
+  using Ticks = typename W::Ticks;
+  using PacketSize = typename W::PacketSize;
   using Slot = UintFor<bits_for(P::kForwardSlots)>;
 
-  ForwardQueue() : first_(0), count_(0), repeats_left_(P::kForwardRepeats) {}
+  ForwardQueue() : first_(0), last_(0), count_(0), repeats_left_(P::kForwardRepeats) {}
 
   bool is_empty() const { return count_ == 0; }
   Slot size() const { return count_; }
 
   /// Queues a copy of `packet` (`size` bytes, checked, TTL > 0), one hop further.
   /// @return false if no slot is free
-  bool push(const uint8_t* packet, uint16_t size, const Header& header, Ticks now) {
+  bool push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
     if (count_ == P::kForwardSlots) return false;
-    Queued& queued = slots_[wrap(first_ + count_)];
+    Queued& queued = slots_[last_];
+    last_ = after(last_);
     ++count_;
-    const uint16_t bare = static_cast<uint16_t>(size - W::kChecksumBytes);
+    const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
+                                       : static_cast<PacketSize>(size - W::kChecksumBytes);
     memcpy(queued.packet, packet, bare);
     queued.set_size(bare);
     queued.since = now;
@@ -54,36 +57,38 @@ class ForwardQueue {
 
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
-  void improve(const Header& header) {
-    if (header.ttl == 0) return;
-    for (Slot n = 0; n < count_; ++n) {
-      uint8_t* packet = slots_[wrap(first_ + n)].packet;
-      const Header waiting = W::decode(packet);
-      if (!W::is_same_packet(waiting, header)) continue;
-      if (header.ttl - 1 > waiting.ttl) {
-        W::set_hops(packet, header.hops);
-        W::count_hop(packet, header);
+  /// @param packet  with `header`, TTL > 0
+  void improve(const uint8_t* packet, const Header& header) {
+    Slot slot = first_;
+    for (Slot n = count_; n != 0; --n) {
+      uint8_t* waiting = slots_[slot].packet;
+      if (W::is_same_packet(waiting, packet)) {
+        if (W::ttl(waiting) >= header.ttl - 1) return;
+        W::set_hops(waiting, header.hops);
+        W::count_hop(waiting, header);
+        return;
       }
-      return;
+      slot = after(slot);
     }
   }
 
-  /// Header of the packet that pull() gives next. REQUIRES !is_empty().
-  Header next() const { return W::decode(slots_[first_].packet); }
+  /// The packet that pull() gives next. REQUIRES !is_empty().
+  const uint8_t* next() const { return slots_[first_].packet; }
 
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)
-  uint16_t pull(bool timestamped, Ticks now, uint8_t* out) {
+  PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
     Queued& queued = slots_[first_];
-    const uint16_t bare = queued.size(W::kMtuBytes - W::kChecksumBytes);
+    const PacketSize bare =
+        static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);
     if (timestamped) {
       const Ticks waited = static_cast<Ticks>(now - queued.since);
       W::set_timestamp(out, bare, W::later(W::timestamp(out, bare), waited));
     }
     if (P::kForwardRepeats == 0 || repeats_left_ == 0) {
-      first_ = wrap(first_ + 1u);
+      first_ = after(first_);
       --count_;
       repeats_left_ = P::kForwardRepeats;
     } else {
@@ -97,12 +102,14 @@ class ForwardQueue {
     uint8_t packet[W::kMtuBytes - W::kChecksumBytes];
     Ticks since;
   };
-  static Slot wrap(uint16_t slot) {
-    return static_cast<Slot>(slot >= P::kForwardSlots ? slot - P::kForwardSlots : slot);
+  static Slot after(Slot slot) {
+    ++slot;
+    return slot == P::kForwardSlots ? Slot{0} : slot;
   }
 
   Queued slots_[P::kForwardSlots];
   Slot first_;
+  Slot last_;  // the slot after the newest
   Slot count_;
   uint8_t repeats_left_;
 };

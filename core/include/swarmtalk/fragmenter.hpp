@@ -17,7 +17,8 @@ class Fragmenter {
   using W = Wire<P>;
   using Header = typename W::Header;
   using Ticks = UintFor<P::kClockBits>;
-  using Size = UintFor<bits_for(W::kMessageBytes)>;
+  using Size = typename W::MessageSize;
+  using PacketSize = typename W::PacketSize;
 
   /// Empty. (A function, so that a channel which is not used costs no memory that is touched.)
   void reset() { is_busy_ = false; }
@@ -35,40 +36,40 @@ class Fragmenter {
     is_busy_ = true;
   }
 
-  uint16_t sequence() const { return sequence_; }
+  typename W::Sequence sequence() const { return sequence_; }
   uint8_t ttl() const { return ttl_; }
 
   /// Writes the next packet.
   /// @param header  node, message, channel, epoch and timestamped are the caller's; the rest is
   ///                filled in here
   /// @return bytes written to `out`; is_busy() is false after the last packet
-  uint16_t next(Header& header, Ticks now, uint8_t* out) {
-    const uint16_t payload_max = header.timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
-    const uint16_t at = static_cast<uint16_t>(sequence_ * payload_max);
-    uint16_t payload = static_cast<uint16_t>(size_ - at);
-    header.end = payload <= payload_max;
-    if (!header.end) payload = payload_max;
+  PacketSize next(Header& header, Ticks now, uint8_t* out) {
+    const PacketSize payload_max = header.timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    const Size at = static_cast<Size>(sequence_ * payload_max);
+    const Size left = static_cast<Size>(size_ - at);
+    header.end = left <= payload_max;
+    const PacketSize payload = header.end ? static_cast<PacketSize>(left) : payload_max;
     header.sequence = sequence_;
     header.ttl = ttl_;
     header.hops = 0;
-    header.size = size_;
+    header.size = static_cast<decltype(header.size)>(size_);
     header.crossed_gateway = crossed_gateway_;
     W::encode(header, out);
     uint8_t* body = out + W::kHeaderBytes;
     memcpy(body, bytes_ + at, payload);
-    uint16_t body_bytes = payload;
+    PacketSize body_bytes = payload;
     if (P::kPadded) {
       memset(body + payload, 0, static_cast<size_t>(W::kBodyBytes - payload));
       body_bytes = W::kBodyBytes;
     } else if (header.timestamped) {
-      body_bytes = static_cast<uint16_t>(payload + W::kTimestampBytes);
+      body_bytes = static_cast<PacketSize>(payload + W::kTimestampBytes);
     }
     if (header.timestamped) {
       W::set_timestamp(body, body_bytes, W::later(0, static_cast<Ticks>(now - since_)));
     }
     ++sequence_;
     is_busy_ = !header.end;
-    return W::seal(out, static_cast<uint16_t>(W::kHeaderBytes + body_bytes));
+    return W::seal(out, static_cast<PacketSize>(W::kHeaderBytes + body_bytes));
   }
 
  private:

@@ -40,12 +40,12 @@ class NodeIdentity {
   void draw(const Port& port, const IsKnown& is_known) {
     NodeId id = id_;
     for (uint8_t tries = 0; tries < kDraws; ++tries) {
-      const NodeId drawn = static_cast<NodeId>(port.random(port.context) % W::kNoNode);
-      if (drawn == id_) continue;
+      const NodeId drawn = static_cast<NodeId>(port.random(port.context) & W::kNoNode);
+      if (drawn == id_ || drawn == W::kNoNode) continue;
       id = drawn;
       if (!is_known(drawn)) break;
     }
-    if (id == id_) id = static_cast<NodeId>((id_ + 1u) % W::kNoNode);
+    if (id == id_ && ++id >= W::kNoNode) id = 0;
     id_ = id;
   }
 

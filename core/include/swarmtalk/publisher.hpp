@@ -37,30 +37,34 @@ class Publisher {
 
  private:
   friend class Channel<P>;
+  /// A plain function travels in place of the context, to a function that calls it.
   union Target {
     void* context;
     void (*plain)();
   };
-  static void call_plain(void* target) { static_cast<Target*>(target)->plain(); }
+  static void call_plain(void* context) {
+    Target target;
+    target.context = context;
+    target.plain();
+  }
 
   void set(Channel<P>* channel, SentFn sent, void* context) {
     channel_ = channel;
     sent_ = sent;
-    target_.context = context;
+    context_ = context;
   }
   void set_plain(Channel<P>* channel, void (*sent)()) {
-    channel_ = channel;
-    sent_ = sent == nullptr ? nullptr : &call_plain;
-    target_.plain = sent;
+    Target target;
+    target.plain = sent;
+    set(channel, sent == nullptr ? nullptr : &call_plain, target.context);
   }
   void call_sent() {
-    if (sent_ == nullptr) return;
-    sent_(sent_ == &call_plain ? static_cast<void*>(&target_) : target_.context);
+    if (sent_ != nullptr) sent_(context_);
   }
 
   Channel<P>* channel_;
   SentFn sent_;
-  Target target_;
+  void* context_;
 };
 
 }  // namespace core

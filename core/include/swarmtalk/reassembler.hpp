@@ -17,12 +17,12 @@ namespace core {
 /// One packet's share of a message, as the node has checked it.
 template <class P>
 struct Fragment {
-  uint16_t sequence;
-  uint16_t packets;  // of the whole message; 0 while unknown
+  typename Wire<P>::PacketIndex sequence;
+  typename Wire<P>::PacketIndex packets;  // of the whole message; 0 while unknown
   const uint8_t* payload;
-  uint16_t payload_bytes;
-  uint16_t payload_max;    // bytes in each packet but the last
-  uint16_t message_bytes;  // of the whole message, if the wire has a size field
+  typename Wire<P>::PacketSize payload_bytes;
+  typename Wire<P>::PacketSize payload_max;    // bytes in each packet but the last
+  typename Wire<P>::MessageSize message_bytes;  // of the whole message, if the wire tells
   bool timestamped;
   typename Wire<P>::Timestamp delay;  // ticks spent before it came here
 };
@@ -46,6 +46,9 @@ class Reassembler {
   using W = Wire<P>;
   using Mask = typename W::PacketMask;
   using Timestamp = typename W::Timestamp;
+  using Ticks = typename W::Ticks;
+  using PacketIndex = typename W::PacketIndex;
+  using PacketSize = typename W::PacketSize;
   using Index = UintFor<bits_for(P::kRecords)>;
   using Slot = UintFor<bits_for(P::kFragmentSlots)>;
   static constexpr Slot kNoSlot = P::kFragmentSlots;
@@ -68,15 +71,14 @@ class Reassembler {
   }
 
   /// Adds a packet to message `i`, which has been begun. @param elapsed ticks since its last packet
-  Outcome add(Index i, const Fragment<P>& fragment, uint32_t elapsed) {
+  Outcome add(Index i, const Fragment<P>& fragment, Ticks elapsed) {
     Assembly& assembly = assemblies_[i];
     const Mask bit = static_cast<Mask>(static_cast<Mask>(1) << fragment.sequence);
     if (contradicts(assembly, fragment, bit)) return Outcome::kContradiction;
     if ((assembly.held & bit) != 0) {
       return is_held_equal(assembly, fragment) ? Outcome::kDuplicate : Outcome::kContradiction;
     }
-    const uint8_t packets =
-        fragment.packets != 0 ? static_cast<uint8_t>(fragment.packets) : assembly.packets;
+    const PacketIndex packets = fragment.packets != 0 ? fragment.packets : assembly.packets;
     const Mask held = static_cast<Mask>(assembly.held | bit);
     if (packets != 0 && held == full(packets)) {
       assembly.packets = packets;
@@ -98,17 +100,17 @@ class Reassembler {
   /// The message that `last` completed (add() answered kComplete), written to `message`
   /// (W::kMessageBytes). Its fragments are released.
   /// @return bytes of the message; `delay` gets the largest delay of its packets until now
-  uint16_t take(Index i, const Fragment<P>& last, uint32_t elapsed, uint8_t* message,
+  uint16_t take(Index i, const Fragment<P>& last, Ticks elapsed, uint8_t* message,
                 Timestamp* delay) {
     Assembly& assembly = assemblies_[i];
     *delay = delay_now(assembly, last, elapsed);
-    const uint16_t final_sequence = static_cast<uint16_t>(assembly.packets - 1);
-    const uint16_t tail_bytes = tail_of(assembly, last, final_sequence);
-    uint16_t sequence = final_sequence;
+    const PacketIndex final_sequence = static_cast<PacketIndex>(assembly.packets - 1);
+    const PacketSize tail_bytes = tail_of(assembly, last, final_sequence);
+    PacketIndex sequence = final_sequence;
     Slot slot = assembly.first;
     for (;; --sequence) {
       uint8_t* to = message + static_cast<uint16_t>(sequence * last.payload_max);
-      const uint16_t size = sequence == final_sequence ? tail_bytes : last.payload_max;
+      const PacketSize size = sequence == final_sequence ? tail_bytes : last.payload_max;
       if (sequence == last.sequence) {
         memcpy(to, last.payload, size);
       } else {
@@ -136,7 +138,7 @@ class Reassembler {
   /// Whether a packet before the last one held is missing.
   bool has_gap(Index i) const { return is_gapped(assemblies_[i].held); }
   /// The same, once packet `sequence` is held as well.
-  bool has_gap_with(Index i, uint16_t sequence) const {
+  bool has_gap_with(Index i, PacketIndex sequence) const {
     return is_gapped(static_cast<Mask>(assemblies_[i].held |
                                        static_cast<Mask>(static_cast<Mask>(1) << sequence)));
   }
@@ -154,7 +156,7 @@ class Reassembler {
   struct Assembly : TailBytes<(!P::kPadded && P::kSizeBits == 0)> {
     Mask held;
     Slot first;       // list of fragments, highest sequence first; its timestamp is the message's
-    uint8_t packets;  // of the whole message; 0 while unknown
+    PacketIndex packets;  // of the whole message; 0 while unknown
   };
   struct Held {
     uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
@@ -162,7 +164,7 @@ class Reassembler {
   };
 
   static bool is_gapped(Mask held) { return static_cast<Mask>(held & (held + 1u)) != 0; }
-  static Mask full(uint8_t packets) {
+  static Mask full(PacketIndex packets) {
     return static_cast<Mask>(static_cast<Mask>(~static_cast<Mask>(0)) >>
                              (sizeof(Mask) * 8 - packets));
   }
@@ -185,11 +187,11 @@ class Reassembler {
     return memcmp(slots_[slot].body, fragment.payload, fragment.payload_bytes) == 0;
   }
 
-  static uint16_t tail_of(const Assembly& assembly, const Fragment<P>& last, uint16_t final) {
+  static PacketSize tail_of(const Assembly& assembly, const Fragment<P>& last, PacketIndex final) {
     if (P::kSizeBits != 0)
-      return static_cast<uint16_t>(last.message_bytes - final * last.payload_max);
+      return static_cast<PacketSize>(last.message_bytes - final * last.payload_max);
     if (P::kPadded || last.sequence == final) return last.payload_bytes;
-    return assembly.tail();
+    return static_cast<PacketSize>(assembly.tail());
   }
 
   void insert(Assembly& assembly, const Fragment<P>& fragment) {
@@ -212,7 +214,7 @@ class Reassembler {
   /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
   /// what this packet says if that is more. Saturates.
   Timestamp delay_now(const Assembly& assembly, const Fragment<P>& fragment,
-                      uint32_t elapsed) const {
+                      Ticks elapsed) const {
     if (!fragment.timestamped || assembly.held == 0) return fragment.delay;
     const Timestamp before = W::timestamp(slots_[assembly.first].body, W::kBodyBytes);
     const Timestamp waited = W::later(before, elapsed);

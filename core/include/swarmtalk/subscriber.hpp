@@ -33,36 +33,37 @@ class Subscriber {
 
  private:
   friend class Channel<P>;
+  /// A plain function travels in place of the context, to a function that calls it.
   union Target {
     void* context;
     PlainReceiveFn<P> plain;
   };
-  static void call_plain(void* target, const uint8_t* bytes, uint16_t size,
+  static void call_plain(void* context, const uint8_t* bytes, uint16_t size,
                          const Reception<P>& reception) {
+    Target target;
+    target.context = context;
     typename P::Sensing sensing = reception.sensing;
-    static_cast<Target*>(target)->plain(const_cast<unsigned char*>(bytes), static_cast<int>(size),
-                                        reception.ttl, &sensing);
+    target.plain(const_cast<unsigned char*>(bytes), static_cast<int>(size), reception.ttl,
+                 &sensing);
   }
 
   void set(Distance max_distance, ReceiveFn<P> receive, void* context) {
     max_distance_ = max_distance;
     receive_ = receive;
-    target_.context = context;
+    context_ = context;
   }
   void set_plain(Distance max_distance, PlainReceiveFn<P> receive) {
-    max_distance_ = max_distance;
-    receive_ = receive == nullptr ? nullptr : &call_plain;
-    target_.plain = receive;
+    Target target;
+    target.plain = receive;
+    set(max_distance, receive == nullptr ? nullptr : &call_plain, target.context);
   }
   void call(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
-    if (receive_ == nullptr) return;
-    receive_(receive_ == &call_plain ? static_cast<void*>(&target_) : target_.context, bytes, size,
-             reception);
+    if (receive_ != nullptr) receive_(context_, bytes, size, reception);
   }
 
   Distance max_distance_;
   ReceiveFn<P> receive_;
-  Target target_;
+  void* context_;
 };
 
 }  // namespace core

@@ -101,7 +101,8 @@ class Swarmtalk {
       count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
       return damage;
     }
-    Arrival arrival = {W::decode(bytes), bytes, size, nullptr, now, &sensing};
+    Arrival arrival = {W::decode(bytes), bytes, static_cast<PacketSize>(size),
+                       nullptr,          now,   &sensing};
     const ChannelIndex index = find_channel(arrival.header.channel);
     if (index != kNoChannel) arrival.channel = &channels_[index];
     if (!W::kMarksTimestamps) {
@@ -132,6 +133,8 @@ class Swarmtalk {
  private:
   friend class Channel<P>;
   using Header = typename W::Header;
+  using PacketSize = typename W::PacketSize;
+  using PacketIndex = typename W::PacketIndex;
   using Cache = DuplicateCache<P>;
   using Record = typename Cache::Index;
   using Outcome = typename Reassembler<P>::Outcome;
@@ -145,7 +148,7 @@ class Swarmtalk {
   struct Arrival {
     Header header;
     const uint8_t* bytes;
-    uint16_t size;
+    PacketSize size;
     Channel<P>* channel;  // null: not registered here
     Ticks now;
     const Sensing* sensing;
@@ -188,20 +191,20 @@ class Swarmtalk {
   }
 
   // --- sending ------------------------------------------------------------------------------
-  uint16_t pull_forwarded(uint8_t* out, Ticks now) {
-    const Header header = forward_queue_.next();
-    bool timestamped = header.timestamped;
+  PacketSize pull_forwarded(uint8_t* out, Ticks now) {
+    const uint8_t* packet = forward_queue_.next();
+    bool timestamped = W::is_timestamped(packet);
     if (!W::kMarksTimestamps) {
-      const ChannelIndex index = find_channel(header.channel);
+      const ChannelIndex index = find_channel(W::ChannelField::get(packet));
       timestamped = index != kNoChannel && channels_[index].timestamped_;
     }
-    const uint16_t size = forward_queue_.pull(timestamped, now, out);
+    const PacketSize size = forward_queue_.pull(timestamped, now, out);
     round_robin_.set_ready(0, !forward_queue_.is_empty());
     count(counters_.packets_forwarded);
     return size;
   }
 
-  uint16_t pull_own(Channel<P>& channel, Source source, uint8_t* out, Ticks now) {
+  PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out, Ticks now) {
     ensure_id();
     if (channel.fragmenter_.sequence() == 0) channel.sending_node_ = identity_.id();
     Header header;
@@ -210,7 +213,7 @@ class Swarmtalk {
     header.channel = ids_[source - 1];
     header.epoch = identity_.epoch();
     header.timestamped = channel.timestamped_;
-    const uint16_t size = channel.fragmenter_.next(header, now, out);
+    const PacketSize size = channel.fragmenter_.next(header, now, out);
     if (header.ttl > 0) remember_own(header, now);
     if (!channel.fragmenter_.is_busy()) {
       round_robin_.set_ready(source, false);
@@ -228,7 +231,7 @@ class Swarmtalk {
       if (record == Cache::kNone) return;
       cache_.close_delivered(record, now);
     }
-    cache_.set_forwarded(record, header.sequence);
+    cache_.set_forwarded(record, static_cast<PacketIndex>(header.sequence));
   }
 
   void ensure_id() const {
@@ -241,7 +244,9 @@ class Swarmtalk {
   /// Checks lengths and numbers against each other. @return false if they contradict
   bool read_fragment(const Arrival& arrival, Fragment<P>& fragment) const {
     const Header& header = arrival.header;
-    uint16_t body_bytes = static_cast<uint16_t>(arrival.size - W::kHeaderBytes - W::kChecksumBytes);
+    PacketSize body_bytes =
+        P::kPadded ? W::kBodyBytes
+                   : static_cast<PacketSize>(arrival.size - W::kHeaderBytes - W::kChecksumBytes);
     const uint8_t* body = arrival.bytes + W::kHeaderBytes;
     fragment.delay = 0;
     fragment.timestamped = header.timestamped;
@@ -249,14 +254,14 @@ class Swarmtalk {
     if (header.timestamped) {
       if (body_bytes < W::kTimestampBytes) return false;
       fragment.delay = W::timestamp(body, body_bytes);
-      body_bytes = static_cast<uint16_t>(body_bytes - W::kTimestampBytes);
+      body_bytes = static_cast<PacketSize>(body_bytes - W::kTimestampBytes);
     }
-    fragment.sequence = header.sequence;
+    if (header.sequence >= W::kMaxPackets) return false;
+    fragment.sequence = static_cast<PacketIndex>(header.sequence);
     fragment.payload = body;
     fragment.payload_bytes = body_bytes;
     fragment.message_bytes = header.size;
-    fragment.packets = header.end ? static_cast<uint16_t>(header.sequence + 1u) : uint16_t{0};
-    if (fragment.sequence >= W::kMaxPackets) return false;
+    fragment.packets = header.end ? static_cast<PacketIndex>(header.sequence + 1u) : PacketIndex{0};
     if (P::kPadded) return true;
     if (P::kSizeBits != 0) return fits_size(header, fragment);
     return header.end ? header.sequence == 0 || body_bytes != 0
@@ -265,7 +270,7 @@ class Swarmtalk {
   static bool fits_size(const Header& header, Fragment<P>& fragment) {
     const uint16_t limit = header.timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
     if (header.size > limit) return false;
-    fragment.packets = W::packets_for(header.size, fragment.payload_max);
+    fragment.packets = static_cast<PacketIndex>(W::packets_for(header.size, fragment.payload_max));
     if (header.end != (header.sequence + 1u == fragment.packets) ||
         header.sequence >= fragment.packets) {
       return false;
@@ -282,7 +287,7 @@ class Swarmtalk {
     const bool same_epoch = header.epoch == identity_.epoch();
     const Record record = cache_.find(header, arrival.now);
     if (same_epoch && (P::kEpochBits != 0 ||
-                       (record != Cache::kNone && cache_.is_forwarded(record, header.sequence)))) {
+                       (record != Cache::kNone && cache_.is_forwarded(record, static_cast<PacketIndex>(header.sequence))))) {
       count(counters_.own_echoes);
       return true;
     }
@@ -352,15 +357,15 @@ class Swarmtalk {
       count(counters_.no_memory);
       return;
     }
-    if (cache_.is_forwarded(record, arrival.header.sequence)) {
-      if (!forward_queue_.is_empty()) forward_queue_.improve(arrival.header);
+    if (cache_.is_forwarded(record, static_cast<PacketIndex>(arrival.header.sequence))) {
+      if (!forward_queue_.is_empty()) forward_queue_.improve(arrival.bytes, arrival.header);
       return;
     }
     if (!forward_queue_.push(arrival.bytes, arrival.size, arrival.header, arrival.now)) {
       count(counters_.forward_queue_full);
       return;
     }
-    cache_.set_forwarded(record, arrival.header.sequence);
+    cache_.set_forwarded(record, static_cast<PacketIndex>(arrival.header.sequence));
     round_robin_.set_ready(0, true);
   }
 

@@ -32,6 +32,7 @@ struct Wire {
   using ChannelId = UintFor<P::kChannelBits>;
   using Epoch = UintFor<P::kEpochBits>;
   using Timestamp = UintFor<P::kTimestampBits>;
+  using Ticks = UintFor<P::kClockBits>;
 
   static constexpr uint16_t kHeaderBytes = Checked::kHeaderBytes;
   static constexpr uint16_t kChecksumBytes = Checked::kChecksumBytes;
@@ -43,6 +44,8 @@ struct Wire {
   static constexpr bool kTellsLengths = !P::kPadded;
   static constexpr uint16_t kTimedPayloadBytes =
       P::kTimestampBits == 0 ? 0 : kBodyBytes - kTimestampBytes;
+
+  using PacketSize = UintFor<bits_for(P::kMtuBytes)>;  // of a packet or a part of it
 
   static constexpr NodeId kNoNode = static_cast<NodeId>(low_bits(P::kNodeBits));
   static constexpr MessageNumber kMessageMask =
@@ -72,6 +75,8 @@ struct Wire {
   static_assert(kMaxPackets <= 32, "a message has at most 32 packets: lower kMaxMessageBytes");
   /// One bit per packet of a message.
   using PacketMask = UintFor<kMaxPackets>;
+  using MessageSize = UintFor<bits_for(kMessageBytes)>;
+  using PacketIndex = UintFor<bits_for(kMaxPackets)>;  // of a packet in its message, or their count
 
   struct Header {
     NodeId node;
@@ -81,7 +86,7 @@ struct Wire {
     ChannelId channel;
     uint8_t ttl;
     uint8_t hops;
-    uint16_t size;  // of the whole message; 0 without a size field
+    typename bits::Field<0, P::kSizeBits>::Value size;  // of the whole message, if there is a field
     Epoch epoch;
     bool timestamped;
     bool crossed_gateway;
@@ -123,9 +128,7 @@ struct Wire {
     header.hops = HopsField::get(packet);
     header.size = SizeField::get(packet);
     header.epoch = EpochField::get(packet);
-    header.timestamped = P::kTimestampedBits != 0
-                             ? TimestampedField::get(packet) != 0
-                             : static_cast<uint32_t>(header.channel) >= P::kTimestampedFrom;
+    header.timestamped = is_timestamped(packet);
     header.crossed_gateway = GatewayField::get(packet) != 0;
     return header;
   }
@@ -140,10 +143,18 @@ struct Wire {
     ChannelField::put(packet, header.channel);
     TtlField::put(packet, header.ttl);
     HopsField::put(packet, static_cast<typename HopsField::Value>(header.hops));
-    SizeField::put(packet, static_cast<typename SizeField::Value>(header.size));
+    SizeField::put(packet, header.size);
     EpochField::put(packet, header.epoch);
     TimestampedField::put(packet, header.timestamped ? 1 : 0);
     GatewayField::put(packet, header.crossed_gateway ? 1 : 0);
+  }
+
+  /// Whether the packet says that it carries a timestamp (see kMarksTimestamps).
+  static bool is_timestamped(const uint8_t* packet) {
+    return P::kTimestampedBits != 0 ? TimestampedField::get(packet) != 0
+           : P::kTimestampedFrom > kChannelMax
+               ? false
+               : ChannelField::get(packet) >= static_cast<ChannelId>(P::kTimestampedFrom);
   }
 
   /// Whether channel numbers or a flag on the wire tell every forwarder what is timestamped; if
@@ -164,15 +175,21 @@ struct Wire {
     HopsField::put(packet, static_cast<typename HopsField::Value>(hops));
   }
 
-  /// Whether `a` and `b` are copies of one packet, whatever way they came.
-  static bool is_same_packet(const Header& a, const Header& b) {
-    return a.message == b.message && a.node == b.node && a.sequence == b.sequence &&
-           a.channel == b.channel && a.epoch == b.epoch;
+  /// Whether `a` and `b` are copies of one packet, whatever way they came: all fields before the
+  /// TTL are equal, and the epoch.
+  static bool is_same_packet(const uint8_t* a, const uint8_t* b) {
+    constexpr uint16_t kWhole = kTtlAt / 8;
+    constexpr uint8_t kRest = static_cast<uint8_t>(0xFF00u >> kTtlAt % 8);
+    for (uint8_t i = 0; i < kWhole; ++i) {
+      if (a[i] != b[i]) return false;
+    }
+    return ((a[kWhole] ^ b[kWhole]) & kRest) == 0 && EpochField::get(a) == EpochField::get(b);
   }
+  static uint8_t ttl(const uint8_t* packet) { return TtlField::get(packet); }
 
   /// Timestamp in the last bytes of a body (little-endian) of `body_bytes` bytes.
   /// REQUIRES body_bytes >= kTimestampBytes.
-  static Timestamp timestamp(const uint8_t* body, uint16_t body_bytes) {
+  static Timestamp timestamp(const uint8_t* body, PacketSize body_bytes) {
     Timestamp ticks = 0;
     for (uint8_t i = kTimestampBytes; i-- > 0;) {
       ticks =
@@ -181,7 +198,7 @@ struct Wire {
     }
     return static_cast<Timestamp>(ticks & kTimestampMax);
   }
-  static void set_timestamp(uint8_t* body, uint16_t body_bytes, Timestamp ticks) {
+  static void set_timestamp(uint8_t* body, PacketSize body_bytes, Timestamp ticks) {
     for (uint8_t i = 0; i < kTimestampBytes; ++i) {
       body[body_bytes - kTimestampBytes + i] = static_cast<uint8_t>(ticks);
       ticks = static_cast<Timestamp>(ticks >> (kTimestampBytes > 1 ? 8 : 0));
@@ -189,16 +206,17 @@ struct Wire {
   }
 
   /// A delay `waited` ticks later; stays at kTimestampMax, which means "at least".
-  static Timestamp later(Timestamp delay, uint32_t waited) {
-    return waited >= static_cast<uint32_t>(kTimestampMax - delay)
+  static Timestamp later(Timestamp delay, Ticks waited) {
+    using Wide = UintFor<(P::kClockBits > P::kTimestampBits ? P::kClockBits : P::kTimestampBits)>;
+    return static_cast<Wide>(waited) >= static_cast<Wide>(kTimestampMax - delay)
                ? kTimestampMax
                : static_cast<Timestamp>(delay + waited);
   }
 
   /// Puts the checksum, if any, behind the first `size` bytes. @return bytes of the whole packet
-  static uint16_t seal(uint8_t* packet, uint16_t size) {
+  static PacketSize seal(uint8_t* packet, PacketSize size) {
     if (kChecksumBytes != 0) packet[size] = checksum<P::kChecksum>(packet, size);
-    return static_cast<uint16_t>(size + kChecksumBytes);
+    return static_cast<PacketSize>(size + kChecksumBytes);
   }
   /// Whether a packet of `size` bytes has a length that exists and is undamaged.
   static Error check(const uint8_t* packet, uint16_t size) {

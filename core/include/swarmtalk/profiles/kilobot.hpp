@@ -15,6 +15,8 @@ struct Kilobot : ProfileDefaults {
   using Sensing = DistanceSensing;  // millimetres, centre to centre
   static constexpr Checksum kChecksum = Checksum::kSum8;
   static constexpr uint32_t kTimestampedFrom = 8;
+  static constexpr uint16_t kRecords = 20;
+  using Counter = uint8_t;
 };
 
 }  // namespace core
