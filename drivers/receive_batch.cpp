@@ -36,21 +36,26 @@ void ReceiveBatch::set_datagram_bytes(std::size_t datagram_bytes) {
   if (datagram_bytes == datagram_bytes_) return;
   datagram_bytes_ = datagram_bytes;
   bytes_.resize(kDatagrams * datagram_bytes_);
+  used_ = kDatagrams;
+}
+
+void ReceiveBatch::prepare(std::size_t index) {
+  parts_[index] = {bytes_.data() + index * datagram_bytes_, datagram_bytes_};
+  msghdr& header = messages_[index].msg_hdr;
+  header.msg_name = &sources_[index];
+  header.msg_namelen = sizeof sources_[index];
+  header.msg_iov = &parts_[index];
+  header.msg_iovlen = 1;
+  header.msg_control = controls_[index].bytes.data();
+  header.msg_controllen = controls_[index].bytes.size();
+  header.msg_flags = 0;
 }
 
 int ReceiveBatch::read(int socket) {
-  for (std::size_t i = 0; i < kDatagrams; ++i) {
-    parts_[i] = {bytes_.data() + i * datagram_bytes_, datagram_bytes_};
-    msghdr& header = messages_[i].msg_hdr;
-    header.msg_name = &sources_[i];
-    header.msg_namelen = sizeof sources_[i];
-    header.msg_iov = &parts_[i];
-    header.msg_iovlen = 1;
-    header.msg_control = controls_[i].bytes.data();
-    header.msg_controllen = controls_[i].bytes.size();
-    header.msg_flags = 0;
-  }
+  for (std::size_t i = 0; i < used_; ++i) prepare(i);
   const int count = recvmmsg(socket, messages_.data(), kDatagrams, MSG_DONTWAIT, nullptr);
+  // The kernel writes to those that it fills, and to the one at which an error stops it.
+  used_ = std::min<std::size_t>(static_cast<std::size_t>(std::max(count, 0)) + 1, kDatagrams);
   if (count > 0) {
     clock_gettime(CLOCK_REALTIME, &real_now_);
     monotonic_now_ = std::chrono::steady_clock::now();

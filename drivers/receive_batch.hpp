@@ -53,7 +53,10 @@ class ReceiveBatch {
     std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec))> bytes;
   };
 
+  void prepare(std::size_t index);
+
   std::size_t datagram_bytes_ = 0;
+  std::size_t used_ = kDatagrams;  // headers to prepare again before the next read
   std::vector<std::uint8_t> bytes_;
   std::array<iovec, kDatagrams> parts_{};
   std::array<mmsghdr, kDatagrams> messages_{};

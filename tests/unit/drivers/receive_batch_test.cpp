@@ -48,6 +48,25 @@ TEST_F(ReceiveBatchTest, ReadsAllThatWaits) {
   EXPECT_EQ(Bytes(batch_[1].bytes.begin(), batch_[1].bytes.end()), numbered_packet(2, 100));
 }
 
+TEST_F(ReceiveBatchTest, ReadsAgainAfterReadsOfAnyNumber) {
+  batch_.set_datagram_bytes(100);
+  int round = 0;
+  for (const int count : {1, 5, 0, 2, 64, 1, 70, 3}) {
+    for (int i = 0; i < count; ++i) write(numbered_packet(1, 10U + static_cast<unsigned>(i % 5)));
+    int left = count;
+    for (int got = batch_.read(sockets_[1]); got > 0; got = batch_.read(sockets_[1])) {
+      for (int i = 0; i < got; ++i) {
+        EXPECT_EQ(batch_[static_cast<std::size_t>(i)].bytes.size(),
+                  10U + static_cast<unsigned>((count - left + i) % 5))
+            << "round " << round;
+      }
+      left -= got;
+    }
+    EXPECT_EQ(left, 0);
+    ++round;
+  }
+}
+
 TEST_F(ReceiveBatchTest, SaysWhenNothingWaits) {
   batch_.set_datagram_bytes(100);
   EXPECT_EQ(batch_.read(sockets_[1]), -1);
