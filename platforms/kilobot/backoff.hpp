@@ -16,17 +16,19 @@ namespace kilobot {
 
 class Backoff {
  public:
+  /// Shortest mean time between two messages of one robot, 32.8 ms. Closer, robots in the middle of
+  /// a group, whose neighbours do not hear each other, get less than half of what those at its edge
+  /// get; and less arrives in all.
+  static constexpr uint16_t kLeastSpacing = kUnitsPerTick;
   /// Air time of one message and the gap behind it: 4.6 ms.
   static constexpr uint16_t kMessageUnits = 36;
   /// Longest wait after finding the air taken, 16 ms.
   static constexpr uint16_t kBusyUnits = 128;
 
-  /// @param now     clock
   /// @param spacing  mean time between two messages of this robot, if the air is free
-  /// @param random16  uniform
-  void start(uint16_t now, uint16_t spacing, uint16_t random16) {
-    spacing_ = spacing;
-    due_ = static_cast<uint16_t>(now + scaled(random16, kBusyUnits));
+  void start(uint16_t now, uint16_t spacing, uint16_t noise) {
+    spacing_ = spacing < kLeastSpacing ? kLeastSpacing : spacing;
+    due_ = static_cast<uint16_t>(now + scaled(noise, kBusyUnits));
   }
 
   /// Whether the robot may try now.
@@ -34,26 +36,26 @@ class Backoff {
   uint16_t due() const { return due_; }
 
   /// A message has left. @param heard  messages of others heard since the one before, 0 to 255
-  void on_sent(uint16_t now, uint8_t heard, uint16_t random16) {
+  void on_sent(uint16_t now, uint8_t heard, uint16_t noise) {
     // Half the new count, half the old: the number of neighbours shows over several turns.
     turns_ = static_cast<uint8_t>((turns_ + heard + 1) / 2);
     uint16_t mean = static_cast<uint16_t>((turns_ + 1) * kMessageUnits);
     if (mean < spacing_) mean = spacing_;
-    due_ = static_cast<uint16_t>(now + mean / 2 + scaled(random16, mean));
+    due_ = static_cast<uint16_t>(now + mean / 2 + scaled(noise, mean));
   }
 
   /// The air was taken, or there was nothing to send.
-  void on_deferred(uint16_t now, uint16_t random16) {
-    due_ = static_cast<uint16_t>(now + 1 + scaled(random16, kBusyUnits));
+  void on_deferred(uint16_t now, uint16_t noise) {
+    due_ = static_cast<uint16_t>(now + 1 + scaled(noise, kBusyUnits));
   }
 
  private:
-  static uint16_t scaled(uint16_t random16, uint16_t limit) {
-    return static_cast<uint16_t>((static_cast<uint32_t>(random16) * limit) >> 16);
+  static uint16_t scaled(uint16_t noise, uint16_t limit) {
+    return static_cast<uint16_t>((static_cast<uint32_t>(noise) * limit) >> 16);
   }
 
   uint16_t due_ = 0;
-  uint16_t spacing_ = 0;
+  uint16_t spacing_ = kLeastSpacing;
   uint8_t turns_ = 0;
 };
 

@@ -19,7 +19,10 @@ struct IrReception {
 };
 
 /// Messages that may wait; one more is being received. Further ones are dropped and counted.
-constexpr uint8_t kIrWaiting = 3;
+#if !defined(SWARMTALK_KILOBOT_IR_SLOTS)
+#define SWARMTALK_KILOBOT_IR_SLOTS 4  // a power of two
+#endif
+constexpr uint8_t kIrWaiting = SWARMTALK_KILOBOT_IR_SLOTS - 1;
 
 /// Begins to listen. Interrupts may be on or off.
 void start_receiver();

@@ -1,0 +1,100 @@
+#include "platforms/kilobot/motors.hpp"
+
+#include <avr/io.h>
+#include <util/atomic.h>
+
+#include "platforms/kilobot/board.hpp"
+#include "platforms/kilobot/clock.hpp"
+#include "platforms/kilobot/eeprom.hpp"
+
+namespace swarmtalk {
+namespace kilobot {
+
+namespace {
+
+/// Full power for 15 ms: static friction is overcome, the motors are not hurt (limit 50 ms).
+constexpr uint16_t kPushUnits = 15000 / kMicrosecondsPerUnit;
+constexpr uint8_t kPushDuty = 255;
+
+/// Duties of a robot that was never calibrated.
+constexpr uint8_t kDefaultTurn = 70;
+constexpr uint8_t kDefaultStraight = 65;
+
+uint8_t read_duty(uint16_t address, uint8_t otherwise) {
+  const uint8_t duty = read_eeprom(address);
+  return duty == 0xFF ? otherwise : duty;
+}
+
+}  // namespace
+
+MotorCalibration read_motor_calibration() {
+  return {read_duty(kEepromTurnLeft, kDefaultTurn), read_duty(kEepromTurnRight, kDefaultTurn),
+          read_duty(kEepromStraightLeft, kDefaultStraight),
+          read_duty(kEepromStraightRight, kDefaultStraight)};
+}
+
+void write_motor_calibration(const MotorCalibration& calibration) {
+  write_eeprom(kEepromTurnLeft, calibration.turn_left);
+  write_eeprom(kEepromTurnRight, calibration.turn_right);
+  write_eeprom(kEepromStraightLeft, calibration.straight_left);
+  write_eeprom(kEepromStraightRight, calibration.straight_right);
+}
+
+void enable_motors() {
+  OCR2A = 0;
+  OCR2B = 0;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    DDRB |= 1 << kPinMotorA;
+    DDRD |= 1 << kPinMotorB;
+  }
+}
+
+void disable_motors() {
+  TCCR2A = 0;  // the pins belong to the ports again, and are low
+  TCCR2B = 0;
+  DDRB &= static_cast<uint8_t>(~(1 << kPinMotorA));
+  DDRD &= static_cast<uint8_t>(~(1 << kPinMotorB));
+}
+
+void set_motors(uint8_t left, uint8_t right) {
+  if (left == 0 && right == 0) {
+    TCCR2A = 0;
+    TCCR2B = 0;
+    return;
+  }
+  OCR2A = right;
+  OCR2B = left;
+  // Phase-correct PWM: a duty of 0 is really off. Clock / 8 / 510 = 1961 Hz.
+  TCCR2A = (1 << COM2A1) | (1 << COM2B1) | (1 << WGM20);
+  TCCR2B = 1 << CS21;
+}
+
+void Motion::start(uint8_t left, uint8_t right, uint32_t duration_ticks) {
+  has_end_ = duration_ticks != 0;
+  end_tick_ = ticks() + duration_ticks;
+  if (left == left_ && right == right_) return;  // goes on as it is, without another push
+  left_ = left;
+  right_ = right;
+  is_pushing_ = true;
+  push_end_ = static_cast<uint16_t>(units() + kPushUnits);
+  set_motors(left != 0 ? kPushDuty : uint8_t{0}, right != 0 ? kPushDuty : uint8_t{0});
+}
+
+void Motion::stop() {
+  left_ = 0;
+  right_ = 0;
+  is_pushing_ = false;
+  set_motors(0, 0);
+}
+
+void Motion::poll() {
+  if (!is_moving()) return;
+  if (is_pushing_ && has_come(units(), push_end_)) {
+    is_pushing_ = false;
+    set_motors(left_, right_);
+  }
+  if (has_end_ && static_cast<int32_t>(ticks() - end_tick_) >= 0) stop();
+}
+
+}  // namespace kilobot
+}  // namespace swarmtalk
