@@ -1,0 +1,30 @@
+// Hop count on a Kilobot. One image for the whole swarm, since one is loaded into all robots at
+// once: robots with uid 1 and 2 are the seeds, all others follow. HOP_COUNT_ROLE (0 follower,
+// 1 and 2 the seeds) fixes the role for robots without uids.
+#include "suite/programs/hop_count.hpp"
+
+#include "platforms/kilobot/join.hpp"
+
+namespace {
+
+using swarmtalk::suite::HopCount;
+using swarmtalk::suite::HopCountRole;
+
+HopCountRole role() {
+#ifdef HOP_COUNT_ROLE
+  return static_cast<HopCountRole>(HOP_COUNT_ROLE);
+#else
+  const uint16_t uid = swarmtalk::kilobot::read_uid();
+  if (uid == 1) return HopCountRole::kSeed1;
+  if (uid == 2) return HopCountRole::kSeed2;
+  return HopCountRole::kFollower;
+#endif
+}
+
+}  // namespace
+
+swarmtalk::kilobot::Joined<HopCount> joined(role());
+
+int main() {
+  joined.run();
+}

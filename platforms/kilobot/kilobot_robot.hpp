@@ -1,0 +1,88 @@
+// A Kilobot as the Robot of platforms/robot.hpp: one SwarmTalk node over infrared, LED, motors.
+// Lives on the main loop; joined with a program by run_robot_program().
+#pragma once
+
+#include <stdint.h>
+
+#include "platforms/kilobot/board.hpp"
+#include "platforms/kilobot/clock.hpp"
+#include "platforms/kilobot/distance.hpp"
+#include "platforms/kilobot/eeprom.hpp"
+#include "platforms/kilobot/motors.hpp"
+#include "platforms/kilobot/random.hpp"
+#include "platforms/kilobot/runtime.hpp"
+#include "platforms/robot.hpp"
+#include "swarmtalk/profiles/kilobot.hpp"
+
+namespace swarmtalk {
+namespace kilobot {
+
+/// Distance of a message's transmitter by this robot's calibration, in mm; kDistanceUnknown
+/// without one, and for messages of an overhead controller, whose light tells nothing.
+int16_t distance_mm(const IrReception& reception);
+
+class KilobotRobot {
+ public:
+  using Profile = core::Kilobot;
+  using Distance = Profile::Sensing::Distance;
+  static constexpr uint16_t kBodyMm = kilobot::kBodyMm;
+  static constexpr uint32_t kTicksPerSecond = kilobot::kTicksPerSecond;
+
+  KilobotRobot() : node_(core::Port{&port_clock, &port_random, nullptr}) {}
+  KilobotRobot(const KilobotRobot&) = delete;
+  KilobotRobot& operator=(const KilobotRobot&) = delete;
+
+  core::Swarmtalk<Profile>& swarmtalk() { return node_; }
+  uint32_t clock() { return ticks(); }
+  uint32_t random() { return random32(); }
+  static Distance distance(int32_t mm) { return static_cast<Distance>(mm); }
+
+  void led(platforms::Colour colour) {
+    set_led(led_rgb(colour.red >> 6, colour.green >> 6, colour.blue >> 6));
+  }
+
+  void forward(uint32_t duration_ticks) {
+    const MotorCalibration& speed = control().motors();
+    motion_.start(speed.straight_left, speed.straight_right, duration_ticks);
+  }
+  void left(uint32_t duration_ticks) {
+    motion_.start(control().motors().turn_left, 0, duration_ticks);
+  }
+  void right(uint32_t duration_ticks) {
+    motion_.start(0, control().motors().turn_right, duration_ticks);
+  }
+  void stop() { motion_.stop(); }
+  bool is_moving() { return motion_.is_moving(); }
+
+  /// A Kilobot has nobody to tell.
+  void log(const char*, int32_t) {}
+
+  /// The platform's part of each pass; the program does not call it.
+  void poll() { motion_.poll(); }
+
+  /// Hands a message to the node if it carries one of its packets.
+  void receive(const IrReception& reception) {
+    const uint8_t type = reception.message.type;
+    if (type != kIrSwarmtalk && type != kIrSwarmtalkFromOverhead) return;
+    node_.on_packet(reception.message.data, kIrDataBytes, {distance_mm(reception)});
+  }
+
+  /// The node's next packet. @return false if it has none
+  bool next(IrMessage& out) {
+    if (node_.pull_packet(out.data) == 0) return false;
+    out.type = kIrSwarmtalk;
+    return true;
+  }
+
+ private:
+  static_assert(core::Wire<Profile>::kMtuBytes == kIrDataBytes,
+                "a packet of the Kilobot profile fills an infrared message");
+  static uint32_t port_clock(void*) { return ticks(); }
+  static uint32_t port_random(void*) { return random32(); }
+
+  core::Swarmtalk<Profile> node_;
+  Motion motion_;
+};
+
+}  // namespace kilobot
+}  // namespace swarmtalk
