@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "daemon/table_reader.hpp"
+#include "daemon/toml_text.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::daemon {
@@ -197,6 +198,11 @@ void read_log(const TableReader& table, std::string& level) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+  if (const unsigned line = first_line_with_stray_unicode(text); line != 0) {
+    throw ConfigError(file + ":" + std::to_string(line) +
+                      ": not TOML: a character that is not ASCII stands outside quotes (a curly "
+                      "quote?); replace it, or put \"...\" around it");
+  }
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {

@@ -43,12 +43,12 @@ std::string suggestion(std::string_view key, const std::vector<std::string>& kno
 std::string shown(const toml::node& node) {
   if (node.is_table()) return "a table";
   if (node.is_array()) return "an array";
+  if (node.is_string()) return "the text \"" + printable(**node.as_string()) + "\"";
   std::ostringstream text;
   node.visit([&](const auto& value) {
     if constexpr (toml::is_value<decltype(value)>) text << value;
   });
-  const std::string value = printable(text.str());
-  return node.is_string() ? "the text \"" + value + "\"" : value;
+  return printable(text.str());
 }
 
 std::string shown(double number) {

@@ -1,0 +1,185 @@
+#include "daemon/listening_socket.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+namespace swarmtalk::daemon {
+namespace {
+
+class ListeningSocketTest : public testing::Test {
+ protected:
+  ListeningSocketTest() {
+    char name[] = "/tmp/swarmtalk-test-XXXXXX";
+    folder_ = mkdtemp(name);
+    config_.path = folder_ + "/d.sock";
+  }
+  ~ListeningSocketTest() override { std::filesystem::remove_all(folder_); }
+
+  ListeningSocket open() const { return ListeningSocket::open(config_, lines_); }
+  std::string error() const {
+    try {
+      open();
+    } catch (const ConfigError& caught) {
+      return caught.what();
+    }
+    return "";
+  }
+  bool can_connect() const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, config_.path.c_str(), sizeof address.sun_path - 1);
+    const int descriptor = socket(AF_UNIX, SOCK_STREAM, 0);
+    const bool ok = connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    close(descriptor);
+    return ok;
+  }
+  /// Leaves a socket behind as a daemon does that was killed.
+  void leave_stale_socket() const {
+    const pid_t pid = fork();
+    if (pid == 0) {
+      const ListeningSocket socket = open();
+      _exit(0);  // no destructor runs
+    }
+    waitpid(pid, nullptr, 0);
+    ASSERT_TRUE(std::filesystem::exists(config_.path));
+  }
+
+  std::string folder_;
+  SocketConfig config_;
+  KeyLines lines_{"f.toml"};
+};
+
+TEST_F(ListeningSocketTest, ListensWithTheModeAndGoesAway) {
+  config_.mode = 0640;
+  {
+    const ListeningSocket socket = open();
+    EXPECT_TRUE(can_connect());
+    struct stat made {};
+    ASSERT_EQ(stat(config_.path.c_str(), &made), 0);
+    EXPECT_EQ(made.st_mode & 07777, 0640u);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(ListeningSocketTest, SocketOfALiveDaemonIsNeverTouched) {
+  const ListeningSocket socket = open();
+  EXPECT_EQ(error(), "f.toml: key 'socket.path': " + config_.path +
+                         " is served by a running swarmtalkd (process " + std::to_string(getpid()) +
+                         "); stop it, or choose another path");
+  EXPECT_TRUE(can_connect());
+}
+
+TEST_F(ListeningSocketTest, LiveSocketWithoutALockIsNotTouchedEither) {
+  const ListeningSocket socket = open();
+  std::filesystem::remove(config_.path + ".lock");
+  EXPECT_NE(error().find("is served by a running swarmtalkd"), std::string::npos);
+  EXPECT_TRUE(can_connect());
+}
+
+TEST_F(ListeningSocketTest, StaleSocketIsTakenOver) {
+  leave_stale_socket();
+  EXPECT_FALSE(can_connect());
+  const ListeningSocket socket = open();
+  EXPECT_TRUE(can_connect());
+}
+
+TEST_F(ListeningSocketTest, OnlyOneOfManyDaemonsThatStartAtOnceWins) {
+  for (int round = 0; round < 20; ++round) {
+    leave_stale_socket();
+    int start[2];
+    ASSERT_EQ(pipe(start), 0);
+    int done[2];
+    ASSERT_EQ(pipe(done), 0);
+    std::vector<pid_t> children;
+    for (int i = 0; i < 8; ++i) {
+      const pid_t pid = fork();
+      if (pid == 0) {
+        char byte = 0;
+        close(start[1]);
+        close(done[1]);
+        (void)!read(start[0], &byte, 1);  // all at once, when the parent closes its end
+        try {
+          const ListeningSocket socket = open();
+          (void)!read(done[0], &byte, 1);  // hold it until all have tried
+          _exit(can_connect() ? 0 : 3);
+        } catch (const ConfigError&) {
+          _exit(1);
+        }
+      }
+      children.push_back(pid);
+    }
+    close(start[0]);
+    close(start[1]);
+    usleep(20000);
+    close(done[0]);
+    close(done[1]);
+    int winners = 0;
+    for (const pid_t pid : children) {
+      int status = 0;
+      waitpid(pid, &status, 0);
+      ASSERT_TRUE(WIFEXITED(status));
+      EXPECT_NE(WEXITSTATUS(status), 3);
+      winners += WEXITSTATUS(status) == 0;
+    }
+    EXPECT_EQ(winners, 1) << "round " << round;
+  }
+}
+
+TEST_F(ListeningSocketTest, SocketThatSomebodyElseMadeMeanwhileIsLeftAlone) {
+  {
+    const ListeningSocket socket = open();
+    std::filesystem::remove(config_.path);
+    std::ofstream(config_.path) << "mine";
+  }
+  EXPECT_TRUE(std::filesystem::exists(config_.path));
+}
+
+TEST_F(ListeningSocketTest, MissingFolderIsNamed) {
+  config_.path = folder_ + "/none/d.sock";
+  EXPECT_EQ(error(), "f.toml: key 'socket.path': the folder " + folder_ +
+                         "/none does not exist; create it, or choose another path");
+}
+
+TEST_F(ListeningSocketTest, FileThatIsNoSocketIsNotRemoved) {
+  std::ofstream(config_.path) << "precious";
+  EXPECT_EQ(error(), "f.toml: key 'socket.path': " + config_.path +
+                         " exists and is no socket; remove it, or choose another path");
+  EXPECT_TRUE(std::filesystem::exists(config_.path));
+}
+
+TEST_F(ListeningSocketTest, UnknownGroupIsNamedAtItsKey) {
+  config_.group = "no-such-group";
+  EXPECT_EQ(error(),
+            "f.toml: key 'socket.group': there is no group 'no-such-group'; create it (`groupadd "
+            "--system no-such-group`), or leave the key out");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(ListeningSocketTest, MissingPermissionSaysWhere) {
+  if (geteuid() != 0) GTEST_SKIP() << "becoming another user needs root";
+  chmod(folder_.c_str(), 0755);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    if (setgid(65534) != 0 || setuid(65534) != 0) _exit(2);
+    const std::string wanted = "f.toml: key 'socket.path': no permission to create " +
+                               config_.path + "; run swarmtalkd as a user who may write to " +
+                               folder_ + ", or choose another path";
+    _exit(error() == wanted ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,209 @@
+// Two stations with real nodes, joined by hand: what one link pulls the other hands up.
+#include "daemon/node_station.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "swarmtalk/profiles/wifi.hpp"
+#include "tests/unit/daemon/fake_station.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr ProfileName kWifi{frame::ProfileId::kWifi, "wifi"};
+
+NodeConfig at(double x_m, double y_m, double theta_rad) {
+  NodeConfig config;
+  config.pose = FixedPose{x_m, y_m, theta_rad};
+  return config;
+}
+
+/// One robot: hub, station on a core node, one client with a publisher and a subscription.
+struct Robot {
+  Robot(std::optional<std::uint16_t> id, const NodeConfig& pose, bool is_timestamped = false)
+      : identity(id), poses(pose) {
+    hub.add(station);
+    station.start();
+    publisher.client = &client;
+    subscription.client = &client;
+    EXPECT_FALSE(hub.advertise({"c", std::nullopt, is_timestamped}, publisher));
+    EXPECT_FALSE(hub.subscribe({"c", std::nullopt, std::nullopt}, subscription));
+  }
+
+  drivers::FrameReception frame() {
+    const frame::FrameHeader header = station.frame_header();
+    drivers::FrameReception reception;
+    reception.transmitter = header.node;
+    reception.transmitter_epoch = header.epoch;
+    reception.pose = header.pose;
+    reception.received_at = std::chrono::steady_clock::now();
+    return reception;
+  }
+  bool publish(std::string payload, std::uint32_t ttl = 0) {
+    return !hub.publish(publisher, 1, payload, ttl);
+  }
+  /// Everything that waits here is heard there.
+  void transmit_to(Robot& other) {
+    for (const auto& packet : link->pull_all()) other.link->hand_up(packet, frame());
+  }
+
+  ChannelTable names{{}};
+  LimitsConfig limits;
+  DaemonCounters counters;
+  NodeIdentity identity;
+  PoseKeeper poses;
+  Hub hub{names, limits, counters, identity};
+  FakeLink* link = new FakeLink;
+  NodeStation<core::Wifi> station{"w",      kWifi, std::unique_ptr<drivers::Link>(link),
+                                  identity, poses, hub};
+  FakeClient client;
+  Publisher publisher;
+  Subscription subscription;
+};
+
+TEST(NodeStation, MessageCrossesWithOriginDistanceAndBearing) {
+  Robot a(1, at(0, 0, 0));
+  Robot b(2, at(3, 4, std::numbers::pi));
+  ASSERT_TRUE(a.publish("hello"));
+  EXPECT_EQ(a.link->wakes, 1);
+  a.transmit_to(b);
+  EXPECT_EQ(a.client.sent.size(), 1u);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  const Message& message = *b.client.last;
+  EXPECT_EQ(message.payload, "hello");
+  EXPECT_EQ(message.sender, 1);
+  EXPECT_EQ(message.epoch, a.identity.epoch() & 0xFFFF);
+  EXPECT_EQ(message.number, 1u);
+  EXPECT_EQ(message.hops, 0);
+  EXPECT_NEAR(message.distance_m, 5.0, 1e-3);
+  EXPECT_NEAR(message.bearing_rad, std::atan2(4.0, 3.0), 1e-3);  // looking back along -x
+  EXPECT_FALSE(message.is_local);
+  EXPECT_FALSE(message.buffering_delay_us);
+}
+
+TEST(NodeStation, WithoutAPoseDistanceIsUnknown) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, at(3, 4, 0));
+  a.publish("x");
+  a.transmit_to(b);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  EXPECT_TRUE(std::isnan(b.client.last->distance_m));
+  EXPECT_TRUE(std::isnan(b.client.last->bearing_rad));
+}
+
+TEST(NodeStation, LongestMessageCrossesWhole) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  std::string longest(a.station.limits().max_message_bytes, '\0');
+  for (std::size_t i = 0; i < longest.size(); ++i) longest[i] = static_cast<char>(i * 7 + i / 251);
+  ASSERT_TRUE(a.publish(longest));
+  a.transmit_to(b);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  EXPECT_EQ(b.client.last->payload, longest);
+}
+
+TEST(NodeStation, NumbersCountUpAndDuplicatesAreDropped) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  for (std::uint32_t i = 1; i <= 3; ++i) {
+    a.publish("x");
+    const auto packets = a.link->pull_all();
+    for (const auto& packet : packets) {
+      b.link->hand_up(packet, a.frame());
+      b.link->hand_up(packet, a.frame());
+    }
+    EXPECT_EQ(b.client.last->number, i);
+  }
+  EXPECT_EQ(b.client.heard.size(), 3u);
+}
+
+TEST(NodeStation, MessageIsForwardedWithItsHops) {
+  Robot a(1, at(0, 0, 0));
+  Robot b(2, at(1, 0, 0));
+  Robot c(3, at(3, 0, 0));
+  a.publish("x", 2);
+  a.transmit_to(b);
+  b.transmit_to(c);
+  ASSERT_EQ(c.client.heard.size(), 1u);
+  EXPECT_EQ(c.client.last->sender, 1);
+  EXPECT_EQ(c.client.last->hops, 1);
+  EXPECT_EQ(c.client.last->ttl, 1);
+  EXPECT_NEAR(c.client.last->distance_m, 2.0, 1e-3);  // to the forwarder
+  b.transmit_to(a);
+  EXPECT_TRUE(a.client.heard.empty());  // its own message come back
+}
+
+TEST(NodeStation, TimestampedMessageTellsItsDelay) {
+  Robot a(1, NodeConfig{}, true);
+  Robot b(2, NodeConfig{}, true);
+  a.publish("x");
+  a.transmit_to(b);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  ASSERT_TRUE(b.client.last->buffering_delay_us);
+  EXPECT_LT(*b.client.last->buffering_delay_us, 1'000'000u);
+}
+
+TEST(NodeStation, WaitBetweenKernelAndNodeCountsAsDelay) {
+  Robot a(1, NodeConfig{}, true);
+  Robot b(2, NodeConfig{}, true);
+  a.publish("x");
+  auto frame = a.frame();
+  frame.received_at -= std::chrono::milliseconds(50);
+  for (const auto& packet : a.link->pull_all()) b.link->hand_up(packet, frame);
+  ASSERT_TRUE(b.client.last->buffering_delay_us);
+  EXPECT_GE(*b.client.last->buffering_delay_us, 50'000u);
+}
+
+TEST(NodeStation, CancelledMessageNeverLeavesAndTheChannelGoesOn) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  a.publish("stale");
+  a.link->up = false;
+  a.hub.give_up_on_dead_links();
+  a.link->up = true;
+  EXPECT_EQ(a.client.unsent.size(), 1u);
+  ASSERT_TRUE(a.publish("fresh"));
+  a.transmit_to(b);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  EXPECT_EQ(b.client.last->payload, "fresh");
+  EXPECT_EQ(b.client.last->number, 2u);  // the one given up shows as a gap
+  b.publish("back");
+  b.transmit_to(a);
+  EXPECT_EQ(a.client.heard.size(), 1u);  // still listening after the cancellation
+}
+
+TEST(NodeStation, AutomaticIdChangesWhenSomebodyElseHasIt) {
+  Robot a(std::nullopt, NodeConfig{});
+  Robot b(a.identity.id(), NodeConfig{});
+  b.publish("x");
+  b.transmit_to(a);
+  EXPECT_NE(a.identity.id(), b.identity.id());
+  EXPECT_EQ(a.counters.node_id_changes, 1u);
+  EXPECT_EQ(a.client.heard.size(), 1u);
+  EXPECT_EQ(a.station.frame_header().node, a.identity.id());
+}
+
+TEST(NodeStation, FixedIdStaysAndTheDuplicateIsCounted) {
+  Robot a(7, NodeConfig{});
+  Robot b(7, NodeConfig{});
+  b.publish("x");
+  b.transmit_to(a);
+  EXPECT_EQ(a.identity.id(), 7);
+  EXPECT_EQ(a.counters.duplicate_node_ids, 1u);
+  EXPECT_EQ(a.client.heard.size(), 1u);
+}
+
+TEST(NodeStation, NobodyListensNothingIsHandedUp) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  b.hub.unsubscribe(b.subscription);
+  a.publish("x");
+  a.transmit_to(b);
+  EXPECT_TRUE(b.client.heard.empty());
+  EXPECT_EQ(b.counters.messages_received, 0u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
