@@ -1,0 +1,148 @@
+// ohc-double: an overhead controller that is not there, for hosts to talk to. Behind a pseudo
+// terminal in real time, or (--virtual) driven by commands on standard input in virtual time. What
+// happens comes out as JSON lines; docs/kilobot-emulator.md lists them and the commands.
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+
+#include "tools/kilobot_emulator/pty.hpp"
+#include "tools/ohc_double/bench.hpp"
+
+namespace {
+
+using namespace swarmtalk::ohc_double;
+using swarmtalk::emulator::Pty;
+
+volatile std::sig_atomic_t g_stop = 0;
+
+struct Options {
+  std::string pty, log = "-", dump_flash;
+  bool is_virtual = false;
+  double boot_ms = kBootNs / 1e6, loss = 0;
+  unsigned robots = 1;
+  std::uint64_t seed = 1;
+};
+
+std::vector<std::uint8_t> parse_hex(std::string digits) {
+  std::erase_if(digits, [](unsigned char c) { return std::isspace(c) != 0; });
+  if (digits.size() % 2 != 0 ||
+      digits.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos)
+    throw std::runtime_error("bytes must be pairs of hex digits");
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    bytes.push_back(static_cast<std::uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
+  return bytes;
+}
+
+/// send HEX | wait MILLISECONDS | state | flash ROBOT BYTES. Each is answered by one line, after
+/// the events that it has caused: state, flash or ready.
+Bench::Json obey(Bench& bench, const std::string& line) {
+  std::istringstream words(line);
+  std::string command, rest;
+  words >> command;
+  std::getline(words, rest);
+  if (command == "send") {
+    bench.send(parse_hex(rest));
+  } else if (command == "wait") {
+    bench.wait_until(bench.now_ns() + static_cast<std::uint64_t>(std::stod(rest) * 1e6));
+  } else if (command == "state") {
+    return bench.state();
+  } else if (command == "flash") {
+    std::istringstream numbers(rest);
+    std::size_t robot = 0, size_bytes = 0;
+    numbers >> robot >> size_bytes;
+    const auto& flash = bench.robots().at(robot).flash();
+    return {{"event", "flash"},
+            {"hex", to_hex(std::span(flash).first(std::min(size_bytes, flash.size())))}};
+  } else {
+    throw std::runtime_error("unknown command");
+  }
+  return {{"event", "ready"}, {"time_us", bench.now_ns() / 1000}};
+}
+
+void run_virtual(Bench& bench, std::ostream& out) {
+  for (std::string line; std::getline(std::cin, line);) {
+    Bench::Json answer;
+    try {
+      answer = obey(bench, line);
+    } catch (const std::exception& error) {
+      answer = {{"event", "error"}, {"text", line + ": " + error.what()}};
+    }
+    out << answer.dump() << std::endl;
+  }
+}
+
+/// Reads no faster than the line would bring the bytes: a pseudo terminal itself has no speed.
+void run_terminal(Bench& bench, const std::string& path) {
+  using Clock = std::chrono::steady_clock;
+  Pty terminal(path);
+  std::cerr << "ohc is at " << terminal.device() << std::endl;
+  const auto start = Clock::now();
+  std::uint64_t line_free_ns = 0;
+  while (g_stop == 0) {
+    pollfd poller{terminal.descriptor(), POLLIN, 0};
+    ::poll(&poller, 1, 1);
+    const auto now_ns =
+        static_cast<std::uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
+    std::uint8_t byte = 0;
+    line_free_ns = std::max(line_free_ns, now_ns - std::min(now_ns, 4 * kByteNs));
+    while (line_free_ns + kByteNs <= now_ns && ::read(terminal.descriptor(), &byte, 1) == 1) {
+      line_free_ns += kByteNs;
+      bench.put(byte, line_free_ns);
+    }
+    bench.wait_until(now_ns);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Stands in for a Kilobot overhead controller and robots under it.");
+  Options options;
+  app.add_option("--pty", options.pty, "name of the pseudo terminal");
+  app.add_flag("--virtual", options.is_virtual, "virtual time, commands on standard input");
+  app.add_option("--log", options.log, "JSON lines; - for standard output");
+  app.add_option("--robots", options.robots, "virtual robots under it");
+  app.add_option("--loss", options.loss, "probability that a robot misses a message");
+  app.add_option("--seed", options.seed, "of the losses");
+  app.add_option("--boot-ms", options.boot_ms, "time after the start in which it does not act");
+  app.add_option("--dump-flash", options.dump_flash, "file for robot 0's flash at the end");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    std::ofstream file;
+    if (options.log != "-") {
+      file.open(options.log);
+      if (!file) throw std::runtime_error(options.log + ": cannot be written");
+    }
+    std::ostream& out = options.log == "-" ? std::cout : file;
+    Bench::Settings settings;
+    settings.robots = options.robots;
+    settings.loss = options.loss;
+    settings.seed = options.seed;
+    settings.boot_ns = static_cast<std::uint64_t>(options.boot_ms * 1e6);
+    Bench bench(settings, [&](const Bench::Json& event) { out << event.dump() << std::endl; });
+    std::signal(SIGINT, [](int) { g_stop = 1; });
+    std::signal(SIGTERM, [](int) { g_stop = 1; });
+    if (options.is_virtual)
+      run_virtual(bench, out);
+    else
+      run_terminal(bench, options.pty);
+    out << bench.state().dump() << std::endl;
+    if (!options.dump_flash.empty()) {
+      const auto& flash = bench.robots().at(0).flash();
+      std::ofstream dump(options.dump_flash, std::ios::binary);
+      dump.write(reinterpret_cast<const char*>(flash.data()),
+                 static_cast<std::streamsize>(flash.size()));
+    }
+  } catch (const std::exception& error) {
+    std::cerr << "ohc-double: " << error.what() << std::endl;
+    return 1;
+  }
+}
