@@ -14,8 +14,25 @@ namespace core {
 template <class P>
 class Swarmtalk;
 
+/// Which of several publishers is told first that a message has left.
+template <bool kSeveral>
+class SentTurn {
+ protected:
+  uint8_t take_turn(uint8_t publishers) {
+    const uint8_t turn = next_;
+    if (++next_ >= publishers) next_ = 0;
+    return turn;
+  }
+  uint8_t next_ = 0;
+};
+template <>
+class SentTurn<false> {
+ protected:
+  uint8_t take_turn(uint8_t) { return 0; }
+};
+
 template <class P>
-class Channel {
+class Channel : private SentTurn<(P::kPublishers > 1)> {
  public:
   using W = Wire<P>;
   using ChannelId = typename W::ChannelId;
@@ -86,12 +103,11 @@ class Channel {
   void init(Swarmtalk<P>* node, Index index, uint8_t ttl, bool timestamped, MessageNumber number) {
     node_ = node;
     index_ = index;
-    ttl_ = ttl;
+    ttl_ = ttl & W::kTtlMax;
     timestamped_ = timestamped;
     number_ = number;
     publisher_count_ = 0;
     subscriber_count_ = 0;
-    next_sent_ = 0;
     fragmenter_.reset();
   }
 
@@ -111,13 +127,14 @@ class Channel {
   /// Tells every publisher, another one first each time, so that the first to send again rotates.
   void call_sent() {
     if (publisher_count_ == 0) return;
-    uint8_t turn = next_sent_;
-    if (++next_sent_ >= publisher_count_) next_sent_ = 0;
+    uint8_t turn = this->take_turn(publisher_count_);
     for (uint8_t n = publisher_count_; n > 0; --n) {
       if (++turn >= publisher_count_) turn = 0;
       publishers_[turn].call_sent();
     }
   }
+
+  static_assert(P::kPublishers < 8 && P::kSubscribers < 16, "at most 7 publishers, 15 subscribers");
 
   Swarmtalk<P>* node_;
   Fragmenter<P> fragmenter_;
@@ -126,11 +143,10 @@ class Channel {
   MessageNumber number_;             // of the message in the fragmenter, or of the last one
   typename W::NodeId sending_node_;  // id under which the message in the fragmenter began
   Index index_;
-  uint8_t ttl_;
-  bool timestamped_;
-  uint8_t publisher_count_;
-  uint8_t subscriber_count_;
-  uint8_t next_sent_;
+  uint8_t ttl_ : P::kTtlBits == 0 ? 1 : P::kTtlBits;
+  bool timestamped_ : 1;
+  uint8_t publisher_count_ : 3;
+  uint8_t subscriber_count_ : 4;
 };
 
 }  // namespace core

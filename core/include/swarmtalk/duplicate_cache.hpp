@@ -172,7 +172,9 @@ class DuplicateCache {
   /// Records compared to find the cheapest: all of a small table, a few of a large one.
   static constexpr Index kCompared = P::kRecords <= 32 ? P::kRecords : 8;
 
-  static Mask bit(PacketIndex sequence) { return static_cast<Mask>(static_cast<Mask>(1) << sequence); }
+  static Mask bit(PacketIndex sequence) {
+    return static_cast<Mask>(static_cast<Mask>(1) << sequence);
+  }
   static Stamp closed_stamp(Ticks now) { return static_cast<Stamp>(now >> P::kClosedShift); }
   static Stamp closed_age(const Record& record, Ticks now) {
     return static_cast<Stamp>(closed_stamp(now) - record.stamp);
@@ -219,7 +221,7 @@ class DuplicateCache {
 
   Record records_[P::kRecords];
   RecordIndex<P, (P::kBuckets == 0)> index_;
-  Index used_;  // records 0..used_-1 have been used
+  Index used_;    // records 0..used_-1 have been used
   Index sweep_;   // the record looked at last for its age
   Index oldest_;  // the record given away last: those after it are the oldest, roughly
 };

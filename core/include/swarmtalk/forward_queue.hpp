@@ -25,8 +25,25 @@ struct QueuedSize<false> {
   uint16_t size(uint16_t full) const { return full; }
 };
 
+/// How often the first packet is still to be repeated, where packets are repeated.
+template <uint8_t kRepeats>
+class RepeatsLeft {
+ protected:
+  bool repeat() {
+    const bool again = left_ != 0;
+    left_ = again ? static_cast<uint8_t>(left_ - 1) : kRepeats;
+    return again;
+  }
+  uint8_t left_ = kRepeats;
+};
+template <>
+class RepeatsLeft<0> {
+ protected:
+  bool repeat() { return false; }
+};
+
 template <class P>
-class ForwardQueue {
+class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
  public:
   using W = Wire<P>;
   using Header = typename W::Header;
@@ -34,7 +51,7 @@ class ForwardQueue {
   using PacketSize = typename W::PacketSize;
   using Slot = UintFor<bits_for(P::kForwardSlots)>;
 
-  ForwardQueue() : first_(0), last_(0), count_(0), repeats_left_(P::kForwardRepeats) {}
+  ForwardQueue() : first_(0), count_(0) {}
 
   bool is_empty() const { return count_ == 0; }
   Slot size() const { return count_; }
@@ -43,8 +60,8 @@ class ForwardQueue {
   /// @return false if no slot is free
   bool push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
     if (count_ == P::kForwardSlots) return false;
-    Queued& queued = slots_[last_];
-    last_ = after(last_);
+    const uint16_t place = static_cast<uint16_t>(first_ + count_);
+    Queued& queued = slots_[place >= P::kForwardSlots ? place - P::kForwardSlots : place];
     ++count_;
     const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
                                        : static_cast<PacketSize>(size - W::kChecksumBytes);
@@ -80,19 +97,15 @@ class ForwardQueue {
   /// @return bytes written to `out` (W::kMtuBytes at most)
   PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
     Queued& queued = slots_[first_];
-    const PacketSize bare =
-        static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
+    const PacketSize bare = static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);
     if (timestamped) {
       const Ticks waited = static_cast<Ticks>(now - queued.since);
       W::set_timestamp(out, bare, W::later(W::timestamp(out, bare), waited));
     }
-    if (P::kForwardRepeats == 0 || repeats_left_ == 0) {
+    if (!this->repeat()) {
       first_ = after(first_);
       --count_;
-      repeats_left_ = P::kForwardRepeats;
-    } else {
-      --repeats_left_;
     }
     return W::seal(out, bare);
   }
@@ -109,9 +122,7 @@ class ForwardQueue {
 
   Queued slots_[P::kForwardSlots];
   Slot first_;
-  Slot last_;  // the slot after the newest
   Slot count_;
-  uint8_t repeats_left_;
 };
 
 }  // namespace core

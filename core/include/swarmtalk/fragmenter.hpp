@@ -29,7 +29,7 @@ class Fragmenter {
   void load(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway, Ticks now) {
     if (size != 0) memcpy(bytes_, bytes, size);
     size_ = static_cast<Size>(size);
-    ttl_ = ttl;
+    ttl_ = ttl & W::kTtlMax;
     crossed_gateway_ = crossed_gateway;
     since_ = now;
     sequence_ = 0;
@@ -76,9 +76,9 @@ class Fragmenter {
   uint8_t bytes_[W::kMessageBytes];
   Size size_;
   typename W::Sequence sequence_;  // of the next packet
-  uint8_t ttl_;
-  bool crossed_gateway_;
-  bool is_busy_;
+  uint8_t ttl_ : P::kTtlBits == 0 ? 1 : P::kTtlBits;
+  bool crossed_gateway_ : 1;
+  bool is_busy_ : 1;
   Ticks since_;  // when the message was handed over
 };
 

@@ -21,23 +21,24 @@ struct Fragment {
   typename Wire<P>::PacketIndex packets;  // of the whole message; 0 while unknown
   const uint8_t* payload;
   typename Wire<P>::PacketSize payload_bytes;
-  typename Wire<P>::PacketSize payload_max;    // bytes in each packet but the last
+  typename Wire<P>::PacketSize payload_max;     // bytes in each packet but the last
   typename Wire<P>::MessageSize message_bytes;  // of the whole message, if the wire tells
   bool timestamped;
   typename Wire<P>::Timestamp delay;  // ticks spent before it came here
 };
 
-/// Bytes of the last packet, where packets have their exact length and no size field.
+/// What is known of a message's length where packets have their exact length: the message's size
+/// where each packet tells it, else the bytes of its last packet.
 template <bool kPresent>
-struct TailBytes {
-  uint16_t tail_;
-  void set_tail(uint16_t bytes) { tail_ = bytes; }
-  uint16_t tail() const { return tail_; }
+struct KnownLength {
+  uint16_t length_;
+  void set_length(uint16_t bytes) { length_ = bytes; }
+  uint16_t length() const { return length_; }
 };
 template <>
-struct TailBytes<false> {
-  void set_tail(uint16_t) {}
-  uint16_t tail() const { return 0; }
+struct KnownLength<false> {
+  void set_length(uint16_t) {}
+  uint16_t length() const { return 0; }
 };
 
 template <class P>
@@ -50,7 +51,7 @@ class Reassembler {
   using PacketIndex = typename W::PacketIndex;
   using PacketSize = typename W::PacketSize;
   using Index = UintFor<bits_for(P::kRecords)>;
-  using Slot = UintFor<bits_for(P::kFragmentSlots)>;
+  using Slot = UintFor<bits_for(P::kFragmentSlots) + 1>;  // a bit is left for kEnds
   static constexpr Slot kNoSlot = P::kFragmentSlots;
 
   enum class Outcome : uint8_t {
@@ -67,7 +68,6 @@ class Reassembler {
   void begin(Index i) {
     assemblies_[i].held = 0;
     assemblies_[i].first = kNoSlot;
-    assemblies_[i].packets = 0;
   }
 
   /// Adds a packet to message `i`, which has been begun. @param elapsed ticks since its last packet
@@ -78,22 +78,21 @@ class Reassembler {
     if ((assembly.held & bit) != 0) {
       return is_held_equal(assembly, fragment) ? Outcome::kDuplicate : Outcome::kContradiction;
     }
-    const PacketIndex packets = fragment.packets != 0 ? fragment.packets : assembly.packets;
+    const PacketIndex packets = packets_of(assembly, fragment);
     const Mask held = static_cast<Mask>(assembly.held | bit);
-    if (packets != 0 && held == full(packets)) {
-      assembly.packets = packets;
-      return Outcome::kComplete;
-    }
+    if (packets != 0 && held == full(packets)) return Outcome::kComplete;
     if (free_ == kNoSlot && used_ == P::kFragmentSlots) return Outcome::kNoSlot;
     const Timestamp delay = delay_now(assembly, fragment, elapsed);
     insert(assembly, fragment);
     if (fragment.timestamped) {
-      W::set_timestamp(slots_[assembly.first].body, W::kBodyBytes, delay);
+      W::set_timestamp(slots_[head(assembly)].body, W::kBodyBytes, delay);
     }
-    assembly.packets = packets;
     assembly.held = held;
-    if (packets != 0 && packets == fragment.sequence + 1u)
-      assembly.set_tail(fragment.payload_bytes);
+    if (P::kSizeBits != 0) assembly.set_length(fragment.message_bytes);
+    if (fragment.packets == fragment.sequence + 1u) {
+      assembly.first = static_cast<Slot>(assembly.first | kEnds);
+      if (P::kSizeBits == 0) assembly.set_length(fragment.payload_bytes);
+    }
     return Outcome::kHeld;
   }
 
@@ -104,10 +103,10 @@ class Reassembler {
                 Timestamp* delay) {
     Assembly& assembly = assemblies_[i];
     *delay = delay_now(assembly, last, elapsed);
-    const PacketIndex final_sequence = static_cast<PacketIndex>(assembly.packets - 1);
+    const PacketIndex final_sequence = static_cast<PacketIndex>(packets_of(assembly, last) - 1);
     const PacketSize tail_bytes = tail_of(assembly, last, final_sequence);
     PacketIndex sequence = final_sequence;
-    Slot slot = assembly.first;
+    Slot slot = head(assembly);
     for (;; --sequence) {
       uint8_t* to = message + static_cast<uint16_t>(sequence * last.payload_max);
       const PacketSize size = sequence == final_sequence ? tail_bytes : last.payload_max;
@@ -126,13 +125,14 @@ class Reassembler {
   /// Gives back what message `i` holds.
   void release(Index i) {
     Assembly& assembly = assemblies_[i];
-    while (assembly.first != kNoSlot) {
-      const Slot slot = assembly.first;
-      assembly.first = slots_[slot].next;
+    Slot slot = head(assembly);
+    while (slot != kNoSlot) {
+      const Slot next = slots_[slot].next;
       slots_[slot].next = free_;
       free_ = slot;
+      slot = next;
     }
-    assembly.held = 0;
+    begin(i);
   }
 
   /// Whether a packet before the last one held is missing.
@@ -153,15 +153,30 @@ class Reassembler {
   }
 
  private:
-  struct Assembly : TailBytes<(!P::kPadded && P::kSizeBits == 0)> {
+  struct Assembly : KnownLength<!P::kPadded> {
     Mask held;
-    Slot first;       // list of fragments, highest sequence first; its timestamp is the message's
-    PacketIndex packets;  // of the whole message; 0 while unknown
+    Slot first;  // list of fragments, highest sequence first; kEnds: that is the message's last
   };
   struct Held {
     uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
     Slot next;
   };
+
+  static constexpr Slot kEnds = static_cast<Slot>(static_cast<Slot>(~static_cast<Slot>(0)) ^
+                                                  (static_cast<Slot>(~static_cast<Slot>(0)) >> 1));
+  static Slot head(const Assembly& assembly) {
+    return static_cast<Slot>(assembly.first & static_cast<Slot>(~kEnds));
+  }
+  /// Packets of the whole message, if this packet or one held tells; else 0.
+  static PacketIndex packets_of(const Assembly& assembly, const Fragment<P>& fragment) {
+    if (fragment.packets != 0 || (assembly.first & kEnds) == 0) return fragment.packets;
+    return width(assembly.held);
+  }
+  static PacketIndex width(Mask mask) {
+    PacketIndex count = 0;
+    for (; mask != 0; mask = static_cast<Mask>(mask >> 1)) ++count;
+    return count;
+  }
 
   static bool is_gapped(Mask held) { return static_cast<Mask>(held & (held + 1u)) != 0; }
   static Mask full(PacketIndex packets) {
@@ -170,16 +185,19 @@ class Reassembler {
   }
 
   static bool contradicts(const Assembly& assembly, const Fragment<P>& fragment, Mask bit) {
-    if (assembly.packets != 0) {
-      return fragment.packets != 0 ? fragment.packets != assembly.packets
-                                   : fragment.sequence >= assembly.packets;
+    if (P::kSizeBits != 0 && assembly.held != 0 && assembly.length() != fragment.message_bytes) {
+      return true;
+    }
+    if ((assembly.first & kEnds) != 0) {
+      const PacketIndex packets = width(assembly.held);
+      return fragment.packets != 0 ? fragment.packets != packets : fragment.sequence >= packets;
     }
     return fragment.packets != 0 && fragment.sequence + 1u == fragment.packets &&
            assembly.held >= bit && (assembly.held & bit) == 0;
   }
 
   bool is_held_equal(const Assembly& assembly, const Fragment<P>& fragment) const {
-    Slot slot = assembly.first;
+    Slot slot = head(assembly);
     for (Mask above = static_cast<Mask>(assembly.held >> fragment.sequence >> 1); above != 0;
          above = static_cast<Mask>(above & (above - 1))) {
       slot = slots_[slot].next;
@@ -191,7 +209,7 @@ class Reassembler {
     if (P::kSizeBits != 0)
       return static_cast<PacketSize>(last.message_bytes - final * last.payload_max);
     if (P::kPadded || last.sequence == final) return last.payload_bytes;
-    return static_cast<PacketSize>(assembly.tail());
+    return static_cast<PacketSize>(assembly.length());
   }
 
   void insert(Assembly& assembly, const Fragment<P>& fragment) {
@@ -202,21 +220,25 @@ class Reassembler {
       slot = used_++;
     }
     memcpy(slots_[slot].body, fragment.payload, fragment.payload_bytes);
-    Slot* link = &assembly.first;
-    for (Mask above = static_cast<Mask>(assembly.held >> fragment.sequence >> 1); above != 0;
-         above = static_cast<Mask>(above & (above - 1))) {
-      link = &slots_[*link].next;
+    if (assembly.held < static_cast<Mask>(static_cast<Mask>(1) << fragment.sequence)) {
+      slots_[slot].next = assembly.first;
+      assembly.first = slot;
+      return;
     }
-    slots_[slot].next = *link;
-    *link = slot;
+    Slot before = head(assembly);
+    for (Mask above = static_cast<Mask>(assembly.held >> fragment.sequence >> 1);
+         (above & (above - 1u)) != 0; above = static_cast<Mask>(above & (above - 1u))) {
+      before = slots_[before].next;
+    }
+    slots_[slot].next = slots_[before].next;
+    slots_[before].next = slot;
   }
 
   /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
   /// what this packet says if that is more. Saturates.
-  Timestamp delay_now(const Assembly& assembly, const Fragment<P>& fragment,
-                      Ticks elapsed) const {
+  Timestamp delay_now(const Assembly& assembly, const Fragment<P>& fragment, Ticks elapsed) const {
     if (!fragment.timestamped || assembly.held == 0) return fragment.delay;
-    const Timestamp before = W::timestamp(slots_[assembly.first].body, W::kBodyBytes);
+    const Timestamp before = W::timestamp(slots_[head(assembly)].body, W::kBodyBytes);
     const Timestamp waited = W::later(before, elapsed);
     return waited > fragment.delay ? waited : fragment.delay;
   }

@@ -10,6 +10,33 @@
 namespace swarmtalk {
 namespace core {
 
+/// A set of numbers below kSize, one bit each.
+template <uint16_t kSize>
+class BitSet {
+ public:
+  BitSet() { memset(groups_, 0, sizeof(groups_)); }
+  void set(uint16_t i, bool value) {
+    const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
+    uint8_t& group = groups_[i / 8];
+    group = static_cast<uint8_t>(value ? group | bit : group & ~bit);
+  }
+  bool has(uint16_t i) const { return (groups_[i / 8] >> (i % 8) & 1) != 0; }
+  bool is_empty() const {
+    for (uint8_t n = 0; n < kGroups; ++n) {
+      if (groups_[n] != 0) return false;
+    }
+    return true;
+  }
+  /// Whether i begins a group of eight of which none is in the set.
+  bool is_empty_group(uint16_t i) const {
+    return kGroups > 1 && i % 8 == 0 && groups_[i / 8] == 0 && i + 8u <= kSize;
+  }
+
+ private:
+  static constexpr uint8_t kGroups = (kSize + 7) / 8;
+  uint8_t groups_[kGroups];
+};
+
 /// Cost of next(): kSources / 8 steps over empty groups at most.
 template <uint16_t kSources>
 class RoundRobin {
@@ -17,21 +44,10 @@ class RoundRobin {
   using Source = UintFor<bits_for(kSources)>;
   static constexpr Source kNone = kSources;
 
-  RoundRobin() : last_(kSources - 1) { memset(ready_, 0, sizeof(ready_)); }
+  RoundRobin() : last_(kSources - 1) {}
 
-  void set_ready(Source source, bool is_ready) {
-    const uint8_t bit = static_cast<uint8_t>(1u << (source % 8));
-    uint8_t& group = ready_[source / 8];
-    group = static_cast<uint8_t>(is_ready ? group | bit : group & ~bit);
-  }
-  bool is_ready(Source source) const { return (ready_[source / 8] >> (source % 8) & 1) != 0; }
-
-  bool is_any_ready() const {
-    for (uint8_t group = 0; group < kGroups; ++group) {
-      if (ready_[group] != 0) return true;
-    }
-    return false;
-  }
+  void set_ready(Source source, bool is_ready) { ready_.set(source, is_ready); }
+  bool is_any_ready() const { return !ready_.is_empty(); }
 
   /// The next ready source after the last one given, which becomes the last. kNone: none is ready.
   Source next() {
@@ -39,22 +55,19 @@ class RoundRobin {
     for (uint16_t n = 0; n < kSources; ++n) {
       ++source;
       if (source >= kSources) source = 0;
-      if (kGroups > 1 && source % 8 == 0 && ready_[source / 8] == 0 && source + 8u <= kSources) {
+      if (ready_.is_empty_group(source)) {
         source = static_cast<Source>(source + 7u);
         n = static_cast<uint16_t>(n + 7u);
-        continue;
-      }
-      if (is_ready(source)) {
+      } else if (ready_.has(source)) {
         last_ = source;
         return source;
       }
     }
-    return is_ready(last_) ? last_ : kNone;
+    return ready_.has(last_) ? last_ : kNone;
   }
 
  private:
-  static constexpr uint8_t kGroups = (kSources + 7) / 8;
-  uint8_t ready_[kGroups];
+  BitSet<kSources> ready_;
   Source last_;
 };
 

@@ -20,8 +20,26 @@
 namespace swarmtalk {
 namespace core {
 
+/// Numbers up to here may have been used on a channel that is removed since. Where numbers are
+/// narrow they come back anyhow, and nothing is kept.
+template <class Number, bool kPresent>
+class NumberFloor {
+ protected:
+  void raise_floor(Number number) {
+    if (number > floor_) floor_ = number;
+  }
+  Number floor() const { return floor_; }
+  Number floor_ = 0;
+};
+template <class Number>
+class NumberFloor<Number, false> {
+ protected:
+  void raise_floor(Number) {}
+  Number floor() const { return 0; }
+};
+
 template <class P>
-class Swarmtalk {
+class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
  public:
   using Profile = P;
   using W = Wire<P>;
@@ -32,7 +50,7 @@ class Swarmtalk {
   using Ticks = UintFor<P::kClockBits>;
 
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
-  explicit Swarmtalk(const Port& port) : port_(port), number_floor_(0), last_error_(Error::kOk) {
+  explicit Swarmtalk(const Port& port) : port_(port), last_error_(Error::kOk) {
     used_channels_ = 0;
   }
   Swarmtalk(const Swarmtalk&) = delete;
@@ -52,13 +70,13 @@ class Swarmtalk {
     }
     if (index == used_channels_) {
       ++used_channels_;
-      channels_[index].number_ = number_floor_;
+      channels_[index].number_ = this->floor();
     } else if (ids_[index] != static_cast<ChannelId>(id)) {
-      number_floor_ = larger(number_floor_, channels_[index].number_);
-      channels_[index].number_ = number_floor_;
+      this->raise_floor(channels_[index].number_);
+      channels_[index].number_ = this->floor();
     }
     ids_[index] = static_cast<ChannelId>(id);
-    is_open_[index] = true;
+    is_open_.set(index, true);
     channels_[index].init(this, index, static_cast<uint8_t>(ttl), timestamped,
                           channels_[index].number_);
     return &channels_[index];
@@ -68,7 +86,7 @@ class Swarmtalk {
   /// any more. Not from inside a callback of the same channel.
   void remove_channel(Channel<P>* channel) {
     round_robin_.set_ready(static_cast<Source>(channel->index_ + 1u), false);
-    is_open_[channel->index_] = false;
+    is_open_.set(channel->index_, false);
   }
 
   /// Why the last new_channel failed, or kOk.
@@ -170,7 +188,7 @@ class Swarmtalk {
 
   ChannelIndex find_channel(ChannelId id) const {
     for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (ids_[i] == id && is_open_[i]) return i;
+      if (ids_[i] == id && is_open_.has(i)) return i;
     }
     return kNoChannel;
   }
@@ -179,13 +197,12 @@ class Swarmtalk {
   ChannelIndex free_channel(ChannelId id) const {
     ChannelIndex found = used_channels_ < P::kChannels ? used_channels_ : kNoChannel;
     for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (is_open_[i]) continue;
+      if (is_open_.has(i)) continue;
       if (ids_[i] == id) return i;
       if (found == kNoChannel) found = i;
     }
     return found;
   }
-  static MessageNumber larger(MessageNumber a, MessageNumber b) { return a > b ? a : b; }
   void set_waiting(ChannelIndex index) {
     round_robin_.set_ready(static_cast<Source>(index + 1u), true);
   }
@@ -287,7 +304,8 @@ class Swarmtalk {
     const bool same_epoch = header.epoch == identity_.epoch();
     const Record record = cache_.find(header, arrival.now);
     if (same_epoch && (P::kEpochBits != 0 ||
-                       (record != Cache::kNone && cache_.is_forwarded(record, static_cast<PacketIndex>(header.sequence))))) {
+                       (record != Cache::kNone &&
+                        cache_.is_forwarded(record, static_cast<PacketIndex>(header.sequence))))) {
       count(counters_.own_echoes);
       return true;
     }
@@ -483,9 +501,8 @@ class Swarmtalk {
   ForwardQueue<P> forward_queue_;
   Counters<P> counters_;
   ChannelId ids_[P::kChannels];
-  bool is_open_[P::kChannels];
+  BitSet<P::kChannels> is_open_;
   Channel<P> channels_[P::kChannels];
-  MessageNumber number_floor_;  // numbers up to here may have been used on a channel since removed
   ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
   Record victim_hand_ = 0;
   Error last_error_;
