@@ -67,6 +67,14 @@ TEST_F(RawL2Exchange, CarriesPacketsOfEverySizeInBothDirections) {
   }
 }
 
+TEST_F(RawL2Exchange, IsNotWokenByItsOwnFramesLeaving) {
+  open();
+  send_from_a(1, 20);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_b_.received.empty(); }));
+  run_for(io_, 20ms);
+  EXPECT_EQ(counter(*a_, "own_echoes"), 0U);
+}
+
 TEST_F(RawL2Exchange, HandsUpTheTransmittersHeader) {
   open();
   user_a_.header.pose = frame::FramePose::from_metres(1.0, -2.0, 0.5, 0.04);

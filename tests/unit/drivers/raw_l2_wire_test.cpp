@@ -1,6 +1,7 @@
 // What a RawL2Link puts on the wire, and what it makes of foreign and broken frames from there.
 #include <gtest/gtest.h>
 #include <linux/filter.h>
+#include <linux/if_packet.h>
 #include <sys/socket.h>
 
 #include <filesystem>
@@ -145,7 +146,7 @@ TEST_F(RawL2Wire, DoesNotSeeFramesOfOtherEthertypes) {
   EXPECT_EQ(user_.received.size(), 1U);
 }
 
-TEST_F(RawL2Wire, HasItsFilterLocked) {
+TEST_F(RawL2Wire, HasItsFilterLockedAndIgnoresOutgoingFrames) {
   // The link's socket is the only packet socket of this process that is not the probe's.
   int locked = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -158,6 +159,9 @@ TEST_F(RawL2Wire, HasItsFilterLocked) {
     getsockopt(descriptor, SOL_SOCKET, SO_LOCK_FILTER, &is_locked, &size);
     if (is_locked == 0) continue;
     ++locked;
+    int ignores_outgoing = 0;
+    getsockopt(descriptor, SOL_PACKET, PACKET_IGNORE_OUTGOING, &ignores_outgoing, &size);
+    EXPECT_EQ(ignores_outgoing, 1);
     EXPECT_NE(setsockopt(descriptor, SOL_SOCKET, SO_DETACH_FILTER, nullptr, 0), 0);
     EXPECT_THROW(attach_locked_ether_filter(descriptor, 0x0800), std::runtime_error);
   }

@@ -75,6 +75,18 @@ TEST_F(UdpWire, UsesTheNetworksBroadcastAddress) {
   expect_exchange();
 }
 
+TEST_F(UdpWire, DoesNotHearItsGroupOnAnotherInterface) {
+  open();
+  UdpConfig local_config = config_;
+  local_config.interface = "lo";
+  TestLinkUser user_local(3);
+  const auto local = network_->link<UdpLink>('a', io_, local_config);
+  local->start(user_local);
+  expect_exchange();
+  run_for(io_, 20ms);
+  EXPECT_TRUE(user_local.received.empty());
+}
+
 TEST_F(UdpWire, JoinsAgainWhenTheInterfaceReturns) {
   open();
   expect_exchange();
