@@ -68,7 +68,7 @@ class DuplicateCache {
     Record& record = records_[index];
     record.forwarded = 0;
     record.flags = flood ? kFlood : 0;
-    record.stamp = closed_stamp(now);
+    record.stamp = stamp_of(record.flags, now);
     return index;
   }
 
@@ -90,7 +90,8 @@ class DuplicateCache {
       const MessageNumber ahead =
           static_cast<MessageNumber>((record.key.message() - header.message) & W::kMessageMask);
       if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
-          closed_age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
+          (record.flags & kFlood) != 0 &&
+          age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
         record.flags = kExpired;
       }
     }
@@ -117,9 +118,7 @@ class DuplicateCache {
     records_[i].stamp = static_cast<Stamp>(now);
   }
   /// Ticks since the last packet of an open message.
-  Ticks since_last_packet(Index i, Ticks now) const {
-    return static_cast<Stamp>(static_cast<Stamp>(now) - records_[i].stamp);
-  }
+  Ticks since_last_packet(Index i, Ticks now) const { return age(records_[i], now); }
   void close_delivered(Index i, Ticks now) { close(i, kDelivered, now); }
   void close_given_up(Index i, Ticks now) { close(i, kGivenUp, now); }
 
@@ -162,7 +161,7 @@ class DuplicateCache {
   struct Record : RecordLink<P> {
     RecordKey<P> key;
     Mask forwarded;
-    Stamp stamp;  // open: tick of the last packet; closed: in steps of 2^kClosedShift ticks
+    Stamp stamp;  // tick of the last packet; of a closed flooded message in 2^kClosedShift ticks
     uint8_t flags;
   };
   static constexpr MessageNumber kQuarter = (W::kMessageMask >> 2) + MessageNumber{1};
@@ -175,22 +174,22 @@ class DuplicateCache {
   static Mask bit(PacketIndex sequence) {
     return static_cast<Mask>(static_cast<Mask>(1) << sequence);
   }
-  static Stamp closed_stamp(Ticks now) { return static_cast<Stamp>(now >> P::kClosedShift); }
-  static Stamp closed_age(const Record& record, Ticks now) {
-    return static_cast<Stamp>(closed_stamp(now) - record.stamp);
+  static Stamp stamp_of(uint8_t flags, Ticks now) {
+    return static_cast<Stamp>((flags & (kFlood | kOpen)) == kFlood ? now >> P::kClosedShift : now);
+  }
+  static Stamp age(const Record& record, Ticks now) {
+    return static_cast<Stamp>(stamp_of(record.flags, now) - record.stamp);
   }
   static bool is_expired(const Record& record, Ticks now) {
     if ((record.flags & kExpired) != 0) return true;
-    if ((record.flags & kOpen) != 0) {
-      return static_cast<Stamp>(static_cast<Stamp>(now) - record.stamp) > P::kAssemblyTicks;
-    }
-    return closed_age(record, now) >
-           (((record.flags & kFlood) != 0 ? P::kFloodTicks : P::kOneHopDuplicateTicks) >>
-            P::kClosedShift);
+    Stamp limit = static_cast<Stamp>(P::kOneHopDuplicateTicks);
+    if ((record.flags & kFlood) != 0) limit = static_cast<Stamp>(P::kFloodTicks >> P::kClosedShift);
+    if ((record.flags & kOpen) != 0) limit = static_cast<Stamp>(P::kAssemblyTicks);
+    return age(record, now) > limit;
   }
   void close(Index i, uint8_t how, Ticks now) {
     records_[i].flags = static_cast<uint8_t>((records_[i].flags & ~kOpen) | how);
-    records_[i].stamp = closed_stamp(now);
+    records_[i].stamp = stamp_of(records_[i].flags, now);
   }
   void advance(Index& i) const {
     ++i;
@@ -206,10 +205,10 @@ class DuplicateCache {
       const Record& record = records_[oldest_];
       if ((record.flags & kOpen) != 0) continue;
       if (is_expired(record, now)) return oldest_;
-      const Stamp age = closed_age(record, now);
+      const Stamp its_age = age(record, now);
       const bool one_hop = (record.flags & kFlood) == 0;
-      if (!one_hop && !insist && age <= (P::kFloodSurelyTicks >> P::kClosedShift)) continue;
-      const Score score = static_cast<Score>((age >> 1) + 1u + (one_hop ? kOneHopFirst : 0u));
+      if (!one_hop && !insist && its_age <= (P::kFloodSurelyTicks >> P::kClosedShift)) continue;
+      const Score score = static_cast<Score>((its_age >> 1) + 1u + (one_hop ? kOneHopFirst : 0u));
       if (score > best_score) {
         best = oldest_;
         best_score = score;
