@@ -198,10 +198,8 @@ void read_log(const TableReader& table, std::string& level) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
-  if (const unsigned line = first_line_with_stray_unicode(text); line != 0) {
-    throw ConfigError(file + ":" + std::to_string(line) +
-                      ": not TOML: a character that is not ASCII stands outside quotes (a curly "
-                      "quote?); replace it, or put \"...\" around it");
+  if (const StrayCharacter stray = find_stray_character(text); stray.line != 0) {
+    throw ConfigError(file + ":" + std::to_string(stray.line) + ": not TOML: " + stray.what);
   }
   try {
     return toml::parse(text, file);
@@ -210,6 +208,8 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
     what = printable(what.substr(0, what.find('\n')), 160);
     throw ConfigError(file + ":" + std::to_string(error.source().begin.line) +
                       ": not TOML: " + what + "; see https://toml.io for the format");
+  } catch (const std::logic_error&) {  // an assertion of the parser
+    throw ConfigError(file + ": not TOML; see https://toml.io for the format");
   }
 }
 

@@ -2,8 +2,6 @@
 // with them. Used by config_parser only. Keys are recorded in the KeyLines with their full path.
 #pragma once
 
-#include <toml++/toml.h>
-
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -12,6 +10,7 @@
 #include "daemon/config.hpp"
 #include "daemon/config_error.hpp"
 #include "daemon/printable.hpp"
+#include "daemon/toml.hpp"
 
 namespace swarmtalk::daemon {
 

@@ -7,7 +7,12 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-// First position after the string or comment that begins at `at`; the end when it is not closed.
+bool is_control(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return (byte < 0x20 && c != '\t' && c != '\n' && c != '\r') || byte == 0x7F;
+}
+
+// First position after the string that begins at `at`; the end when it is not closed.
 std::size_t skip_quoted(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const bool has_escapes = quote == '"';
@@ -24,7 +29,17 @@ std::size_t skip_quoted(std::string_view text, std::size_t at) {
 
 }  // namespace
 
-unsigned first_line_with_stray_unicode(std::string_view text) {
+StrayCharacter find_stray_character(std::string_view text) {
+  const auto line_of = [&](std::size_t at) {
+    const auto lines =
+        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    return 1 + static_cast<unsigned>(lines);
+  };
+  const auto control = std::find_if(text.begin(), text.end(), is_control);
+  if (control != text.end()) {
+    return {line_of(static_cast<std::size_t>(control - text.begin())),
+            "a control character; remove it (in a string write it as \\u0000)"};
+  }
   std::size_t at = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
   while (at < text.size()) {
     const char c = text[at];
@@ -33,13 +48,15 @@ unsigned first_line_with_stray_unicode(std::string_view text) {
     } else if (c == '#') {
       at = std::min(text.find('\n', at), text.size());
     } else if (static_cast<unsigned char>(c) >= 0x80) {
-      return 1 + static_cast<unsigned>(std::count(
-                     text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+      return {
+          line_of(at),
+          "a character that is not ASCII stands outside quotes (a curly quote?); replace it, or "
+          "put \"...\" around it"};
     } else {
       ++at;
     }
   }
-  return 0;
+  return {};
 }
 
 }  // namespace swarmtalk::daemon

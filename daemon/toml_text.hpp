@@ -1,13 +1,18 @@
-// Looks at TOML before the parser does. TOML allows characters beyond ASCII in strings and comments
-// only; the parser of Debian 12 (toml++ 3.3) has undefined behaviour on some of them elsewhere.
+// Looks at TOML before the parser does. TOML allows no control characters, and characters beyond
+// ASCII in strings and comments only; the parser of Debian 12 (toml++ 3.3) ends the program, or has
+// undefined behaviour, on some of them instead of refusing them.
 #pragma once
 
 #include <string_view>
 
 namespace swarmtalk::daemon {
 
-/// Line, from 1, of the first byte beyond ASCII that is neither in a string nor in a comment. 0:
-/// none.
-unsigned first_line_with_stray_unicode(std::string_view text);
+struct StrayCharacter {
+  unsigned line = 0;      // from 1; 0: there is none
+  const char* what = "";  // what it is, and the remedy
+};
+
+/// The first character that must not be where it is.
+StrayCharacter find_stray_character(std::string_view text);
 
 }  // namespace swarmtalk::daemon

@@ -111,6 +111,8 @@ const Wrong kWrong[] = {
     {"curly_quotes", std::string(kLink) + "[log]\nlevel = \u201Cinfo\u201D\n",
      "f.toml:4: not TOML: a character that is not ASCII stands outside quotes (a curly quote?); "
      "replace it, or put \"...\" around it"},
+    {"control_character", std::string(kLink) + "[a\x01]\n",
+     "f.toml:3: not TOML: a control character; remove it (in a string write it as \\u0000)"},
     {"unknown_log_level", std::string(kLink) + "[log]\nlevel = \"loud\"\n",
      "f.toml:4: key 'log.level': \"loud\" is not known; use one of \"trace\", \"debug\", \"info\", "
      "\"warning\", \"error\""},
