@@ -18,24 +18,24 @@ class LocalClock {
   LocalClock(std::uint64_t power_on_ns, std::uint32_t clock_hz, double drift_ppm)
       : power_on_ns_(power_on_ns),
         rate_(static_cast<std::uint64_t>(
-            std::llround(clock_hz * (1.0 + drift_ppm * 1e-6) * 4.294967296))) {}
+            std::ceil(clock_hz * (1.0 + drift_ppm * 1e-6) * 1e-9 * 0x1p48))) {}
 
   /// Whole cycles that have passed at a shared time; 0 before power-on.
   std::uint64_t cycle_at(std::uint64_t time_ns) const {
     if (time_ns <= power_on_ns_) return 0;
-    return static_cast<std::uint64_t>((Uint128{time_ns - power_on_ns_} * rate_) >> 32);
+    return static_cast<std::uint64_t>((Uint128{time_ns - power_on_ns_} * rate_) >> 48);
   }
 
   /// The first shared time at which the node has reached a cycle.
   std::uint64_t time_of_ns(std::uint64_t cycle) const {
-    return power_on_ns_ + static_cast<std::uint64_t>(((Uint128{cycle} << 32) + rate_ - 1) / rate_);
+    return power_on_ns_ + static_cast<std::uint64_t>(((Uint128{cycle} << 48) + rate_ - 1) / rate_);
   }
 
   std::uint64_t power_on_ns() const { return power_on_ns_; }
 
  private:
   std::uint64_t power_on_ns_;
-  std::uint64_t rate_;  // cycles per ns, times 2^32
+  std::uint64_t rate_;  // cycles per ns, times 2^48
 };
 
 }  // namespace swarmtalk::emulator

@@ -56,7 +56,8 @@ void add_options(CLI::App& app, Options& options, Scenario& overrides) {
   app.add_option("--seed", overrides.seed, "of everything random");
   app.add_option("--log", overrides.log, "JSON lines; - for standard output");
   app.add_option("--log-heard", overrides.logs_heard, "true: log what arrives at each receiver");
-  app.add_option("--watch", overrides.watch, "SYMBOL[+OFFSET][:BYTES]: log a variable's changes");
+  app.add_option("--watch", overrides.watch,
+                 "SYMBOL[+OFFSET|-FROM_END][:BYTES]: log a variable's changes");
   app.add_option("--range-mm", overrides.medium.range_mm, "of a robot's light");
   app.add_option("--loss", overrides.medium.loss, "probability that a receiver misses a message");
   app.add_option("--pulse-loss", overrides.medium.pulse_loss, "the same for one pulse");
@@ -66,7 +67,6 @@ void add_options(CLI::App& app, Options& options, Scenario& overrides) {
   app.add_option("--power-on-spread-ms", overrides.power_on_spread_ms, "robots start within this");
   app.add_option("--real-time", overrides.real_time_factor,
                  "at most this many times as fast as the wall clock; 0: as fast as it goes");
-  app.add_option("--skip-idle-loops", overrides.skips_idle_loops, "false: execute every cycle");
 }
 
 void apply(const Options& options, Scenario& scenario) {
@@ -128,18 +128,18 @@ int run(const Options& options, Scenario scenario) {
   for (const std::string& text : options.dump_flash) dump_flash(emulation, text);
   const double emulated_s = emulation.emulated_seconds();
   const auto nodes = static_cast<double>(emulation.nodes().size());
-  std::uint64_t cycles = 0, skipped = 0;
+  std::uint64_t cycles = 0, slept = 0;
   for (const auto& node : emulation.nodes()) {
     cycles += node->mcu().cycle();
-    skipped += node->mcu().skipped_cycles();
+    slept += node->mcu().slept_cycles();
     if (node->mcu().is_dead())
       std::fprintf(stderr, "%s: %s\n", node->name().c_str(), node->mcu().crash().c_str());
   }
   std::fprintf(stderr,
                "emulated %.3f s of %.0f nodes in %.2f CPU-s: %.1f node-seconds per CPU-second "
-               "(%.0f %% of cycles idle)\n",
+               "(%.0f %% of cycles asleep)\n",
                emulated_s, nodes, cpu_s, emulated_s * nodes / cpu_s,
-               100.0 * static_cast<double>(skipped) / static_cast<double>(cycles));
+               100.0 * static_cast<double>(slept) / static_cast<double>(cycles));
   return 0;
 }
 

@@ -96,8 +96,15 @@ void Mcu::run_until(std::uint64_t cycle) {
 }
 
 void Mcu::run_instructions(std::uint64_t cycle) {
+  // Writing to a timer makes simavr start its count of cycles afresh; a timer of ours at the end
+  // stops it there all the same.
   const std::uint64_t left = cycle - avr_->cycle;
   avr_->run_cycle_limit = left;
+  if (fence_ != cycle) {
+    fence_ = cycle;
+    avr_cycle_timer_register(
+        avr_, left, [](avr_t*, avr_cycle_count_t, void*) { return avr_cycle_count_t{0}; }, this);
+  }
   avr_->run_cycle_count = std::min<std::uint64_t>(avr_->run_cycle_count, left);
   const avr_flashaddr_t next_pc = avr_run_one(avr_);
   if (avr_->state == cpu_Crashed) return;
@@ -116,10 +123,13 @@ void Mcu::pass_cycles(std::uint64_t cycle) {
 void Mcu::sleep(std::uint64_t cycle) {
   const std::uint64_t until_timer = avr_cycle_timer_process(avr_);
   if (avr_->state == cpu_Running && !may_wake()) avr_->state = cpu_Sleeping;
-  if (avr_->state == cpu_Sleeping)
-    avr_->cycle += std::clamp<std::uint64_t>(until_timer, 1, cycle - avr_->cycle);
-  else if (avr_->interrupt_state != 0)
+  if (avr_->state == cpu_Sleeping) {
+    const std::uint64_t cycles = std::clamp<std::uint64_t>(until_timer, 1, cycle - avr_->cycle);
+    avr_->cycle += cycles;
+    slept_cycles_ += cycles;
+  } else if (avr_->interrupt_state != 0) {
     avr_service_interrupts(avr_);
+  }
 }
 
 /// In power-down the clocks of the timers and of the comparator stand still in silicon; simavr lets
@@ -153,6 +163,7 @@ void Mcu::after_reset() {
   ++resets_;
   avr_->run_cycle_limit = 1;
   stalled_until_ = 0;
+  fence_ = 0;
   arm_light_timer();
 }
 

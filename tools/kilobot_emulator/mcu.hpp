@@ -33,7 +33,6 @@ struct McuSettings {
   int converter_noise_counts = 0;      // standard deviation of a converted signal strength
   std::uint16_t battery_counts = 700;  // what the converter shows for the battery
   std::uint64_t seed = 1;              // for converter noise
-  bool skips_idle_loops = true;        // same result, faster (idle_loop.hpp)
 };
 
 class Mcu {
@@ -70,7 +69,7 @@ class Mcu {
   std::uint64_t serial_bytes_lost() const { return serial_bytes_lost_; }
   std::uint32_t resets() const { return resets_; }
   std::uint32_t pages_written() const { return pages_written_; }
-  std::uint64_t skipped_cycles() const { return skipped_cycles_; }
+  std::uint64_t slept_cycles() const { return slept_cycles_; }
   /// Longest run of an interrupt's handler so far, from entry to return, in cycles.
   std::uint32_t longest_handler_cycles(std::size_t vector) const { return longest_[vector]; }
   /// Fewest bytes that were ever free between the program's variables and its stack; nothing if
@@ -110,12 +109,13 @@ class Mcu {
   Random noise_;
   bool comparator_is_high_ = false;
   std::uint64_t stalled_until_ = 0;  // cycle; the processor stands still while it writes flash
+  std::uint64_t fence_ = 0;          // cycle at which simavr is told to stop
   std::string crash_;
   std::uint64_t late_edges_ = 0;
   std::uint64_t serial_bytes_lost_ = 0;
   std::uint32_t resets_ = 0;
   std::uint32_t pages_written_ = 0;
-  std::uint64_t skipped_cycles_ = 0;
+  std::uint64_t slept_cycles_ = 0;
   std::array<std::uint64_t, kVectors> entered_{};
   std::array<std::uint32_t, kVectors> longest_{};
 };

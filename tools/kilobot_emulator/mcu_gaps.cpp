@@ -29,7 +29,8 @@ namespace {
 
 constexpr std::uint32_t kLitMillivolts = 1000, kDarkMillivolts = 0, kThresholdMillivolts = 500;
 constexpr unsigned kInterruptEntryCycles = 4;
-constexpr unsigned kInstructionCycles = 4 + kInterruptEntryCycles;  // the longest, and an interrupt
+// How far run_until() may overshoot: the longest instruction, an interrupt, and a rounded cycle.
+constexpr unsigned kOvershootCycles = 4 + kInterruptEntryCycles + 1;
 constexpr std::uint64_t kPageOperationUs = 4500;  // erase or write, data sheet table 27-2: 3.7..4.5
 constexpr std::uint64_t kStallBeginsCycles = 8;
 constexpr std::size_t kSerialBufferBytes = 3;  // two in the buffer, one in the shift register
@@ -210,7 +211,7 @@ void Mcu::arm_light_timer() {
 }
 
 void Mcu::push_light(const SignalEdge& edge) {
-  if (edge.cycle + kInstructionCycles < avr_->cycle) ++late_edges_;
+  if (edge.cycle + kOvershootCycles < avr_->cycle) ++late_edges_;
   const bool is_first = edge.cycle < front_end_.next_cycle();
   front_end_.push(edge);
   if (is_first) arm_light_timer();

@@ -34,7 +34,6 @@ McuSettings settings_of(const Scenario& scenario, const NodeSpec& spec, unsigned
   settings.clock_hz = spec.clock_hz;
   settings.infrared_led = spec.infrared_led;
   settings.converter_noise_counts = scenario.noise_counts;
-  settings.skips_idle_loops = scenario.skips_idle_loops;
   settings.seed = Random(scenario.seed, 1000 + number).next();
   return settings;
 }
@@ -130,19 +129,16 @@ void Node::log_serial_output(std::uint64_t time_ns) {
 
 void Node::find_watched(const std::vector<std::string>& watch) {
   for (const std::string& text : watch) {
+    const WatchSpec spec = parse_watch(text);
+    const auto symbol = image_->symbols.find(spec.symbol);
+    if (symbol == image_->symbols.end()) continue;  // other images may have it
+    const int start = spec.is_from_end ? symbol->second.size_bytes - spec.offset : spec.offset;
     Watched watched;
     watched.name = text;
-    const std::size_t plus = text.find('+'), colon = text.find(':');
-    const auto symbol = image_->symbols.find(text.substr(0, std::min(plus, colon)));
-    if (symbol == image_->symbols.end()) continue;  // other images may have it
-    unsigned offset = 0;
-    if (plus != std::string::npos)
-      offset = static_cast<unsigned>(std::stoul(text.substr(plus + 1)));
-    watched.address = static_cast<std::uint16_t>(symbol->second.address + offset);
-    const unsigned size_bytes = colon != std::string::npos
-                                    ? static_cast<unsigned>(std::stoul(text.substr(colon + 1)))
-                                    : symbol->second.size_bytes;
-    watched.size_bytes = std::clamp(size_bytes, 1u, 8u);
+    watched.address = static_cast<std::uint16_t>(symbol->second.address + start);
+    watched.size_bytes = spec.size_bytes;
+    if (watched.size_bytes == 0)
+      watched.size_bytes = std::clamp<unsigned>(symbol->second.size_bytes, 1, 8);
     watched_.push_back(watched);
   }
 }

@@ -49,6 +49,8 @@ class Node : public Steppable, public LightSink {
   void finish(std::uint64_t time_ns);
 
   const Mcu& mcu() const { return mcu_; }
+  /// A variable of the node's image. @throws std::out_of_range
+  Symbol symbol(const std::string& name) const { return image_->symbols.at(name); }
   const std::string& name() const { return spec_.name; }
   const NodeSpec& spec() const { return spec_; }
   bool is_ohc() const { return ohc_.has_value(); }

@@ -67,7 +67,6 @@ struct Scenario {
   double baud = 38'400;             // of hosts that write to a node
   std::uint16_t noise_counts = 0;   // standard deviation of signal strengths
   std::uint64_t seed = 1;
-  bool skips_idle_loops = true;
 };
 
 /// @throws std::runtime_error with the file, the line if known, and what is wrong
@@ -79,6 +78,17 @@ void add_grid(Scenario& scenario, const std::string& size, double spacing_mm, co
 
 /// "B0" to "D7". @throws std::runtime_error
 Pin parse_pin(const std::string& text);
+
+/// A variable to watch: bytes of a symbol of the image.
+struct WatchSpec {
+  std::string symbol;
+  int offset = 0;
+  bool is_from_end = false;  // the offset counts back from the symbol's end
+  unsigned size_bytes = 0;   // 0: the symbol's, at most 8
+};
+
+/// SYMBOL[+OFFSET|-FROM_END][:BYTES]. @throws std::runtime_error
+WatchSpec parse_watch(const std::string& text);
 
 /// COMMAND@SECONDS, for example run@2.5: run, stop, wakeup, reset, sleep, charge, voltage, boot,
 /// led, or hex:BYTES for any bytes. @throws std::runtime_error

@@ -193,7 +193,6 @@ Scenario load_scenario(const std::string& path) {
   root.take("sample_ms", scenario.sample_ms);
   root.take("baud", scenario.baud);
   root.take("noise_counts", scenario.noise_counts);
-  root.take("skip_idle_loops", scenario.skips_idle_loops);
   scenario.watch = root.texts("watch");
   for (const std::string& text : root.texts("lamp")) scenario.lamp.push_back(parse_lamp(text));
   root.each("medium", [&](Section section) { take_medium(section, scenario.medium); });

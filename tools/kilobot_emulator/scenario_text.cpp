@@ -57,6 +57,21 @@ Pin parse_pin(const std::string& text) {
   return {text[0], static_cast<std::uint8_t>(text[1] - '0')};
 }
 
+WatchSpec parse_watch(const std::string& text) {
+  WatchSpec spec;
+  const std::size_t sign = text.find_first_of("+-"), colon = text.find(':');
+  spec.symbol = text.substr(0, std::min(sign, colon));
+  if (sign != std::string::npos) {
+    spec.is_from_end = text[sign] == '-';
+    const std::size_t length = colon == std::string::npos ? colon : colon - sign - 1;
+    spec.offset = static_cast<int>(parse_number(text, text.substr(sign + 1, length)));
+  }
+  if (colon != std::string::npos)
+    spec.size_bytes = static_cast<unsigned>(parse_number(text, text.substr(colon + 1)));
+  if (spec.size_bytes > 8) fail(text, "at most 8 bytes can be watched");
+  return spec;
+}
+
 SerialSpec parse_serial(const std::string& text) {
   const auto [what, seconds] = split_time(text);
   SerialSpec serial;
