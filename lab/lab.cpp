@@ -148,7 +148,8 @@ State up(const LabOptions& options) {
 }
 
 bool is_alive(const State& state) {
-  if (is_running(state.keeper)) return true;
+  // A lab of `run` is alive as long as that `run`; its daemons may be a moment slower to end.
+  if (state.keeper.pid != 0) return is_running(state.keeper);
   for (const Robot& robot : state.robots) {
     if (is_running(robot.daemon)) return true;
   }

@@ -29,7 +29,7 @@ State up(const LabOptions& options);
 /// Ends the lab's processes and removes its namespaces and its folder. Safe on half a lab.
 void down(const State& state);
 
-/// True when the process that keeps this lab, or any of its daemons, still runs.
+/// True while the `run` that owns this lab runs; of a lab made by `up`, while any daemon does.
 bool is_alive(const State& state);
 
 /// Robots named by `list`: "3", "1,4-6" or "all". Throws when one is not in the lab.

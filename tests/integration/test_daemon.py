@@ -77,12 +77,12 @@ def test_a_stale_socket_is_taken_over_and_a_live_one_is_not(tmp_path):
 
 
 WRONG = {
-    "unknown key": ("[node]\nidd = 3\n", [r"swarmtalkd.toml:6", "idd", "id"]),
-    "unknown section": ("[chanels]\na = 1\n", [r"swarmtalkd.toml:5", "chanels", "channels"]),
-    "bad type": ('[node]\nid = true\n', [r"swarmtalkd.toml:6", "id"]),
-    "out of range": ("[channels]\na = 70000\n", [r"swarmtalkd.toml:6", "70000", "65535"]),
-    "one number twice": ("[channels]\na = 3\nb = 3\n", [r"swarmtalkd.toml:7", "a", "b", "3"]),
-    "not TOML": ("[node\n", [r"swarmtalkd.toml:5"]),
+    "unknown key": ("[node]\nidd = 3\n", [r"swarmtalkd.toml:7", "idd", "id"]),
+    "unknown section": ("[chanels]\na = 1\n", [r"swarmtalkd.toml:6", "chanels", "channels"]),
+    "bad type": ('[node]\nid = true\n', [r"swarmtalkd.toml:7", "id"]),
+    "out of range": ("[channels]\na = 70000\n", [r"swarmtalkd.toml:7", "70000", "65535"]),
+    "one number twice": ("[channels]\na = 3\nb = 3\n", [r"swarmtalkd.toml:8", "a", "b", "3"]),
+    "not TOML": ("[node\n", [r"swarmtalkd.toml:6"]),
 }
 
 
