@@ -46,55 +46,43 @@ class DuplicateCache {
   /// with the same number. REQUIRES is_open(i).
   bool is_stale(Index i, Ticks now) const { return is_expired(records_[i], now); }
 
-  /// Begins a record for the header's message, closed, nothing forwarded or delivered.
-  /// REQUIRES find() found none.
+  /// Begins a record for the header's message, closed, nothing forwarded or delivered; looks at the
+  /// sender's other messages on the channel on the way (see note). REQUIRES find() found none.
   /// @param flood   copies may come by other ways, for long
   /// @param insist  take a younger flooded message's record if there is nothing better
   /// @return kNone if all records are open, or too precious when not insisting
   Index insert(const Header& header, bool flood, bool insist, Ticks now) {
     const RecordKey<P> key(header);
-    Index index = index_.find(records_, used_, key);  // an expired one of the same name
-    if (index == kNone && used_ < P::kRecords) {
+    Choice choice = {kNone, 0};
+    for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {
+      Record& record = records_[i];
+      if (P::kMessageBits < 16 && record.key.is_same_stream(key)) note(record, key, now);
+      consider(i, insist, kScans, now, choice);
+    }
+    Index index = choice.index;
+    if (choice.score != kExpiredScore && used_ < P::kRecords) {
       index = used_++;
       records_[index].key = key;
       index_.link(records_, index);
-    } else if (index == kNone) {
+    } else if (choice.score != kExpiredScore && !kScans) {
       index = cheapest(insist, now);
       if (index == kNone) return kNone;
       index_.unlink(records_, index);
       records_[index].key = key;
       index_.link(records_, index);
     }
-    Record& record = records_[index];
-    record.forwarded = 0;
-    record.flags = flood ? kFlood : 0;
-    record.stamp = stamp_of(record.flags, now);
+    if (index == kNone) return kNone;
+    records_[index].key = key;  // an expired one of the chain stays in it
+    renew(index, flood, now);
     return index;
   }
 
-  /// Call it for each message heard first: looks at the others of its sender and channel.
-  /// A one-hop message that is still open has lost a packet, because its sender has gone on.
-  /// A number that is due again is forgotten: in the middle half of the number space ahead, and
-  /// older than kFloodSurelyTicks. (Nearer ones are this sender's last messages, or, if this one
-  /// came late, its next.) With numbers of 16 bits and more there is nothing to do.
-  void note_new_message(const Header& header, Ticks now) {
-    if (P::kMessageBits >= 16) return;
-    const RecordKey<P> key(header);
-    for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {
-      Record& record = records_[i];
-      if (!record.key.is_same_stream(key)) continue;
-      if ((record.flags & kOpen) != 0) {
-        record.flags = static_cast<uint8_t>(record.flags | kOvertaken);
-        continue;
-      }
-      const MessageNumber ahead =
-          static_cast<MessageNumber>((record.key.message() - header.message) & W::kMessageMask);
-      if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
-          (record.flags & kFlood) != 0 &&
-          age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
-        record.flags = kExpired;
-      }
-    }
+  /// Makes a record that is there new: nothing forwarded or delivered.
+  void renew(Index i, bool flood, Ticks now) {
+    Record& record = records_[i];
+    record.forwarded = 0;
+    record.flags = flood ? kFlood : 0;
+    record.stamp = stamp_of(record.flags, now);
   }
 
   /// Whether an open message's packets all come from its origin, in order, so that a gap is a loss.
@@ -165,11 +153,23 @@ class DuplicateCache {
     uint8_t flags;
   };
   static constexpr MessageNumber kQuarter = (W::kMessageMask >> 2) + MessageNumber{1};
-  static constexpr uint8_t kSweep = 4;
-  using Score = Stamp;  // an age is below half of a stamp's range, half of it below a quarter
-  static constexpr Score kOneHopFirst = Score{1} << (P::kStampBits - 2);
-  /// Records compared to find the cheapest: all of a small table, a few of a large one.
-  static constexpr Index kCompared = P::kRecords <= 32 ? P::kRecords : 8;
+  /// Records looked at per packet for their age: a table with narrow stamps has to be through
+  /// before a stamp wraps.
+  static constexpr uint8_t kSweep = P::kStampBits == 8 ? 3 : 1;
+  /// Without buckets every new message looks at every record anyway.
+  static constexpr bool kScans = P::kBuckets == 0;
+  /// Records of a large table that are compared to find one to give away.
+  static constexpr uint8_t kCompared = 8;
+
+  /// The record to give away, and how willingly: expired ones first, then one-hop ones by age, then
+  /// flooded ones by age. An age is below half of a stamp's range, half of it below a quarter.
+  using Score = Stamp;
+  static constexpr Score kOneHopScore = static_cast<Score>(Score{1} << (P::kStampBits - 2));
+  static constexpr Score kExpiredScore = static_cast<Score>(~Score{0});
+  struct Choice {
+    Index index;
+    Score score;
+  };
 
   static Mask bit(PacketIndex sequence) {
     return static_cast<Mask>(static_cast<Mask>(1) << sequence);
@@ -196,26 +196,51 @@ class DuplicateCache {
     if (i >= used_) i = 0;
   }
 
-  /// Expired, else the oldest one-hop record, else the oldest flooded one that may go.
-  Index cheapest(bool insist, Ticks now) {
-    Index best = kNone;
-    Score best_score = 0;
-    for (Index n = 0; n < kCompared; ++n) {
-      advance(oldest_);
-      const Record& record = records_[oldest_];
-      if ((record.flags & kOpen) != 0) continue;
-      if (is_expired(record, now)) return oldest_;
+  /// A new message of this record's sender and channel has begun. If the record is of a one-hop
+  /// message that is still open, that one has lost a packet. If it is of a flooded message and older
+  /// than kFloodSurelyTicks, its number may be due again: it goes if it is in the middle half of the
+  /// number space ahead. (Nearer ones are the sender's last, or, if this one came late, its next.)
+  void note(Record& record, const RecordKey<P>& key, Ticks now) {
+    if ((record.flags & kOpen) != 0) {
+      record.flags = static_cast<uint8_t>(record.flags | kOvertaken);
+      return;
+    }
+    const MessageNumber ahead =
+        static_cast<MessageNumber>((record.key.message() - key.message()) & W::kMessageMask);
+    if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
+        (record.flags & kFlood) != 0 &&
+        age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
+      record.flags = kExpired;
+    }
+  }
+
+  /// @param with_living  also compare records that are not expired
+  void consider(Index i, bool insist, bool with_living, Ticks now, Choice& choice) const {
+    const Record& record = records_[i];
+    if ((record.flags & kOpen) != 0) return;
+    Score score = kExpiredScore;
+    if (!is_expired(record, now)) {
+      if (!with_living) return;
       const Stamp its_age = age(record, now);
       const bool one_hop = (record.flags & kFlood) == 0;
-      if (!one_hop && !insist && its_age <= (P::kFloodSurelyTicks >> P::kClosedShift)) continue;
-      const Score score = static_cast<Score>((its_age >> 1) + 1u + (one_hop ? kOneHopFirst : 0u));
-      if (score > best_score) {
-        best = oldest_;
-        best_score = score;
-      }
+      if (!one_hop && !insist && its_age <= (P::kFloodSurelyTicks >> P::kClosedShift)) return;
+      score = static_cast<Score>((its_age >> 1) + 1u + (one_hop ? kOneHopScore : 0u));
     }
-    if (best != kNone) oldest_ = best;
-    return best;
+    if (score > choice.score) {
+      choice.index = i;
+      choice.score = score;
+    }
+  }
+
+  /// The best of the next few of a large table.
+  Index cheapest(bool insist, Ticks now) {
+    Choice choice = {kNone, 0};
+    for (uint8_t n = 0; n < kCompared && choice.score != kExpiredScore; ++n) {
+      advance(oldest_);
+      consider(oldest_, insist, true, now, choice);
+    }
+    if (choice.index != kNone) oldest_ = choice.index;
+    return choice.index;
   }
 
   Record records_[P::kRecords];

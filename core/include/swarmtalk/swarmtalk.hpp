@@ -354,13 +354,14 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// The record of a packet's message, a new one if needed. kNone: no room.
   Record record_of(const Header& header, bool flood, bool insist, Ticks now) {
     Record record = cache_.find(header, now);
-    if (record != Cache::kNone && cache_.is_open(record) && cache_.is_stale(record, now)) {
-      reassembler_.release(record);
-      count(counters_.aged_out);
-      record = Cache::kNone;
+    if (record != Cache::kNone) {
+      if (cache_.is_open(record) && cache_.is_stale(record, now)) {
+        reassembler_.release(record);
+        cache_.renew(record, flood, now);
+        count(counters_.aged_out);
+      }
+      return record;
     }
-    if (record != Cache::kNone) return record;
-    cache_.note_new_message(header, now);
     record = cache_.insert(header, flood, insist, now);
     if (record != Cache::kNone || !insist) return record;
     // All are open: one that cannot become whole makes place.
