@@ -17,9 +17,15 @@ constexpr uint8_t kAdcTemperature = 8;
 /// off for the reading, about 130 cycles. Source: ATmega328P data sheet, sec. 24.
 int16_t read_adc(uint8_t channel);
 
-inline int16_t read_battery() { return read_adc(kAdcBattery); }
-inline int16_t read_light() { return read_adc(kAdcLight); }
-inline int16_t read_temperature() { return read_adc(kAdcTemperature); }
+inline int16_t read_battery() {
+  return read_adc(kAdcBattery);
+}
+inline int16_t read_light() {
+  return read_adc(kAdcLight);
+}
+inline int16_t read_temperature() {
+  return read_adc(kAdcTemperature);
+}
 
 }  // namespace kilobot
 }  // namespace swarmtalk

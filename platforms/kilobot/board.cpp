@@ -74,7 +74,9 @@ void set_led(uint8_t rgb) {
                               pin(rgb, 4, 5) | pin(rgb, 5, 4));
 }
 
-bool is_charging() { return (PIND & (1 << kPinCharging)) == 0; }
+bool is_charging() {
+  return (PIND & (1 << kPinCharging)) == 0;
+}
 
 }  // namespace kilobot
 }  // namespace swarmtalk

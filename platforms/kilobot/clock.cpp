@@ -20,7 +20,9 @@ ISR(TIMER0_OVF_vect) {
   is_awake = true;
 }
 
-ISR(TIMER0_COMPB_vect) { is_awake = true; }
+ISR(TIMER0_COMPB_vect) {
+  is_awake = true;
+}
 
 void start_clock() {
   tick_count = 0;
@@ -33,7 +35,9 @@ void start_clock() {
 
 uint32_t ticks() {
   uint32_t count;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = tick_count; }
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    count = tick_count;
+  }
   return count;
 }
 
@@ -49,7 +53,9 @@ uint16_t units() {
   return static_cast<uint16_t>((static_cast<uint16_t>(high) << 8) | low);
 }
 
-void wake_up() { is_awake = true; }
+void wake_up() {
+  is_awake = true;
+}
 
 void sleep_until(uint16_t due) {
   set_sleep_mode(SLEEP_MODE_IDLE);

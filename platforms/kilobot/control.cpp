@@ -81,7 +81,7 @@ void Control::handle(const IrMessage& message) {
 void Control::set_state(State state) {
   if (state == state_) return;
   state_ = state;
-  calibration_move_.stop();
+  motion_.stop();
   set_led(kLedOff);
 }
 
@@ -95,7 +95,7 @@ void Control::run() {
 void Control::move(uint8_t left, uint8_t right) {
   if (state_ != State::kMoving) enable_motors();
   set_state(State::kMoving);
-  calibration_move_.start(left, right, 0);
+  motion_.start(left, right, 0);
 }
 
 void Control::show_uid_bit(uint8_t bit) {
@@ -172,7 +172,7 @@ void Control::poll() {
       set_led(kLedOff);
     }
   }
-  if (state_ == State::kMoving) calibration_move_.poll();
+  motion_.poll();
   if (state_ == State::kSleeping) sleep();
 }
 

@@ -38,6 +38,8 @@ class Control {
   State state() const { return state_; }
   uint16_t uid() const { return uid_; }
   const MotorCalibration& motors() const { return motors_; }
+  /// The program's moves while RUNNING, those of calibration else; a change of state ends them.
+  Motion& motion() { return motion_; }
 
  private:
   void set_state(State state);
@@ -51,7 +53,7 @@ class Control {
 
   MotorCalibration motors_;
   uint16_t uid_;
-  Motion calibration_move_;
+  Motion motion_;
   State state_ = State::kIdle;
   bool is_set_up_ = false;
 };

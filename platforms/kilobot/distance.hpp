@@ -59,7 +59,7 @@ int16_t distance_mm(uint16_t high_gain, uint16_t low_gain, const ReadHigh& read_
     gap = static_cast<int16_t>((high * high_weight + low * low_weight) /
                                (kHighTrusted - kLowTrusted));
   }
-  return static_cast<int16_t>(kBodyMm + (gap + 8) / 16);
+  return static_cast<int16_t>(kBodyMm + (static_cast<uint16_t>(gap) + 8u) / 16);
 }
 
 }  // namespace kilobot

@@ -34,6 +34,7 @@ class IrDecoder {
   /// @param cycles  since the last pulse that was a byte's start, at most kIrSilenceCycles
   IrEvent on_pulse(uint16_t cycles) {
     if (expects_start_) {
+      if (index_ != 0) crc_ = ir_crc_step(crc_, byte_);
       begin_byte();
       return IrEvent::kByteStart;
     }
@@ -71,9 +72,10 @@ class IrDecoder {
       return IrEvent::kLeaderEnd;
     }
     ++index_;
-    crc_ = ir_crc_step(crc_, byte_);
+    // The checksum of this byte waits for the next one's start: a stop pulse has enough to do
+    // within the 269 cycles until then.
     if (index_ != kIrMessageBytes) return IrEvent::kByte;
-    return crc_ == 0 ? IrEvent::kMessage : IrEvent::kAbort;
+    return ir_crc_step(crc_, byte_) == 0 ? IrEvent::kMessage : IrEvent::kAbort;
   }
 
   uint16_t slot_end_;

@@ -35,12 +35,13 @@ struct IrMessage {
   uint8_t data[kIrDataBytes];
   uint8_t type;
 };
+static_assert(sizeof(IrMessage) == kIrBodyBytes, "a message lies in memory as on the air");
 
 constexpr uint16_t kIrCrcStart = 0xFFFF;
 
 /// CRC-16/MCRF4XX, one byte: reflected polynomial 0x8408, no final XOR ("123456789" -> 0x6F91).
 /// Over a message with its own CRC behind it (low byte first) the result is 0.
-inline uint16_t ir_crc_step(uint16_t crc, uint8_t byte) {
+__attribute__((always_inline)) inline uint16_t ir_crc_step(uint16_t crc, uint8_t byte) {
   // The eight shifts of the polynomial folded into byte operations (x^16 + x^12 + x^5 + 1).
   uint8_t mixed = static_cast<uint8_t>(byte ^ (crc & 0xFF));
   mixed = static_cast<uint8_t>(mixed ^ (mixed << 4));

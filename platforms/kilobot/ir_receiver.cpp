@@ -18,54 +18,55 @@ static_assert((kSlots & (kSlots - 1)) == 0, "the ring's size is a power of two")
 
 IrDecoder decoder;
 IrReception ring[kSlots];
-volatile uint8_t receiving;  // written by the interrupt
+volatile uint8_t receiving;  // written by the interrupts
 volatile uint8_t oldest;     // written by the main loop
 volatile uint16_t lost_count;
 volatile uint8_t heard_count;
-uint8_t strengths;  // readings of this message taken so far, 0 to 2
+volatile bool is_complete;  // a whole message is in ring[receiving]
 
 /// Timer 1 runs only while a message arrives.
-bool is_timing() { return (TCCR1B & (1 << CS10)) != 0; }
+bool is_timing() {
+  return (TCCR1B & (1 << CS10)) != 0;
+}
 
-void start_timing() {
-  TCNT1 = 0;
+/// Cycles that pass between reading the timer and setting it to what it would be had it been reset
+/// at the reading; and from a first pulse's interrupt to starting the timer, less to reading it.
+constexpr uint8_t kRebaseCycles = 4;
+constexpr uint8_t kStartCycles = 14;
+/// Long enough for the timer's compare to be set before it is reached.
+constexpr uint8_t kSoonCycles = 16;
+
+/// Timer 1 counts from where it was read in this interrupt: the time of decoding does not shift
+/// the byte's start.
+inline void rebase_timing(uint16_t cycles) {
+  TCNT1 = static_cast<uint16_t>(TCNT1 - cycles + kRebaseCycles);
+}
+
+inline void start_timing() {
+  TCNT1 = kStartCycles;
   OCR1A = kIrSilenceCycles;
   TIFR1 = 1 << OCF1A;
   TCCR1B = 1 << CS10;
 }
 
-void listen_for_leader() {
+inline void listen_for_leader() {
   TCCR1B = 0;
   ADMUX = kAdcHighGain;
-  strengths = 0;
 }
 
 /// The converter is triggered by every pulse and holds the last pulse's reading until it has
 /// finished with this one's (13 converter clocks, 104 cycles). So the leading byte's stop pulse
-/// brings the reading of its start pulse, and the second pulse of the first byte that of its
-/// first. A new channel counts from the next pulse on (data sheet sec. 24.5).
-void take_strength(IrReception& slot) {
-  if (strengths == 0) {
-    slot.high_gain = ADC;
-    ADMUX = kAdcLowGain;
-  } else {
-    slot.low_gain = ADC;
-  }
-  ++strengths;
+/// brings the reading of its start pulse, and the first byte's stop pulse that of a pulse before
+/// it, by the other amplifier stage. A new channel counts from the next pulse on (data sheet
+/// sec. 24.5).
+inline void store_byte(IrReception& slot, uint8_t index, uint8_t byte) {
+  if (index == 0) slot.low_gain = ADC;
+  if (index < kIrBodyBytes) reinterpret_cast<uint8_t*>(&slot.message)[index] = byte;
 }
 
-void store_byte(IrReception& slot) {
-  const uint8_t index = decoder.index();
-  if (index < kIrDataBytes) {
-    slot.message.data[index] = decoder.byte();
-  } else if (index == kIrDataBytes) {
-    slot.message.type = decoder.byte();
-  }
-}
-
-void finish(const IrReception& slot) {
+void finish() {
+  const uint8_t type = ring[receiving].message.type;
   heard_count = static_cast<uint8_t>(heard_count + 1);
-  const uint8_t type = slot.message.type;
   if (type >= kIrFirstControl) on_urgent_message(type);
   const uint8_t next = static_cast<uint8_t>((receiving + 1) % kSlots);
   if (next == oldest) {
@@ -78,6 +79,8 @@ void finish(const IrReception& slot) {
 
 }  // namespace
 
+/// One pulse. Short, because the next may come after 269 cycles, from a fast clock after 255: it
+/// calls nothing, so few registers are saved, and leaves a whole message to timer 1.
 ISR(ANALOG_COMP_vect) {
   if (!is_timing()) {
     start_timing();
@@ -85,24 +88,30 @@ ISR(ANALOG_COMP_vect) {
     return;
   }
   const uint16_t cycles = TCNT1;
-  IrReception& slot = ring[receiving];
   const IrEvent event = decoder.on_pulse(cycles);
-  if (event == IrEvent::kBit) {
-    if (strengths == 1) take_strength(slot);
-  } else if (event == IrEvent::kByteStart) {
-    TCNT1 = 0;
+  if (event == IrEvent::kBit) return;
+  if (event == IrEvent::kByteStart) {
+    rebase_timing(cycles);
   } else if (event == IrEvent::kLeaderEnd) {
-    take_strength(slot);
+    ring[receiving].high_gain = ADC;
+    ADMUX = kAdcLowGain;
   } else if (event == IrEvent::kByte) {
-    if (strengths == 1) take_strength(slot);
-    store_byte(slot);
+    store_byte(ring[receiving], decoder.index(), decoder.byte());
+  } else if (event == IrEvent::kMessage) {
+    is_complete = true;
+    OCR1A = static_cast<uint16_t>(TCNT1 + kSoonCycles);
   } else {
     listen_for_leader();
-    if (event == IrEvent::kMessage) finish(slot);
   }
 }
 
-ISR(TIMER1_COMPA_vect) { listen_for_leader(); }
+/// The message has ended: whole (called right behind the last pulse), or by silence.
+ISR(TIMER1_COMPA_vect) {
+  listen_for_leader();
+  if (!is_complete) return;
+  is_complete = false;
+  finish();
+}
 
 void start_receiver() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
@@ -123,19 +132,29 @@ void stop_receiver() {
   }
 }
 
-bool is_receiving() { return is_timing(); }
+bool is_receiving() {
+  return is_timing();
+}
 
-const IrReception* next_reception() { return oldest == receiving ? nullptr : &ring[oldest]; }
+const IrReception* next_reception() {
+  return oldest == receiving ? nullptr : &ring[oldest];
+}
 
-void drop_reception() { oldest = static_cast<uint8_t>((oldest + 1) % kSlots); }
+void drop_reception() {
+  oldest = static_cast<uint8_t>((oldest + 1) % kSlots);
+}
 
 uint16_t receptions_lost() {
   uint16_t count;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = lost_count; }
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    count = lost_count;
+  }
   return count;
 }
 
-uint8_t receptions_heard() { return heard_count; }
+uint8_t receptions_heard() {
+  return heard_count;
+}
 
 }  // namespace kilobot
 }  // namespace swarmtalk

@@ -29,10 +29,7 @@ class Joined {
 
  private:
   static void setup() { instance_->program_.setup(); }
-  static void loop() {
-    instance_->robot_.poll();
-    instance_->program_.loop();
-  }
+  static void loop() { instance_->program_.loop(); }
   static void receive(const IrReception& reception) { instance_->robot_.receive(reception); }
   static bool next(IrMessage& out) { return instance_->robot_.next(out); }
 

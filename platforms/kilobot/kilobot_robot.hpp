@@ -43,22 +43,19 @@ class KilobotRobot {
 
   void forward(uint32_t duration_ticks) {
     const MotorCalibration& speed = control().motors();
-    motion_.start(speed.straight_left, speed.straight_right, duration_ticks);
+    control().motion().start(speed.straight_left, speed.straight_right, duration_ticks);
   }
   void left(uint32_t duration_ticks) {
-    motion_.start(control().motors().turn_left, 0, duration_ticks);
+    control().motion().start(control().motors().turn_left, 0, duration_ticks);
   }
   void right(uint32_t duration_ticks) {
-    motion_.start(0, control().motors().turn_right, duration_ticks);
+    control().motion().start(0, control().motors().turn_right, duration_ticks);
   }
-  void stop() { motion_.stop(); }
-  bool is_moving() { return motion_.is_moving(); }
+  void stop() { control().motion().stop(); }
+  bool is_moving() { return control().motion().is_moving(); }
 
   /// A Kilobot has nobody to tell.
   void log(const char*, int32_t) {}
-
-  /// The platform's part of each pass; the program does not call it.
-  void poll() { motion_.poll(); }
 
   /// Hands a message to the node if it carries one of its packets.
   void receive(const IrReception& reception) {
@@ -81,7 +78,6 @@ class KilobotRobot {
   static uint32_t port_random(void*) { return random32(); }
 
   core::Swarmtalk<Profile> node_;
-  Motion motion_;
 };
 
 }  // namespace kilobot

@@ -12,7 +12,9 @@ uint32_t state = 1;
 
 /// One step of a linear congruential generator modulo 2^32 (multiplier 1664525, Knuth, The Art of
 /// Computer Programming vol. 2, sec. 3.3.4); the high half is the good one.
-void step() { state = state * UINT32_C(1664525) + UINT32_C(1013904223); }
+void step() {
+  state = state * UINT32_C(1664525) + UINT32_C(1013904223);
+}
 
 /// One fair bit: two readings' lowest bits that differ (von Neumann), so a steady converter that
 /// favours one value does not show. 0 after 16 pairs without a difference.

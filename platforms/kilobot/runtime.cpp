@@ -17,8 +17,6 @@ constexpr uint16_t kPassUnits = 32;  // 4.1 ms between two passes of the main lo
 
 Control robot_control;
 Backoff backoff;
-uint16_t sent_count;
-uint16_t deferred_count;
 uint8_t heard_at_last_send;
 IrMessage message;  // waits for free air if has_message
 bool has_message;
@@ -42,7 +40,6 @@ void send(const Program& program) {
   if (!is_receiving() && !has_message) has_message = program.next(message);
   if (has_message && send_ir(message)) {
     has_message = false;
-    ++sent_count;
     const uint8_t heard = receptions_heard();
     backoff.on_sent(units(), static_cast<uint8_t>(heard - heard_at_last_send), random16());
     heard_at_last_send = heard;
@@ -50,7 +47,6 @@ void send(const Program& program) {
   }
   // A robot with nothing to say keeps drawing, too, so that all that answer one message at once do
   // not answer at the same moment.
-  if (has_message) ++deferred_count;
   backoff.on_deferred(units(), random16());
 }
 
@@ -66,14 +62,8 @@ void run_state(const Program& program) {
 
 }  // namespace
 
-const Control& control() {
+Control& control() {
   return robot_control;
-}
-uint16_t messages_sent() {
-  return sent_count;
-}
-uint16_t times_deferred() {
-  return deferred_count;
 }
 
 void run_program(const Program& program, uint16_t spacing) {

@@ -29,12 +29,8 @@ constexpr uint16_t kDefaultSpacing = 2 * kUnitsPerTick;
 ///                 than Backoff::kLeastSpacing count as that
 [[noreturn]] void run_program(const Program& program, uint16_t spacing = kDefaultSpacing);
 
-/// The robot's state, uid and motor calibration.
-const Control& control();
-
-/// Messages sent, and times the air was found taken; they wrap.
-uint16_t messages_sent();
-uint16_t times_deferred();
+/// The robot's state, uid, motor calibration and motors.
+Control& control();
 
 }  // namespace kilobot
 }  // namespace swarmtalk

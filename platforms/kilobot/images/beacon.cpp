@@ -13,7 +13,7 @@ constexpr uint8_t kBeaconType = 0x10;
 }  // namespace
 
 // What an emulator looks at; all wrap.
-volatile uint16_t beacon_sent;
+volatile uint16_t beacon_asked;  // messages handed over to be sent
 volatile uint16_t beacon_heard;
 volatile int16_t beacon_distance_mm;  // of the last message heard
 volatile uint16_t beacon_last_uid;    // its sender
@@ -21,9 +21,7 @@ volatile uint16_t beacon_last_uid;    // its sender
 namespace {
 
 void setup() {}
-void loop() {
-  beacon_sent = messages_sent();
-}
+void loop() {}
 
 void receive(const IrReception& reception) {
   if (reception.message.type != kBeaconType) return;
@@ -35,7 +33,8 @@ void receive(const IrReception& reception) {
 
 bool next(IrMessage& out) {
   const uint16_t uid = control().uid();
-  const uint16_t number = messages_sent();
+  const uint16_t number = beacon_asked;
+  beacon_asked = static_cast<uint16_t>(number + 1);
   out = {{static_cast<uint8_t>(uid), static_cast<uint8_t>(uid >> 8), static_cast<uint8_t>(number),
           static_cast<uint8_t>(number >> 8)},
          kBeaconType};
