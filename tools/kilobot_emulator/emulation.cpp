@@ -6,6 +6,7 @@
 namespace swarmtalk::emulator {
 namespace {
 
+constexpr std::uint64_t kLogFlushNs = 20'000'000;
 constexpr std::uint64_t kTerminalPollNs = 250'000;  // about one byte on the line
 
 std::uint64_t to_ns(double seconds) {
@@ -92,6 +93,9 @@ void Emulation::add_tasks() {
     scheduler_.every(kTerminalPollNs, [this](std::uint64_t time_ns) {
       for (const auto& node : nodes_) node->poll_terminal(time_ns);
     });
+  // Somebody outside takes part and may want to read the log meanwhile.
+  if (has_terminal || scenario_.real_time_factor > 0)
+    scheduler_.every(kLogFlushNs, [this](std::uint64_t) { log_.flush(); });
   if (!scenario_.ohc_serial.empty()) {
     if (!scenario_.ohc)
       throw std::runtime_error("bytes for an overhead controller, but there is none");

@@ -9,6 +9,7 @@ namespace swarmtalk::emulator {
 namespace {
 
 constexpr std::size_t kSerialLineBytes = 256;  // longest piece of serial output in one log line
+constexpr std::size_t kTerminalReadAhead = 4;
 constexpr double kReportedStepMm = 1, kReportedTurnRad = 0.05;
 
 std::string to_hex(std::span<const std::uint8_t> bytes) {
@@ -19,6 +20,12 @@ std::string to_hex(std::span<const std::uint8_t> bytes) {
     text += kDigits[byte & 15];
   }
   return text;
+}
+
+bool is_text(std::span<const std::uint8_t> bytes) {
+  return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t c) {
+    return (c >= 0x20 && c < 0x7F) || c == '\r' || c == '\n' || c == '\t';
+  });
 }
 
 Eeprom starting_eeprom(const NodeSpec& spec, const Image& image) {
@@ -92,9 +99,11 @@ void Node::on_light(std::uint64_t time_ns, SignalStrength strength, bool is_risi
 }
 
 void Node::poll_terminal(std::uint64_t time_ns) {
-  if (terminal_ == nullptr) return;
+  // As slowly as the line takes them, so that a host that writes too fast has to wait.
+  if (terminal_ == nullptr || serial_in_.size() >= kTerminalReadAhead) return;
   std::vector<std::uint8_t> bytes;
-  if (terminal_->read_into(bytes) > 0) queue_serial(bytes, time_ns);
+  if (terminal_->read_into(bytes, kTerminalReadAhead - serial_in_.size()) > 0)
+    queue_serial(bytes, time_ns);
 }
 
 void Node::queue_serial(const std::vector<std::uint8_t>& bytes, std::uint64_t time_ns) {
@@ -108,17 +117,14 @@ void Node::take_serial_output(std::uint8_t byte) {
   serial_out_.push_back(byte);
   serial_out_ns_ = time_ns;
   // A line of text, a frame that ends with zero, or enough of whatever it is.
-  if (byte == '\n' || byte == 0 || serial_out_.size() >= kSerialLineBytes)
-    log_serial_output(time_ns);
+  const bool is_line = byte == '\n' && serial_out_.size() > 1 && is_text(serial_out_);
+  if (is_line || byte == 0 || serial_out_.size() >= kSerialLineBytes) log_serial_output(time_ns);
 }
 
 void Node::log_serial_output(std::uint64_t time_ns) {
   if (serial_out_.empty()) return;
   EventLog::Fields fields{{"hex", to_hex(serial_out_)}};
-  const bool is_text = std::all_of(serial_out_.begin(), serial_out_.end(), [](std::uint8_t c) {
-    return (c >= 0x20 && c < 0x7F) || c == '\r' || c == '\n' || c == '\t';
-  });
-  if (is_text) {
+  if (is_text(serial_out_)) {
     std::string text(serial_out_.begin(), serial_out_.end());
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
     fields["text"] = text;

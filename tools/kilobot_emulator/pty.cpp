@@ -6,6 +6,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -45,9 +46,9 @@ Pty::~Pty() {
   ::close(slave_);
 }
 
-std::size_t Pty::read_into(std::vector<std::uint8_t>& bytes) {
+std::size_t Pty::read_into(std::vector<std::uint8_t>& bytes, std::size_t limit) {
   std::array<std::uint8_t, 4096> buffer{};
-  const ssize_t count = ::read(master_, buffer.data(), buffer.size());
+  const ssize_t count = ::read(master_, buffer.data(), std::min(limit, buffer.size()));
   if (count <= 0) return 0;
   bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
   return static_cast<std::size_t>(count);

@@ -22,8 +22,8 @@ class Pty {
 
   const std::string& device() const { return device_; }
 
-  /// Appends what the host has written since; returns the number of bytes.
-  std::size_t read_into(std::vector<std::uint8_t>& bytes);
+  /// Appends what the host has written since, at most `limit` bytes; returns their number.
+  std::size_t read_into(std::vector<std::uint8_t>& bytes, std::size_t limit = 4096);
 
   /// Gives bytes to the host. What does not fit, because nobody reads, is dropped and counted.
   void write(std::span<const std::uint8_t> bytes);
