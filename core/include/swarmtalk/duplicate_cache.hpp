@@ -31,11 +31,19 @@ class DuplicateCache {
   static constexpr Index kNone = P::kRecords;
   static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits, "stamps are cut from the clock");
 
+  /// A time as stamps hold it: in ticks, and in steps of 2^kClosedShift ticks.
+  struct Moment {
+    Stamp tick;
+    Stamp step;
+    explicit Moment(Ticks now)
+        : tick(static_cast<Stamp>(now)), step(static_cast<Stamp>(now >> P::kClosedShift)) {}
+  };
+
   DuplicateCache() : used_(0), sweep_(0), oldest_(0) {}
 
   /// Record of the header's message. @return kNone if it is not remembered (any more); an open one
   /// is found even past its time (see is_stale), because somebody holds packets of it
-  Index find(const Header& header, Ticks now) const {
+  Index find(const Header& header, Moment now) const {
     const RecordKey<P> key(header);
     const Index index = index_.find(records_, used_, key);
     if (index == kNone || (records_[index].flags & kOpen) != 0) return index;
@@ -44,20 +52,20 @@ class DuplicateCache {
 
   /// Whether an open message has waited too long: a packet that comes now is of a later message
   /// with the same number. REQUIRES is_open(i).
-  bool is_stale(Index i, Ticks now) const { return is_expired(records_[i], now); }
+  bool is_stale(Index i, Moment now) const { return is_expired(records_[i], now); }
 
   /// Begins a record for the header's message, closed, nothing forwarded or delivered; looks at the
   /// sender's other messages on the channel on the way (see note). REQUIRES find() found none.
   /// @param flood   copies may come by other ways, for long
   /// @param insist  take a younger flooded message's record if there is nothing better
   /// @return kNone if all records are open, or too precious when not insisting
-  Index insert(const Header& header, bool flood, bool insist, Ticks now) {
+  Index insert(const Header& header, bool flood, bool insist, Moment now) {
     const RecordKey<P> key(header);
     Choice choice = {kNone, 0};
     for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {
-      Record& record = records_[i];
-      if (P::kMessageBits < 16 && record.key.is_same_stream(key)) note(record, key, now);
-      consider(i, insist, kScans, now, choice);
+      Record* const record = in_register(&records_[i]);
+      if (P::kMessageBits < 16 && record->key.is_same_stream(key)) note(*record, key, now);
+      consider(i, *record, insist, kScans, now, choice);
     }
     Index index = choice.index;
     if (choice.score != kExpiredScore && used_ < P::kRecords) {
@@ -78,7 +86,7 @@ class DuplicateCache {
   }
 
   /// Makes a record that is there new: nothing forwarded or delivered.
-  void renew(Index i, bool flood, Ticks now) {
+  void renew(Index i, bool flood, Moment now) {
     Record& record = records_[i];
     record.forwarded = 0;
     record.flags = flood ? kFlood : 0;
@@ -101,19 +109,19 @@ class DuplicateCache {
   }
 
   /// The message is being put together; `now` is when its last packet came.
-  void open(Index i, Ticks now) {
+  void open(Index i, Moment now) {
     records_[i].flags = static_cast<uint8_t>(records_[i].flags | kOpen);
-    records_[i].stamp = static_cast<Stamp>(now);
+    records_[i].stamp = now.tick;
   }
   /// Ticks since the last packet of an open message.
-  Ticks since_last_packet(Index i, Ticks now) const { return age(records_[i], now); }
-  void close_delivered(Index i, Ticks now) { close(i, kDelivered, now); }
-  void close_given_up(Index i, Ticks now) { close(i, kGivenUp, now); }
+  Ticks since_last_packet(Index i, Moment now) const { return age(records_[i], now); }
+  void close_delivered(Index i, Moment now) { close(i, kDelivered, now); }
+  void close_given_up(Index i, Moment now) { close(i, kGivenUp, now); }
 
   /// Looks at the next few records. @return an open one past its time, now closed as given up
   /// (its fragments are the caller's to release), or kNone. Called on every packet, so that every
   /// record is looked at before its stamp wraps.
-  Index sweep(Ticks now) {
+  Index sweep(Moment now) {
     for (uint8_t n = 0; n < kSweep && used_ != 0; ++n) {
       advance(sweep_);
       Record& record = records_[sweep_];
@@ -161,11 +169,12 @@ class DuplicateCache {
   /// Records of a large table that are compared to find one to give away.
   static constexpr uint8_t kCompared = 8;
 
-  /// The record to give away, and how willingly: expired ones first, then one-hop ones by age, then
-  /// flooded ones by age. An age is below half of a stamp's range, half of it below a quarter.
+  /// How willingly a record is given away: expired ones first, then one-hop ones by age, then
+  /// flooded ones by age. An age is below half of a stamp's range, so its top bit is free.
   using Score = Stamp;
-  static constexpr Score kOneHopScore = static_cast<Score>(Score{1} << (P::kStampBits - 2));
+  static constexpr Score kOneHopScore = static_cast<Score>(Score{1} << (P::kStampBits - 1));
   static constexpr Score kExpiredScore = static_cast<Score>(~Score{0});
+  static constexpr Stamp kSurely = static_cast<Stamp>(P::kFloodSurelyTicks >> P::kClosedShift);
   struct Choice {
     Index index;
     Score score;
@@ -174,20 +183,21 @@ class DuplicateCache {
   static Mask bit(PacketIndex sequence) {
     return static_cast<Mask>(static_cast<Mask>(1) << sequence);
   }
-  static Stamp stamp_of(uint8_t flags, Ticks now) {
-    return static_cast<Stamp>((flags & (kFlood | kOpen)) == kFlood ? now >> P::kClosedShift : now);
+  static SWARMTALK_INLINE Stamp stamp_of(uint8_t flags, Moment now) {
+    return (flags & (kFlood | kOpen)) == kFlood ? now.step : now.tick;
   }
-  static Stamp age(const Record& record, Ticks now) {
+  static SWARMTALK_INLINE Stamp age(const Record& record, Moment now) {
     return static_cast<Stamp>(stamp_of(record.flags, now) - record.stamp);
   }
-  static bool is_expired(const Record& record, Ticks now) {
-    if ((record.flags & kExpired) != 0) return true;
-    Stamp limit = static_cast<Stamp>(P::kOneHopDuplicateTicks);
-    if ((record.flags & kFlood) != 0) limit = static_cast<Stamp>(P::kFloodTicks >> P::kClosedShift);
-    if ((record.flags & kOpen) != 0) limit = static_cast<Stamp>(P::kAssemblyTicks);
-    return age(record, now) > limit;
+  static SWARMTALK_INLINE Stamp limit_of(uint8_t flags) {
+    return static_cast<Stamp>((flags & kOpen) != 0    ? P::kAssemblyTicks
+                              : (flags & kFlood) != 0 ? P::kFloodTicks >> P::kClosedShift
+                                                      : P::kOneHopDuplicateTicks);
   }
-  void close(Index i, uint8_t how, Ticks now) {
+  static SWARMTALK_INLINE bool is_expired(const Record& record, Moment now) {
+    return (record.flags & kExpired) != 0 || age(record, now) > limit_of(record.flags);
+  }
+  void close(Index i, uint8_t how, Moment now) {
     records_[i].flags = static_cast<uint8_t>((records_[i].flags & ~kOpen) | how);
     records_[i].stamp = stamp_of(records_[i].flags, now);
   }
@@ -197,10 +207,11 @@ class DuplicateCache {
   }
 
   /// A new message of this record's sender and channel has begun. If the record is of a one-hop
-  /// message that is still open, that one has lost a packet. If it is of a flooded message and older
-  /// than kFloodSurelyTicks, its number may be due again: it goes if it is in the middle half of the
-  /// number space ahead. (Nearer ones are the sender's last, or, if this one came late, its next.)
-  void note(Record& record, const RecordKey<P>& key, Ticks now) {
+  /// message that is still open, that one has lost a packet. If it is of a flooded message and
+  /// older than kFloodSurelyTicks, its number may be due again: it goes if it is in the middle half
+  /// of the number space ahead. (Nearer ones are the sender's last, or, if this one came late, its
+  /// next.)
+  SWARMTALK_INLINE void note(Record& record, const RecordKey<P>& key, Moment now) {
     if ((record.flags & kOpen) != 0) {
       record.flags = static_cast<uint8_t>(record.flags | kOvertaken);
       return;
@@ -208,23 +219,26 @@ class DuplicateCache {
     const MessageNumber ahead =
         static_cast<MessageNumber>((record.key.message() - key.message()) & W::kMessageMask);
     if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
-        (record.flags & kFlood) != 0 &&
-        age(record, now) > (P::kFloodSurelyTicks >> P::kClosedShift)) {
+        (record.flags & kFlood) != 0 && age(record, now) > kSurely) {
       record.flags = kExpired;
     }
   }
 
   /// @param with_living  also compare records that are not expired
-  void consider(Index i, bool insist, bool with_living, Ticks now, Choice& choice) const {
-    const Record& record = records_[i];
-    if ((record.flags & kOpen) != 0) return;
+  static SWARMTALK_INLINE void consider(Index i, const Record& record, bool insist,
+                                        bool with_living, Moment now, Choice& choice) {
+    const uint8_t flags = record.flags;
+    if ((flags & kOpen) != 0) return;
     Score score = kExpiredScore;
-    if (!is_expired(record, now)) {
+    const Stamp its_age = age(record, now);
+    if ((flags & kExpired) == 0 && its_age <= limit_of(flags)) {
       if (!with_living) return;
-      const Stamp its_age = age(record, now);
-      const bool one_hop = (record.flags & kFlood) == 0;
-      if (!one_hop && !insist && its_age <= (P::kFloodSurelyTicks >> P::kClosedShift)) return;
-      score = static_cast<Score>((its_age >> 1) + 1u + (one_hop ? kOneHopScore : 0u));
+      score = static_cast<Score>(its_age + 1u);
+      if ((flags & kFlood) == 0) {
+        score = static_cast<Score>(score | kOneHopScore);
+      } else if (!insist && its_age <= kSurely) {
+        return;
+      }
     }
     if (score > choice.score) {
       choice.index = i;
@@ -233,11 +247,11 @@ class DuplicateCache {
   }
 
   /// The best of the next few of a large table.
-  Index cheapest(bool insist, Ticks now) {
+  Index cheapest(bool insist, Moment now) {
     Choice choice = {kNone, 0};
     for (uint8_t n = 0; n < kCompared && choice.score != kExpiredScore; ++n) {
       advance(oldest_);
-      consider(oldest_, insist, true, now, choice);
+      consider(oldest_, records_[oldest_], insist, true, now, choice);
     }
     if (choice.index != kNone) oldest_ = choice.index;
     return choice.index;

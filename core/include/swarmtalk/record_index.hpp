@@ -130,8 +130,9 @@ class RecordIndex<P, true> {
 
   template <class Record>
   Index find(const Record* records, Index used, const RecordKey<P>& key) const {
-    for (Index i = 0; i < used; ++i) {
-      if (records[i].key == key) return i;
+    const Record* record = records;
+    for (Index i = 0; i < used; ++i, record = in_register(record + 1)) {
+      if (record->key == key) return i;
     }
     return kNone;
   }

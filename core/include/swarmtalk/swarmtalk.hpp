@@ -97,7 +97,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// @return bytes written; 0: nothing waits
   uint16_t pull_packet(uint8_t* out) {
     const Ticks now = this->now();
-    age(now);
+    age(Moment(now));
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
@@ -112,15 +112,16 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
   Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
     const Ticks now = this->now();
-    age(now);
+    const Moment moment(now);
+    age(moment);
     count(counters_.packets_received);
     const Error damage = W::check(bytes, size);
     if (damage != Error::kOk) {
       count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
       return damage;
     }
-    Arrival arrival = {W::decode(bytes), bytes, static_cast<PacketSize>(size),
-                       nullptr,          now,   &sensing};
+    Arrival arrival = {W::decode(bytes), bytes,   static_cast<PacketSize>(size), nullptr, now,
+                       moment,           &sensing};
     const ChannelIndex index = find_channel(arrival.header.channel);
     if (index != kNoChannel) arrival.channel = &channels_[index];
     if (!W::kMarksTimestamps) {
@@ -155,6 +156,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   using PacketIndex = typename W::PacketIndex;
   using Cache = DuplicateCache<P>;
   using Record = typename Cache::Index;
+  using Moment = typename Cache::Moment;
   using Outcome = typename Reassembler<P>::Outcome;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
   static constexpr ChannelIndex kNoChannel = P::kChannels;
@@ -169,6 +171,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     PacketSize size;
     Channel<P>* channel;  // null: not registered here
     Ticks now;
+    Moment moment;  // now, for the cache
     const Sensing* sensing;
   };
 
@@ -231,7 +234,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     header.epoch = identity_.epoch();
     header.timestamped = channel.timestamped_;
     const PacketSize size = channel.fragmenter_.next(header, now, out);
-    if (header.ttl > 0) remember_own(header, now);
+    if (header.ttl > 0) remember_own(header, Moment(now));
     if (!channel.fragmenter_.is_busy()) {
       round_robin_.set_ready(source, false);
       count(counters_.messages_sent);
@@ -241,7 +244,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   /// Others will send this on: their copies are echoes, also under an id that we gave up since.
-  void remember_own(const Header& header, Ticks now) {
+  void remember_own(const Header& header, Moment now) {
     Record record = cache_.find(header, now);
     if (record == Cache::kNone) {
       record = cache_.insert(header, true, true, now);
@@ -302,7 +305,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     const Header& header = arrival.header;
     if (!identity_.is_drawn() || header.node != identity_.id()) return false;
     const bool same_epoch = header.epoch == identity_.epoch();
-    const Record record = cache_.find(header, arrival.now);
+    const Record record = cache_.find(header, arrival.moment);
     if (same_epoch && (P::kEpochBits != 0 ||
                        (record != Cache::kNone &&
                         cache_.is_forwarded(record, static_cast<PacketIndex>(header.sequence))))) {
@@ -330,7 +333,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     if (!wanted && header.ttl == 0) return;
     const bool flood = header.ttl != 0 || arrival.channel->ttl_ != 0;
     const bool whole = header.end && header.sequence == 0;
-    const Record record = record_of(header, flood, flood || !whole, arrival.now);
+    const Record record = record_of(header, flood, flood || !whole, arrival.moment);
     if (header.ttl != 0) forward(arrival, record);
     if (!wanted) return;
     if (record == Cache::kNone) {
@@ -344,7 +347,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     if (cache_.is_delivered(record) || cache_.is_given_up(record)) {
       count(counters_.duplicates);
     } else if (whole && !cache_.is_open(record)) {
-      cache_.close_delivered(record, arrival.now);
+      cache_.close_delivered(record, arrival.moment);
       deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
     } else {
       assemble(arrival, fragment, record);
@@ -352,7 +355,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   /// The record of a packet's message, a new one if needed. kNone: no room.
-  Record record_of(const Header& header, bool flood, bool insist, Ticks now) {
+  Record record_of(const Header& header, bool flood, bool insist, Moment now) {
     Record record = cache_.find(header, now);
     if (record != Cache::kNone) {
       if (cache_.is_open(record) && cache_.is_stale(record, now)) {
@@ -391,18 +394,18 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   void assemble(const Arrival& arrival, const Fragment<P>& fragment, Record record) {
     if (!cache_.is_open(record)) {
       reassembler_.begin(record);
-      cache_.open(record, arrival.now);
+      cache_.open(record, arrival.moment);
     }
-    const Ticks elapsed = cache_.since_last_packet(record, arrival.now);
+    const Ticks elapsed = cache_.since_last_packet(record, arrival.moment);
     Outcome outcome = reassembler_.add(record, fragment, elapsed);
     if (outcome == Outcome::kNoSlot &&
         give_up_less_than(worth(record, reassembler_.has_gap_with(record, fragment.sequence)),
-                          record, arrival.now)) {
+                          record, arrival.moment)) {
       outcome = reassembler_.add(record, fragment, elapsed);
     }
     switch (outcome) {
       case Outcome::kHeld:
-        cache_.open(record, arrival.now);
+        cache_.open(record, arrival.moment);
         break;
       case Outcome::kComplete:
         complete(arrival, fragment, record, elapsed);
@@ -411,11 +414,11 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
         count(counters_.duplicates);
         break;
       case Outcome::kContradiction:
-        give_up(record, arrival.now);
+        give_up(record, arrival.moment);
         count(counters_.contradictions);
         break;
       case Outcome::kNoSlot:
-        give_up(record, arrival.now);
+        give_up(record, arrival.moment);
         count(counters_.no_memory);
         break;
     }
@@ -426,7 +429,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     uint8_t message[W::kMessageBytes];
     typename W::Timestamp delay = 0;
     const uint16_t size = reassembler_.take(record, fragment, elapsed, message, &delay);
-    cache_.close_delivered(record, arrival.now);
+    cache_.close_delivered(record, arrival.moment);
     deliver(arrival, message, size, delay);
   }
 
@@ -455,7 +458,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
                : kHopsUnknown;
   }
 
-  void give_up(Record record, Ticks now) {
+  void give_up(Record record, Moment now) {
     reassembler_.release(record);
     cache_.close_given_up(record, now);
   }
@@ -469,7 +472,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
 
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
   /// `worth`.
-  bool give_up_less_than(uint8_t limit, Record kept, Ticks now) {
+  bool give_up_less_than(uint8_t limit, Record kept, Moment now) {
     Record victim = Cache::kNone;
     const Record used = cache_.used();
     for (uint8_t n = 0; n < 32 && n < used; ++n) {
@@ -487,7 +490,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     return true;
   }
 
-  void age(Ticks now) {
+  void age(Moment now) {
     const Record record = cache_.sweep(now);
     if (record == Cache::kNone) return;
     reassembler_.release(record);

@@ -5,8 +5,21 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/// For a function in an inner loop that -Os would call rather than inline.
+#define SWARMTALK_INLINE inline __attribute__((always_inline))
+
 namespace swarmtalk {
 namespace core {
+
+/// `pointer`, kept in a register: avr-g++ would work out the address of a table's element anew, with
+/// a multiplication, at each use.
+template <class T>
+SWARMTALK_INLINE T* in_register(T* pointer) {
+#ifdef __AVR__
+  __asm__("" : "+r"(pointer));
+#endif
+  return pointer;
+}
 
 /// `Then` if kCondition, else `Else`.
 template <bool kCondition, class Then, class Else>
