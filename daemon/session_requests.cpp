@@ -26,6 +26,11 @@ Refusal over_limit(const std::string& what, std::uint64_t limit) {
           limit};
 }
 
+// A request of a newer minor looks like no request at all, but for fields that we do not know.
+bool has_unknown_fields(const ipc::Envelope& request) {
+  return request.GetReflection()->GetUnknownFields(request).field_count() > 0;
+}
+
 std::string version_text(std::uint32_t major, std::uint32_t minor) {
   return std::to_string(major) + "." + std::to_string(minor);
 }
@@ -35,8 +40,7 @@ std::string version_text(std::uint32_t major, std::uint32_t minor) {
 void Session::handle(ipc::Envelope& request) {
   request_id_ = request.request_id();
   const int bodies = ipc::count_bodies(request);
-  const bool has_unknown = request.GetReflection()->GetUnknownFields(request).field_count() > 0;
-  if (bodies > 1 || (bodies == 0 && !has_unknown)) {
+  if (bodies > 1 || (bodies == 0 && !has_unknown_fields(request))) {
     is_malformed_ = true;
     fail_stream(ipc::ERROR_MALFORMED,
                 "a frame has exactly one submessage, this one has " + std::to_string(bodies));

@@ -43,6 +43,21 @@ class ListeningSocketTest : public testing::Test {
     close(descriptor);
     return ok;
   }
+  /// One of several daemons that start at once. @return exit code: 0 won, 1 refused, 3 deaf winner
+  int try_once(int start, int tried, int done) const {
+    char byte = 0;
+    (void)!read(start, &byte, 1);
+    try {
+      const ListeningSocket socket = open();
+      const bool is_heard = can_connect();
+      (void)!write(tried, &byte, 1);
+      (void)!read(done, &byte, 1);  // holds it until all have tried
+      return is_heard ? 0 : 3;
+    } catch (const ConfigError&) {
+      (void)!write(tried, &byte, 1);
+      return 1;
+    }
+  }
   /// Leaves a socket behind as a daemon does that was killed.
   void leave_stale_socket() const {
     const pid_t pid = fork();
@@ -53,6 +68,8 @@ class ListeningSocketTest : public testing::Test {
     waitpid(pid, nullptr, 0);
     ASSERT_TRUE(std::filesystem::exists(config_.path));
   }
+
+  static constexpr int kDaemons = 8;
 
   std::string folder_;
   SocketConfig config_;
@@ -96,33 +113,28 @@ TEST_F(ListeningSocketTest, StaleSocketIsTakenOver) {
 TEST_F(ListeningSocketTest, OnlyOneOfManyDaemonsThatStartAtOnceWins) {
   for (int round = 0; round < 20; ++round) {
     leave_stale_socket();
-    int start[2];
-    ASSERT_EQ(pipe(start), 0);
-    int done[2];
-    ASSERT_EQ(pipe(done), 0);
+    int start[2];  // closed: all begin at once
+    int tried[2];  // a byte from each that has tried
+    int done[2];   // closed: the winner may let go
+    ASSERT_TRUE(pipe(start) == 0 && pipe(tried) == 0 && pipe(done) == 0);
     std::vector<pid_t> children;
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < kDaemons; ++i) {
       const pid_t pid = fork();
       if (pid == 0) {
-        char byte = 0;
         close(start[1]);
         close(done[1]);
-        (void)!read(start[0], &byte, 1);  // all at once, when the parent closes its end
-        try {
-          const ListeningSocket socket = open();
-          (void)!read(done[0], &byte, 1);  // hold it until all have tried
-          _exit(can_connect() ? 0 : 3);
-        } catch (const ConfigError&) {
-          _exit(1);
-        }
+        _exit(try_once(start[0], tried[1], done[0]));
       }
       children.push_back(pid);
     }
     close(start[0]);
-    close(start[1]);
-    usleep(20000);
     close(done[0]);
+    close(start[1]);
+    char byte = 0;
+    for (int i = 0; i < kDaemons; ++i) ASSERT_EQ(read(tried[0], &byte, 1), 1);
     close(done[1]);
+    close(tried[0]);
+    close(tried[1]);
     int winners = 0;
     for (const pid_t pid : children) {
       int status = 0;
@@ -142,6 +154,40 @@ TEST_F(ListeningSocketTest, SocketThatSomebodyElseMadeMeanwhileIsLeftAlone) {
     std::ofstream(config_.path) << "mine";
   }
   EXPECT_TRUE(std::filesystem::exists(config_.path));
+}
+
+TEST_F(ListeningSocketTest, SocketOfSystemdIsUsedAndNotRemoved) {
+  const pid_t pid = fork();
+  if (pid == 0) {
+    {
+      const ListeningSocket outer = open();  // stands for systemd's
+      dup2(outer.descriptor(), 3);
+      setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+      setenv("LISTEN_FDS", "1", 1);
+      {
+        const ListeningSocket passed = open();
+        if (!passed.is_from_systemd() || passed.descriptor() != 3) _exit(1);
+      }
+      if (!std::filesystem::exists(config_.path)) _exit(2);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST_F(ListeningSocketTest, SomethingElsePassedBySystemdIsRefused) {
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(STDERR_FILENO, 3);
+    setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+    setenv("LISTEN_FDS", "1", 1);
+    _exit(error().find("ListenStream=") != std::string::npos ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST_F(ListeningSocketTest, MissingFolderIsNamed) {
