@@ -93,11 +93,20 @@ class DuplicateCache {
     record.stamp = stamp_of(record.flags, now);
   }
 
-  /// Whether an open message's packets all come from its origin, in order, so that a gap is a loss.
-  bool is_one_hop(Index i) const { return (records_[i].flags & kFlood) == 0; }
-  /// Whether its sender was heard beginning another message on the channel since.
-  bool is_overtaken(Index i) const { return (records_[i].flags & kOvertaken) != 0; }
-
+  /// What is known of an open message's chance to become whole.
+  enum class Chance : uint8_t {
+    kNotOpen,
+    kAny,         // its packets may come by other ways: a gap may still be filled
+    kWithoutGap,  // one hop, so in order: a gap is a loss
+    kNone,        // its sender was heard beginning another message on the channel since
+  };
+  Chance chance(Index i) const {
+    const uint8_t flags = records_[i].flags;
+    return (flags & kOpen) == 0        ? Chance::kNotOpen
+           : (flags & kFlood) != 0     ? Chance::kAny
+           : (flags & kOvertaken) != 0 ? Chance::kNone
+                                       : Chance::kWithoutGap;
+  }
   bool is_open(Index i) const { return i < used_ && (records_[i].flags & kOpen) != 0; }
   bool is_delivered(Index i) const { return (records_[i].flags & kDelivered) != 0; }
   bool is_given_up(Index i) const { return (records_[i].flags & kGivenUp) != 0; }

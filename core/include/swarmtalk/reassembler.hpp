@@ -135,21 +135,19 @@ class Reassembler {
     begin(i);
   }
 
-  /// Whether a packet before the last one held is missing.
-  bool has_gap(Index i) const { return is_gapped(assemblies_[i].held); }
-  /// The same, once packet `sequence` is held as well.
-  bool has_gap_with(Index i, PacketIndex sequence) const {
-    return is_gapped(static_cast<Mask>(assemblies_[i].held |
-                                       static_cast<Mask>(static_cast<Mask>(1) << sequence)));
-  }
+  /// Packets held of message `i`, one bit each.
+  Mask held(Index i) const { return assemblies_[i].held; }
 
-  /// Packets held of message `i`.
-  uint8_t progress(Index i) const {
-    uint8_t count = 0;
-    for (Mask mask = assemblies_[i].held; mask != 0; mask = static_cast<Mask>(mask & (mask - 1))) {
-      ++count;
-    }
-    return count;
+  // Of such a mask: with packet `sequence` as well; whether a packet before the last is missing;
+  // how many packets.
+  static Mask with(Mask mask, PacketIndex sequence) {
+    return static_cast<Mask>(mask | static_cast<Mask>(static_cast<Mask>(1) << sequence));
+  }
+  static bool has_gap(Mask mask) { return static_cast<Mask>(mask & (mask + 1u)) != 0; }
+  static uint8_t count(Mask mask) {
+    uint8_t packets = 0;
+    for (; mask != 0; mask = static_cast<Mask>(mask & (mask - 1u))) ++packets;
+    return packets;
   }
 
  private:
@@ -178,7 +176,6 @@ class Reassembler {
     return count;
   }
 
-  static bool is_gapped(Mask held) { return static_cast<Mask>(held & (held + 1u)) != 0; }
   static Mask full(PacketIndex packets) {
     return static_cast<Mask>(static_cast<Mask>(~static_cast<Mask>(0)) >>
                              (sizeof(Mask) * 8 - packets));

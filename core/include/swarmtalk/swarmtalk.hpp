@@ -399,8 +399,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     const Ticks elapsed = cache_.since_last_packet(record, arrival.moment);
     Outcome outcome = reassembler_.add(record, fragment, elapsed);
     if (outcome == Outcome::kNoSlot &&
-        give_up_less_than(worth(record, reassembler_.has_gap_with(record, fragment.sequence)),
-                          record, arrival.moment)) {
+        give_up_less_than(worth_with(record, fragment.sequence), record, arrival.moment)) {
       outcome = reassembler_.add(record, fragment, elapsed);
     }
     switch (outcome) {
@@ -465,9 +464,23 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
 
   /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
   /// with each packet held. To finish what has come farthest takes the least memory for a message.
-  uint8_t worth(Record record, bool has_gap) const {
-    if (cache_.is_one_hop(record) && (has_gap || cache_.is_overtaken(record))) return 0;
-    return static_cast<uint8_t>(reassembler_.progress(record) + 1);
+  /// @param mask  packets held, or to be held
+  uint8_t worth(typename Cache::Chance chance, typename W::PacketMask mask) const {
+    if (chance == Cache::Chance::kNone ||
+        (chance == Cache::Chance::kWithoutGap && Reassembler<P>::has_gap(mask))) {
+      return 0;
+    }
+    return static_cast<uint8_t>(Reassembler<P>::count(mask) + 1);
+  }
+
+  /// What `record` is worth if packet `sequence` is held as well; that packet not counted.
+  uint8_t worth_with(Record record, PacketIndex sequence) const {
+    const auto mask = reassembler_.held(record);
+    const auto chance = cache_.chance(record);
+    return chance == Cache::Chance::kWithoutGap &&
+                   Reassembler<P>::has_gap(Reassembler<P>::with(mask, sequence))
+               ? uint8_t{0}
+               : worth(chance, mask);
   }
 
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
@@ -477,8 +490,10 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     const Record used = cache_.used();
     for (uint8_t n = 0; n < 32 && n < used; ++n) {
       if (++victim_hand_ >= used) victim_hand_ = 0;
-      if (victim_hand_ == kept || !cache_.is_open(victim_hand_)) continue;
-      const uint8_t its_worth = worth(victim_hand_, reassembler_.has_gap(victim_hand_));
+      const auto chance = cache_.chance(victim_hand_);
+      if (chance == Cache::Chance::kNotOpen || victim_hand_ == kept) continue;
+      if (limit == 1 && chance == Cache::Chance::kAny) continue;
+      const uint8_t its_worth = worth(chance, reassembler_.held(victim_hand_));
       if (its_worth < limit) {
         limit = its_worth;
         victim = victim_hand_;

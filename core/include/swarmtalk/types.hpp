@@ -11,8 +11,8 @@
 namespace swarmtalk {
 namespace core {
 
-/// `pointer`, kept in a register: avr-g++ would work out the address of a table's element anew, with
-/// a multiplication, at each use.
+/// `pointer`, kept in a register: avr-g++ would work out the address of a table's element anew,
+/// with a multiplication, at each use.
 template <class T>
 SWARMTALK_INLINE T* in_register(T* pointer) {
 #ifdef __AVR__
