@@ -49,7 +49,7 @@ void Daemon::run() {
   for (const auto& station : stations_) {
     station->start();
     spdlog::debug("link {}: {} on {}, {}", station->name(), station->link().type(),
-                 station->link().device(), station->link().state());
+                  station->link().device(), station->link().state());
   }
   clients_.listen(socket_.descriptor());
   wait_signal();
