@@ -1,4 +1,5 @@
-// Runs cycles_target.elf in libsimavr and holds the most cycles that each call took against a budget.
+// Runs cycles_target.elf in libsimavr and holds the most cycles that each call took against a
+// budget.
 //   cycles TARGET.elf [RECEIVE_LIMIT PULL_LIMIT]     exit 1 if one is exceeded
 // Calls and returns are not counted apart, but the writes that bracket them are (2 cycles).
 #include <simavr/sim_avr.h>
@@ -49,7 +50,9 @@ const char* name_of(uint8_t situation) {
                                        "receive a copy with more TTL, queue full"};
   return kNames[situation];
 }
-bool is_pull(uint8_t situation) { return situation <= 3 || situation == 6; }
+bool is_pull(uint8_t situation) {
+  return situation <= 3 || situation == 6;
+}
 
 }  // namespace
 
@@ -76,8 +79,8 @@ int main(int argc, char** argv) {
   int result = state == cpu_Done ? 0 : 1;
   for (const auto& [situation, cycles] : meter.worst) {
     const uint64_t limit = is_pull(situation) ? pull_limit : receive_limit;
-    std::printf("%6llu cycles  %s%s\n", static_cast<unsigned long long>(cycles),
-                name_of(situation), cycles > limit ? "  OVER BUDGET" : "");
+    std::printf("%6llu cycles  %s%s\n", static_cast<unsigned long long>(cycles), name_of(situation),
+                cycles > limit ? "  OVER BUDGET" : "");
     if (cycles > limit) result = 1;
   }
   if (meter.worst.size() < 12) result = 1;

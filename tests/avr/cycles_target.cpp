@@ -1,7 +1,7 @@
 // Runs the library's calls on an emulated ATmega328P and brackets each with writes to GPIOR1: the
 // number of the situation, then 0. cycles.cpp counts the cycles between. The packets are made here.
-#include <avr/sleep.h>
 #include <avr/interrupt.h>
+#include <avr/sleep.h>
 #include <string.h>
 
 #include "tests/avr/bare_robot.hpp"
@@ -13,8 +13,12 @@ using Profile = core::Kilobot;
 using W = core::Wire<Profile>;
 
 uint16_t ticks = 100;
-uint32_t clock_ticks(void*) { return ticks; }
-uint32_t draw(void*) { return 5; }
+uint32_t clock_ticks(void*) {
+  return ticks;
+}
+uint32_t draw(void*) {
+  return 5;
+}
 
 core::Swarmtalk<Profile> node(core::Port{&clock_ticks, &draw, nullptr});
 core::Publisher<Profile>* publisher;
