@@ -106,9 +106,9 @@ void apply(const Options& options, Scenario& scenario) {
 void dump_flash(const Emulation& emulation, const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) throw std::runtime_error(text + ": expected ROBOT=PATH");
-  const std::uint8_t* flash = emulation.node(text.substr(0, equals)).mcu().flash();
+  const std::vector<std::uint8_t> flash = emulation.node(text.substr(0, equals)).mcu().flash();
   std::ofstream file(text.substr(equals + 1), std::ios::binary);
-  file.write(reinterpret_cast<const char*>(flash), kFlashBytes);
+  file.write(reinterpret_cast<const char*>(flash.data()), kFlashBytes);
   if (!file.flush()) throw std::runtime_error(text + ": cannot be written");
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
 #include <stdexcept>
 
 #include "tools/kilobot_emulator/atmega328p.hpp"
@@ -20,6 +21,15 @@ namespace reg = atmega328p;
 namespace {
 
 constexpr std::uint8_t kStackPaint = 0xA5;
+/// A program that goes astray may use any 16-bit address; simavr complains, and then does it.
+std::uint8_t* widened(std::uint8_t* memory, std::size_t size_bytes) {
+  constexpr std::size_t kAddressSpaceBytes = 65536;
+  auto* wide = static_cast<std::uint8_t*>(std::realloc(memory, kAddressSpaceBytes + 4));
+  if (wide == nullptr) throw std::bad_alloc();
+  std::fill(wide + size_bytes, wide + kAddressSpaceBytes + 4, std::uint8_t{0xFF});
+  return wide;
+}
+
 constexpr std::uint32_t kFlashMask = kFlashBytes - 1;  // the program counter has 14 bits (words)
 
 }  // namespace
@@ -29,6 +39,8 @@ Mcu::Mcu(const Image& image, const Eeprom& eeprom, const McuSettings& settings)
   avr_ = avr_make_mcu_by_name("atmega328p");
   if (avr_ == nullptr) throw std::runtime_error("libsimavr does not know the ATmega328P");
   avr_init(avr_);
+  avr_->flash = widened(avr_->flash, kFlashBytes);
+  avr_->data = widened(avr_->data, reg::kRamEnd + 1u);
   avr_->frequency = settings.clock_hz;
   avr_->vcc = avr_->avcc = avr_->aref = kConverterMax;  // so that millivolts are counts
   avr_->log = LOG_NONE;
@@ -41,6 +53,7 @@ Mcu::Mcu(const Image& image, const Eeprom& eeprom, const McuSettings& settings)
   avr_eeprom_desc_t description{contents.data(), 0, kEepromBytes};
   avr_ioctl(avr_, AVR_IOCTL_EEPROM_SET, &description);
   normal_run_ = avr_->run;
+  skip_repair_.scan(avr_);
   install_hooks();
 }
 
@@ -58,8 +71,11 @@ std::uint8_t Mcu::data(std::uint16_t address) const {
 std::uint32_t Mcu::program_counter() const {
   return avr_->pc;
 }
-const std::uint8_t* Mcu::flash() const {
-  return avr_->flash;
+
+std::vector<std::uint8_t> Mcu::flash() const {
+  std::vector<std::uint8_t> contents(avr_->flash, avr_->flash + kFlashBytes);
+  skip_repair_.undo(contents.data());
+  return contents;
 }
 
 Eeprom Mcu::eeprom() const {

@@ -9,11 +9,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/kilobot_emulator/eeprom.hpp"
 #include "tools/kilobot_emulator/image.hpp"
 #include "tools/kilobot_emulator/ir_front_end.hpp"
 #include "tools/kilobot_emulator/random.hpp"
+#include "tools/kilobot_emulator/skip_repair.hpp"
 
 struct avr_t;
 struct avr_irq_t;
@@ -59,7 +61,7 @@ class Mcu {
 
   std::uint8_t data(std::uint16_t address) const;
   std::uint32_t program_counter() const;
-  const std::uint8_t* flash() const;  // kFlashBytes
+  std::vector<std::uint8_t> flash() const;  // kFlashBytes
   Eeprom eeprom() const;
 
   bool is_dead() const { return !crash_.empty(); }
@@ -106,6 +108,7 @@ class Mcu {
   std::array<avr_int_vector_t*, kVectors> vectors_{};
 
   IrFrontEnd front_end_;
+  SkipRepair skip_repair_;
   Random noise_;
   bool comparator_is_high_ = false;
   std::uint64_t stalled_until_ = 0;  // cycle; the processor stands still while it writes flash

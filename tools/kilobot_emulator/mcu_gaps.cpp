@@ -4,7 +4,8 @@
 //  - "write one to clear" of the comparator's flag, and its read-only output bit;
 //  - interrupt vectors in the bootloader section (IVSEL), and four cycles of interrupt entry;
 //  - the time that erasing or writing a flash page takes, in which the processor stands still;
-//  - a serial line of 10 bits per byte (simavr counts a parity bit) that can overrun.
+//  - a serial line of 10 bits per byte (simavr counts a parity bit) that can overrun;
+//  - skips over "adiw" and "sbiw" (skip_repair.hpp).
 // Also here: the polling of INT0 and INT1, low by design, that would cost two thirds of all speed.
 #include <simavr/avr_acomp.h>
 #include <simavr/avr_adc.h>
@@ -37,8 +38,6 @@ constexpr std::size_t kSerialBufferBytes = 3;  // two in the buffer, one in the 
 constexpr unsigned kSerialBits = 10;           // start, eight data, stop
 constexpr unsigned kBatteryChannel = 6;
 
-void discard_log(avr_t*, int, const char*, va_list) {}
-
 avr_io_t* find_module(avr_t* avr, const char* kind) {
   for (avr_io_t* io = avr->io_port; io != nullptr; io = io->next)
     if (std::strcmp(io->kind, kind) == 0) return io;
@@ -49,6 +48,13 @@ avr_io_t* find_module(avr_t* avr, const char* kind) {
 
 struct Mcu::Hooks {
   static Mcu& self(void* param) { return *static_cast<Mcu*>(param); }
+
+  /// simavr's messages say nothing that the emulator does not know better, but for one: an invalid
+  /// instruction may be one of ours.
+  static void logger(avr_t* avr, int level, const char*, va_list) {
+    if (level == LOG_ERROR && avr != nullptr && avr->custom.data != nullptr)
+      self(avr->custom.data).skip_repair_.execute(avr);
+  }
 
   static avr_cycle_count_t light_timer(avr_t* avr, avr_cycle_count_t, void* param) {
     Mcu& mcu = self(param);
@@ -125,6 +131,7 @@ struct Mcu::Hooks {
   static avr_cycle_count_t stall_timer(avr_t* avr, avr_cycle_count_t, void* param) {
     Mcu& mcu = self(param);
     mcu.stalled_until_ = avr->cycle + kPageOperationUs * mcu.settings_.clock_hz / 1'000'000;
+    mcu.skip_repair_.scan(avr);
     return 0;
   }
 
@@ -147,7 +154,8 @@ struct Mcu::Hooks {
 };
 
 void Mcu::install_hooks() {
-  avr_global_logger_set(discard_log);
+  avr_->custom.data = this;
+  avr_global_logger_set(Hooks::logger);
   const auto irq = [this](std::uint32_t module, int index) {
     return avr_io_getirq(avr_, module, index);
   };

@@ -143,8 +143,9 @@ TEST_F(FirmwareTest, IsLoadedIntoTwoRobotsWithOnePercentLoss) {
   send(make_frame(FrameType::kStop), 0.2);
   std::printf("%u pages in %d passes, %.1f s\n", pages, passes, emulation_->emulated_seconds());
   for (std::size_t i = 0; i < 2; ++i) {
-    const std::uint8_t* flash = emulation_->nodes()[i]->mcu().flash();
-    EXPECT_TRUE(std::equal(flash, flash + program.used_bytes, program.flash.begin()))
+    const std::vector<std::uint8_t> flash = emulation_->nodes()[i]->mcu().flash();
+    EXPECT_TRUE(
+        std::equal(flash.begin(), flash.begin() + program.used_bytes, program.flash.begin()))
         << "robot " << i;
   }
   log_.str("");

@@ -100,6 +100,31 @@ TEST(Mcu, ReportsItsInfraredPinWithTheCycle) {
   EXPECT_EQ(std::vector(edges.end() - 2, edges.end()), expected);
 }
 
+TEST(Mcu, SkipsOneWordOverAdiwAndSbiw) {
+  // clr r0; ldi r24, 250; ldi r25, 0; sbrc r0, 0; adiw r24, 12 (skipped); ldi r26, 1;
+  // sbrs r0, 0; adiw r24, 12; sbrs r0, 0; sbiw r24, 7 (no trouble); cpse r0, r26; sbiw r24, 15;
+  // ldi r27, 1; rjmp .
+  const Image image = image_of(0, {0x2400, 0xEF8A, 0xE090, 0xFC00, 0x960C, 0xE0A1, 0xFE00, 0x960C,
+                                   0xFE00, 0x9707, 0x120A, 0x970F, 0xE0B1, 0xCFFF});
+  Mcu mcu(image, make_eeprom({}), {});
+  mcu.run_until(100);
+  EXPECT_EQ(mcu.data(24) + mcu.data(25) * 256, 250 + 12 - 7 - 15);
+  EXPECT_EQ(mcu.data(26), 1);
+  EXPECT_EQ(mcu.data(27), 1);
+  EXPECT_EQ(mcu.flash(), image.flash);
+}
+
+TEST(Mcu, SetsTheFlagsOfARepairedInstruction) {
+  // ldi r24, 15; ldi r25, 0; cpse r24, r25; sbiw r24, 15; in r16, SREG; cpse r24, r16;
+  // sbiw r24, 15; in r17, SREG; rjmp .
+  const Image image =
+      image_of(0, {0xE08F, 0xE090, 0x1389, 0x970F, 0xB70F, 0x1380, 0x970F, 0xB71F, 0xCFFF});
+  Mcu mcu(image, make_eeprom({}), {});
+  mcu.run_until(100);
+  EXPECT_EQ(mcu.data(16) & 0x1F, 0x02) << "zero";
+  EXPECT_EQ(mcu.data(17) & 0x1F, 0x15) << "sign, negative, carry";
+}
+
 TEST(Mcu, GivesItsEepromBack) {
   const Image image = image_of(0, kLightPc3AndStay);
   Calibration calibration;
