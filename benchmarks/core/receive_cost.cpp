@@ -1,6 +1,6 @@
 // Work for callgrind: receives `packets` packets in one of several situations, built beforehand, so
 // that the difference between two run lengths is the cost of receiving alone.
-//   core_cost SITUATION PACKETS     prints how many messages were delivered
+//   receive_cost SITUATION PACKETS     prints how many messages were delivered
 // Situations: idle, send1, send8 (pull_packet); kilobot1, kilobot8 (the Kilobot's own memory);
 // single, eight, senders2, senders100, full3000 (memory for all: hash table, 4000 fragments).
 #include <cstdint>
