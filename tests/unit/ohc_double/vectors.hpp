@@ -52,17 +52,17 @@ inline const std::vector<Vector> kVectors = {
 /// The 22 messages of page 0 of a program whose byte i is (7 i + 3) mod 256. The last one's bytes 4
 /// to 7, and so its CRC, come from other memory of the controller.
 inline const std::vector<const char*> kPageMessages = {
-    "0000030a11181f260081c066",   "00032d343b4249500081783b",
-    "0006575e656c737a0081ef32",   "00098188 8f969da40081cd1d",
-    "000cabb2b9c0c7ce0081b42e",   "000fd5dce3eaf1f800812a70",
-    "0012ff060d141b22008134de",   "00152930373e454c00816efd",
-    "0018535a61686f7600818ca3",   "001b7d848b9299a00081f19c",
-    "001ea7aeb5bcc3ca00815137",   "0021d1d8dfe6edf400814c55",
+    "0000030a11181f260081c066", "00032d343b4249500081783b",
+    "0006575e656c737a0081ef32", "000981888f969da40081cd1d",
+    "000cabb2b9c0c7ce0081b42e", "000fd5dce3eaf1f800812a70",
+    "0012ff060d141b22008134de", "00152930373e454c00816efd",
+    "0018535a61686f7600818ca3", "001b7d848b9299a00081f19c",
+    "001ea7aeb5bcc3ca00815137", "0021d1d8dfe6edf400814c55",
     "0024fb020910171e0081ab82", "0027252c333a41480081397d",
-    "002a4f565d646b720081c271",   "002d7980878e959c0081560f",
-    "0030a3aab1b8bfc600817b37",   "0033cdd4dbe2e9f0008193cc",
-    "0036f7fe050c131a00816518",   "003921282f363d440081764c",
-    "003c4b525960676e00815fd9",   "003f757c"};
+    "002a4f565d646b720081c271", "002d7980878e959c0081560f",
+    "0030a3aab1b8bfc600817b37", "0033cdd4dbe2e9f0008193cc",
+    "0036f7fe050c131a00816518", "003921282f363d440081764c",
+    "003c4b525960676e00815fd9", "003f757c"};
 
 /// Bytes of a hex text, blanks ignored.
 inline std::vector<std::uint8_t> from_hex(const std::string& text) {
