@@ -1,0 +1,88 @@
+#include "swarmtalk/reassembler.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "swarmtalk/profiles/kilobot.hpp"
+
+namespace swarmtalk::core {
+namespace {
+
+using Reassembly = Reassembler<Kilobot>;
+using Outcome = Reassembly::Outcome;
+
+Fragment<Kilobot> fragment(uint8_t sequence, uint8_t packets, const char* five) {
+  Fragment<Kilobot> result = {};
+  result.sequence = sequence;
+  result.packets = packets;
+  result.payload = reinterpret_cast<const uint8_t*>(five);
+  result.payload_bytes = 5;
+  result.payload_max = 5;
+  return result;
+}
+
+TEST(Reassembler, PutsPacketsInOrderWhateverTheirs) {
+  Reassembly sut;
+  sut.begin(0);
+  EXPECT_EQ(sut.add(0, fragment(2, 3, "ccccc"), 0), Outcome::kHeld);
+  EXPECT_EQ(sut.add(0, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
+  const auto last = fragment(1, 0, "bbbbb");
+  EXPECT_EQ(sut.add(0, last, 0), Outcome::kComplete);
+  uint8_t message[40];
+  uint16_t delay = 0;
+  EXPECT_EQ(sut.take(0, last, 0, message, &delay), 15);
+  EXPECT_EQ(std::string(reinterpret_cast<char*>(message), 15), "aaaaabbbbbccccc");
+  EXPECT_EQ(sut.held(0), 0);
+}
+
+TEST(Reassembler, KnowsACopyFromAContradiction) {
+  Reassembly sut;
+  sut.begin(0);
+  sut.add(0, fragment(0, 0, "aaaaa"), 0);
+  EXPECT_EQ(sut.add(0, fragment(0, 0, "aaaaa"), 0), Outcome::kDuplicate);
+  EXPECT_EQ(sut.add(0, fragment(0, 0, "xxxxx"), 0), Outcome::kContradiction);
+  sut.add(0, fragment(3, 4, "ddddd"), 0);
+  EXPECT_EQ(sut.add(0, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction) << "two ends";
+  EXPECT_EQ(sut.add(0, fragment(5, 0, "fffff"), 0), Outcome::kContradiction) << "behind the end";
+  sut.begin(1);
+  sut.add(1, fragment(5, 0, "fffff"), 0);
+  EXPECT_EQ(sut.add(1, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction);
+}
+
+TEST(Reassembler, GivesReleasedSlotsBack) {
+  Reassembly sut;
+  for (int round = 0; round < 10; ++round) {
+    for (uint8_t i = 0; i < 20; ++i) {
+      sut.begin(i);
+      EXPECT_EQ(sut.add(i, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
+      EXPECT_EQ(sut.add(i, fragment(1, 0, "bbbbb"), 0), Outcome::kHeld);
+    }
+    EXPECT_EQ(sut.add(0, fragment(2, 0, "ccccc"), 0), Outcome::kNoSlot) << "40 slots";
+    sut.release(7);
+    EXPECT_EQ(sut.add(0, fragment(2, 0, "ccccc"), 0), Outcome::kHeld);
+    for (uint8_t i = 0; i < 20; ++i) sut.release(i);
+  }
+}
+
+TEST(Reassembler, ReportsTheLargestDelayUntilNow) {
+  Reassembly sut;
+  sut.begin(0);
+  auto first = fragment(0, 0, "aaa");
+  first.payload_bytes = first.payload_max = 3;
+  first.timestamped = true;
+  first.delay = 10;
+  auto last = fragment(1, 2, "bbb");
+  last.payload_bytes = last.payload_max = 3;
+  last.timestamped = true;
+  last.delay = 60;
+  sut.add(0, first, 0);
+  uint8_t message[40];
+  uint16_t delay = 0;
+  EXPECT_EQ(sut.add(0, last, 49), Outcome::kComplete);
+  sut.take(0, last, 49, message, &delay);
+  EXPECT_EQ(delay, 60) << "10 + 49 of the first is less";
+}
+
+}  // namespace
+}  // namespace swarmtalk::core
