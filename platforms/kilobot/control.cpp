@@ -17,9 +17,9 @@ constexpr int16_t kBatteryFull = 682;
 constexpr int16_t kBatteryGood = 648;
 constexpr int16_t kBatteryLow = 614;
 
-/// A flash every 0.2 s, 2 ms long.
+/// A flash every 0.2 s, 5 ms long: longer than a pass of the main loop.
 constexpr uint16_t kFlashPeriodUnits = 1562;
-constexpr uint16_t kFlashUnits = 16;
+constexpr uint16_t kFlashUnits = 40;
 constexpr uint16_t kSleepGlanceUnits = 78;   // 10 ms: listen after waking from deep sleep
 constexpr uint16_t kSleepListenUnits = 781;  // 100 ms: after something was heard
 

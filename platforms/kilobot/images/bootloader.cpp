@@ -33,16 +33,24 @@ uint8_t page_data[kParts * kPartBytes];
 uint32_t parts;  // of the page in page_data
 uint8_t page;    // which page that is
 uint8_t pages_done[(kPages + 7) / 8];
-uint8_t done_count;
+bool is_any_done;
 uint8_t page_count;  // of the whole program
 
 bool is_done(uint8_t number) {
   return (pages_done[number / 8] & (1 << (number % 8))) != 0;
 }
 
+/// Pages beyond the program's count for nothing.
+bool is_whole() {
+  for (uint8_t i = 0; i < page_count; ++i) {
+    if (!is_done(i)) return false;
+  }
+  return true;
+}
+
 void begin_again() {
   for (uint8_t& byte : pages_done) byte = 0;
-  done_count = 0;
+  is_any_done = false;
   page_count = kPages;
   page = 0;
   parts = 0;
@@ -90,9 +98,9 @@ void take_part(const uint8_t* data) {
   write_page();
   parts = 0;
   pages_done[number / 8] |= static_cast<uint8_t>(1 << (number % 8));
-  ++done_count;
+  is_any_done = true;
   set_led(kLedGreen);
-  if (done_count == page_count) start_program();
+  if (is_whole()) start_program();
 }
 
 void take_message() {
@@ -102,10 +110,10 @@ void take_message() {
   } else if (type == kIrPages) {
     if (body[0] == 0 || body[0] > kPages) return;
     page_count = body[0];
-    if (done_count == page_count) start_program();
+    if (is_whole()) start_program();
   } else if (type == kIrBoot) {
     begin_again();
-  } else if (done_count == 0 && has_program()) {
+  } else if (!is_any_done && has_program()) {
     start_program();
   }
 }
@@ -139,7 +147,7 @@ void show_waiting() {
   static uint8_t ticks;
   if ((TIFR0 & (1 << TOV0)) == 0) return;
   TIFR0 = 1 << TOV0;
-  if (done_count != 0 || parts != 0) return;
+  if (is_any_done || parts != 0) return;
   set_led(ticks == 0 ? kLedBlue : kLedOff);
   ticks = static_cast<uint8_t>((ticks + 1) % kTicksPerFlash);
 }
