@@ -1,0 +1,92 @@
+"""The whole chain: overhead controller, infrared, nine robots, right hop counts."""
+import os
+import subprocess
+import time
+
+import pytest
+
+import elf_image
+import swarm
+from overhead_frames import RUN, forward, stop
+
+ROWS = COLUMNS = 3
+SPACING_MM = 50
+RANGE_MM = 60  # four neighbours
+SECONDS = 14
+HOPS = ("joined-6:1", "joined-2:1")  # of seed 1 and seed 2: the last members of the program
+
+
+def expected_hops(robot: int, seed: int, other_seed: int) -> int:
+    """Steps over the grid. Seeds do not pass on the other's count: the way leads around them."""
+    def neighbours(node):
+        row, column = divmod(node, COLUMNS)
+        for r, c in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
+            if 0 <= r < ROWS and 0 <= c < COLUMNS:
+                yield r * COLUMNS + c
+
+    hops = {seed: 0}
+    queue = [seed]
+    for node in queue:
+        if node == other_seed:
+            continue
+        for neighbour in neighbours(node):
+            if neighbour not in hops:
+                hops[neighbour] = hops[node] + 1
+                queue.append(neighbour)
+    return hops[robot]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_run_over_the_terminal_lets_nine_robots_count_hops(tmp_path, seed):
+    """Drifting clocks. uid 1 (in the middle of the first row) and 2 (a corner) are the seeds."""
+    uids = [3, 1, 4, 5, 6, 7, 8, 9, 2]
+    robots = swarm.grid(ROWS, COLUMNS, SPACING_MM, image=swarm.image("hop_count"))
+    for robot, uid in zip(robots, uids):
+        robot["uid"] = uid
+    terminal = tmp_path / "ohc"
+    ohc = {"image": swarm.image("overhead"), "infrared_pin": "D3", "pty": str(terminal)}
+    scenario = tmp_path / "scenario.toml"
+    log_path = tmp_path / "log.jsonl"
+    scenario.write_text(swarm.scenario_text(
+        robots, {"seconds": SECONDS, "seed": seed, "drift_ppm": 10000, "watch": list(HOPS),
+                 "real_time_factor": 8},
+        {"range_mm": RANGE_MM}, ohc))
+    emulator = subprocess.Popen([swarm.EMULATOR, "--scenario", scenario, "--log", log_path],
+                                stderr=subprocess.PIPE, text=True)
+    try:
+        press_run(terminal, log_path, emulator)
+        assert emulator.wait(timeout=swarm.RUN_SECONDS) == 0
+    finally:
+        emulator.kill()
+    print(emulator.stderr.read().strip())
+    log = swarm.Log(log_path.read_text().splitlines())
+    assert log.of("sent", "ohc", type=RUN)
+    first, second = uids.index(1), uids.index(2)
+    for i in range(ROWS * COLUMNS):
+        counts = [log.variable(f"k{i}", name) for name in HOPS]
+        assert counts == [0 if i == first else expected_hops(i, first, second),
+                          0 if i == second else expected_hops(i, second, first)], f"robot k{i}"
+
+
+def press_run(terminal, log_path, emulator):
+    """What an operator does: RUN, again until it is seen to leave, and STOP."""
+    while not terminal.exists():
+        assert emulator.poll() is None, "the emulator opened no terminal"
+        time.sleep(0.01)
+    port = os.open(terminal, os.O_RDWR | os.O_NOCTTY)
+    try:
+        while emulator.poll() is None and log_path.read_text().count('"type":136') < 20:
+            os.write(port, forward(RUN))  # bytes before the controller has started are lost
+            time.sleep(0.1)
+        if emulator.poll() is None:
+            os.write(port, stop())
+        time.sleep(0.05)
+    finally:
+        os.close(port)
+
+
+def test_hops_lie_where_the_test_looks():
+    """HOPS counts from the end of the one object that robot and program share."""
+    symbols = elf_image.tool("avr-nm", "-S", "-C", swarm.image("hop_count"))
+    assert any(line.split()[-1] == "joined" and len(line.split()) == 4
+               for line in symbols.splitlines())

@@ -1,0 +1,96 @@
+"""Programming over infrared: through our bootloader, byte for byte, and never past its bounds."""
+import elf_image
+import swarm
+from overhead_frames import (BOOT, PROGRAM_PAGES, RUN, command, forward, page, send_at, upload)
+
+BOOTLOADER_ADDRESS = 0x7000
+PASSES = 6
+
+
+def bootloader_bytes(tmp_path) -> bytes:
+    return elf_image.flash_bytes(swarm.image("bootloader"), tmp_path)
+
+
+def robots(count: int, name: str) -> list[dict]:
+    return swarm.grid(1, count, 40, image=swarm.image(name), bootloader=swarm.image("bootloader"))
+
+
+def run_and_dump(tmp_path, nodes, commands, seconds, **options) -> tuple[swarm.Log, list[bytes]]:
+    """Runs the commands. @return log, and the robots' flash at the end"""
+    dumps = [tmp_path / f"k{i}.bin" for i in range(len(nodes))]
+    arguments = [word for i, dump in enumerate(dumps) for word in ("--dump-flash", f"k{i}={dump}")]
+    ohc = {"image": swarm.image("overhead"), "infrared_pin": "D3", "send": commands}
+    log = swarm.emulate(tmp_path, nodes, ohc=ohc, arguments=tuple(arguments), seconds=seconds,
+                        drift_ppm=10000, **options)
+    return log, [dump.read_bytes() for dump in dumps]
+
+
+def test_two_robots_are_programmed_with_one_percent_loss_and_run(tmp_path):
+    program = elf_image.flash_bytes(swarm.image("beacon"), tmp_path)
+    commands = command(2.1, BOOT, hold=0.5)
+    more, end = upload(3.0, program, PASSES)
+    commands += more + command(end + 0.3, RUN, hold=1.0)
+    log, flashes = run_and_dump(tmp_path, robots(2, "hop_count"), commands, end + 3.5, seed=5,
+                                medium={"loss": 0.01}, watch=["beacon_heard:2"])
+    print(f"{len(program)} bytes, {PASSES} passes, {end:.0f} s")
+    for i, flash in enumerate(flashes):
+        assert flash[:len(program)] == program, f"robot k{i}"
+        boot = bootloader_bytes(tmp_path)
+        assert flash[BOOTLOADER_ADDRESS:BOOTLOADER_ADDRESS + len(boot)] == boot
+    after = [e for i in range(2) for e in log.of("sent", f"k{i}", type=0x10)]
+    assert {e["node"] for e in after} == {"k0", "k1"}, "the new program runs in both"
+
+
+def test_no_page_number_reaches_the_bootloader(tmp_path):
+    """Each page that is none of a program's, then a program that must still be taken."""
+    program = bytes((7 * i + 3) % 256 for i in range(256))
+    commands = command(2.1, BOOT, hold=0.5)
+    at = 3.0
+    for number in (219, 220, 223, 224, 239, 255):
+        # Raw messages, since our controller refuses such frames itself.
+        for part in range(22):
+            data = bytes([number, 3 * part]) + b"\xaa" * 6
+            commands.append(send_at(at, forward(0x81, data, kind=6)))
+            at += 0.0344 + 0.0125
+    commands.append(send_at(at, forward(PROGRAM_PAGES, b"\x00")))
+    commands.append(send_at(at + 0.2, forward(PROGRAM_PAGES, b"\xff")))
+    at += 0.4
+    more, end = upload(at, program, 1)
+    _, flashes = run_and_dump(tmp_path, robots(1, "hop_count"), commands + more, end + 0.2, seed=1)
+    boot = bootloader_bytes(tmp_path)
+    flash = flashes[0]
+    assert flash[BOOTLOADER_ADDRESS:BOOTLOADER_ADDRESS + len(boot)] == boot
+    assert flash[220 * 128:BOOTLOADER_ADDRESS] == b"\xff" * (BOOTLOADER_ADDRESS - 220 * 128)
+    assert flash[219 * 128:220 * 128] == b"\xaa" * 128, "the last page of a program is writable"
+    assert flash[:256] == program
+
+
+def test_page_with_a_hole_is_not_written(tmp_path):
+    """21 of 22 parts, twice, of a one-page program: the part that never came stays missing."""
+    commands = command(2.1, BOOT, hold=0.5) + [send_at(2.8, forward(PROGRAM_PAGES, b"\x01"))]
+    at = 3.0
+    for _ in range(2):
+        for part in range(22):
+            if part != 5:
+                data = bytes([0, 3 * part]) + bytes([part]) * 6
+                commands.append(send_at(at, forward(0x81, data, kind=6)))
+                at += 0.0344 + 0.0125
+    program = elf_image.flash_bytes(swarm.image("hop_count"), tmp_path)
+    _, flashes = run_and_dump(tmp_path, robots(1, "hop_count"), commands, at + 0.5, seed=1)
+    assert flashes[0][:128] == program[:128]
+
+
+def test_message_of_a_neighbour_starts_the_old_program_again(tmp_path):
+    """The standard bootloader's way out, as long as nothing has been taken."""
+    commands = command(2.1, BOOT, hold=0.3) + command(3.0, 0x10, hold=0.1)
+    commands += command(3.5, RUN, hold=0.5)
+    log, _ = run_and_dump(tmp_path, robots(1, "beacon"), commands, 5.0, seed=1)
+    assert log.of("sent", "k0", type=0x10)
+
+
+def test_the_overhead_controller_refuses_pages_beyond_programs(tmp_path):
+    commands = [send_at(2.1, page(224, b"\0" * 128)), send_at(2.4, page(219, b"\0" * 128))]
+    log, _ = run_and_dump(tmp_path, robots(1, "blank"), commands, 2.8, seed=1)
+    sent = log.of("sent", "ohc")
+    assert len(sent) == 22
+    assert all(e["data"].startswith("db") for e in sent)
