@@ -15,6 +15,7 @@ struct RoomForAll : Kilobot {
   static constexpr uint16_t kRecords = 200;
   static constexpr uint16_t kBuckets = 64;
   static constexpr uint16_t kForwardSlots = 50;
+  static constexpr uint32_t kBufferBudgetBytes = 8192;
 };
 
 /// Memory for 20 packets and 10 to forward.

@@ -76,6 +76,20 @@ struct Wire {
   /// One bit per packet of a message.
   using PacketMask = UintFor<kMaxPackets>;
   using MessageSize = UintFor<bits_for(kMessageBytes)>;
+
+  /// What the profile's numbers cost in buffers: packets to forward, fragments, send buffers,
+  /// records.
+  static constexpr uint32_t kBufferBytes =
+      static_cast<uint32_t>(P::kForwardSlots) * P::kMtuBytes +
+      static_cast<uint32_t>(P::kFragmentSlots) * (kBodyBytes + 1u) +
+      static_cast<uint32_t>(P::kChannels) * kMessageBytes +
+      static_cast<uint32_t>(P::kRecords) *
+          ((P::kNodeBits + P::kMessageBits + P::kChannelBits + P::kEpochBits + P::kStampBits) / 8u +
+           4u);
+  static_assert(
+      kBufferBytes <= P::kBufferBudgetBytes,
+      "this profile's buffers exceed its RAM budget: lower kForwardSlots, kFragmentSlots, "
+      "kChannels or kRecords, or raise kBufferBudgetBytes");
   using PacketIndex = UintFor<bits_for(kMaxPackets)>;  // of a packet in its message, or their count
 
   struct Header {

@@ -51,8 +51,11 @@ TEST(DuplicateCache, GivesAwayTheOldestClosedRecordAndNeverAnOpenOne) {
   EXPECT_NE(sut.insert(header(100, 0), true, true, at(160)), Cache::kNone);
   EXPECT_EQ(sut.find(header(3, 0), at(160)), Cache::kNone);
   EXPECT_NE(sut.find(header(4, 0), at(160)), Cache::kNone);
-  sut.open(sut.find(header(4, 0), at(160)), at(160));
-  sut.open(sut.find(header(100, 0), at(160)), at(160));
+  for (uint8_t node : {uint8_t{4}, uint8_t{100}}) {
+    const auto record = sut.find(header(node, 0), at(160));
+    ASSERT_NE(record, Cache::kNone);
+    sut.open(record, at(160));
+  }
   EXPECT_EQ(sut.insert(header(101, 0), true, true, at(160)), Cache::kNone);
 }
 
