@@ -107,6 +107,13 @@ class Mcu {
   avr_irq_t* uart_input_ = nullptr;
   std::array<avr_int_vector_t*, kVectors> vectors_{};
 
+  /// simavr's handler of writes to a port.
+  struct PortWrite {
+    void (*write)(avr_t*, std::uint16_t, std::uint8_t, void*) = nullptr;
+    void* param = nullptr;
+  };
+  std::array<PortWrite, 6> port_writes_{};
+
   IrFrontEnd front_end_;
   SkipRepair skip_repair_;
   Random noise_;

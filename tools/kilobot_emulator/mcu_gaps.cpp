@@ -5,12 +5,15 @@
 //  - interrupt vectors in the bootloader section (IVSEL), and four cycles of interrupt entry;
 //  - the time that erasing or writing a flash page takes, in which the processor stands still;
 //  - a serial line of 10 bits per byte (simavr counts a parity bit) that can overrun;
+//  - phase-correct PWM of the 8-bit timers, which drives the motors;
 //  - skips over "adiw" and "sbiw" (skip_repair.hpp).
-// Also here: the polling of INT0 and INT1, low by design, that would cost two thirds of all speed.
+// Also here: the polling of INT0 and INT1, low by design, that would cost two thirds of all speed,
+// and writes to ports that change nothing.
 #include <simavr/avr_acomp.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
+#include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_cycle_timers.h>
@@ -42,6 +45,19 @@ avr_io_t* find_module(avr_t* avr, const char* kind) {
   for (avr_io_t* io = avr->io_port; io != nullptr; io = io->next)
     if (std::strcmp(io->kind, kind) == 0) return io;
   return nullptr;
+}
+
+/// Phase-correct PWM counts up and down, 510 steps; simavr does not know it for the two small
+/// timers and lets them overflow with every count, which is wrong and slow. 512 steps up come
+/// close.
+void add_phase_correct_pwm(avr_t* avr) {
+  constexpr unsigned kMode = 1;
+  for (avr_io_t* io = avr->io_port; io != nullptr; io = io->next) {
+    auto* timer = reinterpret_cast<avr_timer_t*>(io);
+    if (std::strcmp(io->kind, "timer") != 0 || (timer->name != '0' && timer->name != '2')) continue;
+    timer->wgm_op[kMode].kind = avr_timer_wgm_fc_pwm;
+    timer->wgm_op[kMode].size = 9;  // bits
+  }
 }
 
 }  // namespace
@@ -147,6 +163,12 @@ struct Mcu::Hooks {
     if (mcu.on_serial_byte) mcu.on_serial_byte(static_cast<std::uint8_t>(value));
   }
 
+  /// Programs tend to write to their ports what is there already; simavr would look at every pin.
+  static void port_write(avr_t* avr, avr_io_addr_t address, std::uint8_t value, void* param) {
+    const auto& behind = *static_cast<const PortWrite*>(param);
+    if (avr->data[address] != value) behind.write(avr, address, value, behind.param);
+  }
+
   static void infrared_pin(avr_irq_t*, std::uint32_t value, void* param) {
     Mcu& mcu = self(param);
     if (mcu.on_infrared) mcu.on_infrared(mcu.avr_->cycle, (value & 1) != 0);
@@ -161,6 +183,7 @@ void Mcu::install_hooks() {
   };
   avr_extint_set_strict_lvl_trig(avr_, 0, 0);
   avr_extint_set_strict_lvl_trig(avr_, 1, 0);
+  add_phase_correct_pwm(avr_);
 
   comparator_input_ = irq(AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN0);
   avr_raise_irq(irq(AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN1), kThresholdMillivolts);
@@ -192,6 +215,15 @@ void Mcu::install_hooks() {
           settings_.infrared_led.bit),
       Hooks::infrared_pin, this);
   avr_raise_irq(irq(AVR_IOCTL_IOPORT_GETIRQ('D'), 0), 1);  // high: not on the charger
+
+  const std::array<std::uint16_t, 6> ports{reg::kDdrB,  reg::kDdrC,  reg::kDdrD,
+                                           reg::kPortB, reg::kPortC, reg::kPortD};
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    auto& handler = avr_->io[AVR_DATA_TO_IO(ports[i])].w;
+    port_writes_[i] = {handler.c, handler.param};
+    handler.c = Hooks::port_write;
+    handler.param = &port_writes_[i];
+  }
 
   uart_ = reinterpret_cast<avr_uart_t*>(find_module(avr_, "uart"));
   uart_->flags = 0;

@@ -125,6 +125,29 @@ TEST(Mcu, SetsTheFlagsOfARepairedInstruction) {
   EXPECT_EQ(mcu.data(17) & 0x1F, 0x15) << "sign, negative, carry";
 }
 
+TEST(Mcu, OverflowsInPhaseCorrectPwmOnceEachPeriod) {
+  // ldi r16, 1; sts TCCR2A, r16; ldi r16, 2; sts TCCR2B, r16;
+  // again: sbis TIFR2, 0; rjmp again; sbi TIFR2, 0; inc r17; rjmp again
+  const Image image = image_of(
+      0, {0xE001, 0x9300, 0x00B0, 0xE002, 0x9300, 0x00B1, 0x9BB8, 0xCFFE, 0x9AB8, 0x9513, 0xCFFB});
+  Mcu mcu(image, make_eeprom({}), {});
+  mcu.run_until(100 * kMsCycles);
+  EXPECT_NEAR(mcu.data(17), 100 * 8000 / (8 * 510), 2);
+}
+
+TEST(Mcu, ReportsAPortsPinAlsoWhenItIsWrittenTwice) {
+  // sbi DDRB, 0; sbi PORTB, 0; sbi PORTB, 0; cbi PORTB, 0; cbi PORTB, 0; rjmp .
+  const Image image = image_of(0, {0x9A20, 0x9A28, 0x9A28, 0x9828, 0x9828, 0xCFFF});
+  Mcu mcu(image, make_eeprom({}), {});
+  std::vector<std::uint64_t> rises, falls;
+  mcu.on_infrared = [&](std::uint64_t cycle, bool is_on) {
+    (is_on ? rises : falls).push_back(cycle);
+  };
+  mcu.run_until(100);
+  EXPECT_EQ(rises, std::vector<std::uint64_t>{2});
+  EXPECT_EQ(falls.back(), 6u);
+}
+
 TEST(Mcu, GivesItsEepromBack) {
   const Image image = image_of(0, kLightPc3AndStay);
   Calibration calibration;
