@@ -55,7 +55,7 @@ class Backoff {
   }
 
   uint16_t due_ = 0;
-  uint16_t spacing_ = kLeastSpacing;
+  uint16_t spacing_ = 0;
   uint8_t turns_ = 0;
 };
 

@@ -12,8 +12,8 @@ namespace swarmtalk {
 namespace kilobot {
 
 enum class State : uint8_t {
-  kSleeping,  // powered down, listens every 8 s
   kIdle,      // green flashes
+  kSleeping,  // powered down, listens every 8 s
   kBattery,   // LED shows the voltage
   kSetup,     // about to call the program's setup()
   kRunning,   // the program runs
@@ -51,10 +51,10 @@ class Control {
   void sleep();
   void flash(uint8_t rgb);
 
-  MotorCalibration motors_;
-  uint16_t uid_;
+  MotorCalibration motors_ = {};
+  uint16_t uid_ = 0;
   Motion motion_;
-  State state_ = State::kIdle;
+  State state_ = State::kIdle;  // 0: the object needs no constructor
   bool is_set_up_ = false;
 };
 

@@ -17,8 +17,8 @@ enum class IrEvent : uint8_t {
   kByteStart,  // the start pulse of a byte: time counts from here
   kLeaderEnd,  // the stop pulse of the leading byte
   kByte,       // the stop pulse of a byte of the message: byte() and index() are valid
-  kMessage,    // the same for the last byte, and the checksum is right
-  kAbort,      // no message, or a damaged one: begin() with the next pulse
+  kLast,       // the same for the last byte: a message, if is_intact()
+  kAbort,      // no message: begin() with the next pulse
 };
 
 class IrDecoder {
@@ -52,6 +52,9 @@ class IrDecoder {
     return end_byte();
   }
 
+  /// Behind kLast: whether the checksum is right.
+  bool is_intact() const { return ir_crc_step(crc_, byte_) == 0; }
+
   /// The byte just received, and its place in the message, 0 to 11.
   uint8_t byte() const { return byte_; }
   uint8_t index() const { return static_cast<uint8_t>(index_ - 1); }
@@ -71,19 +74,17 @@ class IrDecoder {
       index_ = 0;
       return IrEvent::kLeaderEnd;
     }
-    ++index_;
     // The checksum of this byte waits for the next one's start: a stop pulse has enough to do
     // within the 269 cycles until then.
-    if (index_ != kIrMessageBytes) return IrEvent::kByte;
-    return ir_crc_step(crc_, byte_) == 0 ? IrEvent::kMessage : IrEvent::kAbort;
+    return ++index_ == kIrMessageBytes ? IrEvent::kLast : IrEvent::kByte;
   }
 
-  uint16_t slot_end_;
-  uint16_t crc_;
-  uint8_t mask_;
-  uint8_t byte_;
-  uint8_t index_;  // bytes of the message that are complete; kLeader in the leading byte
-  bool expects_start_;
+  uint16_t slot_end_ = 0;
+  uint16_t crc_ = 0;
+  uint8_t mask_ = 0;
+  uint8_t byte_ = 0;
+  uint8_t index_ = 0;  // bytes of the message that are complete; kLeader in the leading byte
+  bool expects_start_ = false;
 };
 
 }  // namespace kilobot

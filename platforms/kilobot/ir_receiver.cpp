@@ -22,7 +22,7 @@ volatile uint8_t receiving;  // written by the interrupts
 volatile uint8_t oldest;     // written by the main loop
 volatile uint16_t lost_count;
 volatile uint8_t heard_count;
-volatile bool is_complete;  // a whole message is in ring[receiving]
+volatile bool is_complete;  // all bytes of a message have come
 
 /// Timer 1 runs only while a message arrives.
 bool is_timing() {
@@ -97,7 +97,7 @@ ISR(ANALOG_COMP_vect) {
     ADMUX = kAdcLowGain;
   } else if (event == IrEvent::kByte) {
     store_byte(ring[receiving], decoder.index(), decoder.byte());
-  } else if (event == IrEvent::kMessage) {
+  } else if (event == IrEvent::kLast) {
     is_complete = true;
     OCR1A = static_cast<uint16_t>(TCNT1 + kSoonCycles);
   } else {
@@ -110,7 +110,7 @@ ISR(TIMER1_COMPA_vect) {
   listen_for_leader();
   if (!is_complete) return;
   is_complete = false;
-  finish();
+  if (decoder.is_intact()) finish();
 }
 
 void start_receiver() {

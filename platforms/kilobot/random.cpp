@@ -8,7 +8,7 @@ namespace kilobot {
 
 namespace {
 
-uint32_t state = 1;
+uint32_t state;
 
 /// One step of a linear congruential generator modulo 2^32 (multiplier 1664525, Knuth, The Art of
 /// Computer Programming vol. 2, sec. 3.3.4); the high half is the good one.

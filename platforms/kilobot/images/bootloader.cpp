@@ -136,10 +136,10 @@ void on_pulse() {
   const uint16_t cycles = TCNT1;
   const IrEvent event = decoder.on_pulse(cycles);
   if (event == IrEvent::kByteStart) TCNT1 = 0;
-  if (event == IrEvent::kByte || event == IrEvent::kMessage) body[decoder.index()] = decoder.byte();
-  if (event != IrEvent::kMessage && event != IrEvent::kAbort) return;
+  if (event == IrEvent::kByte || event == IrEvent::kLast) body[decoder.index()] = decoder.byte();
+  if (event != IrEvent::kLast && event != IrEvent::kAbort) return;
   TCCR1B = 0;
-  if (event == IrEvent::kMessage) take_message();
+  if (event == IrEvent::kLast && decoder.is_intact()) take_message();
 }
 
 /// A short blue flash each second shows that the robot waits.
