@@ -3,7 +3,7 @@
 
 usage: check_size.py FOLDER_WITH_IMAGES BUDGET.json
 
-RAM is the size of the node (channels, buffers, caches, counters) in the hop-count follower. Flash is
+RAM is the size of the node (channels, buffers, caches, counters) in the follower. Flash is
 what the follower has more than the same image without library and program: library, program and the
 runtime functions they pull in.
 """

@@ -366,7 +366,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
       return record;
     }
     record = cache_.insert(header, flood, insist, now);
-    if (record != Cache::kNone || !insist) return record;
+    if (record != Cache::kNone) return record;
     // All are open: one that cannot become whole makes place.
     return give_up_less_than(1, Cache::kNone, now) ? cache_.insert(header, flood, insist, now)
                                                    : Cache::kNone;
