@@ -39,6 +39,7 @@ class Emulation {
  private:
   std::shared_ptr<const Image> load(const NodeSpec& spec);
   void add_node(const NodeSpec& spec, const OhcSpec* ohc);
+  void check_watched() const;
   void add_tasks();
 
   Scenario scenario_;

@@ -99,6 +99,7 @@ SerialSpec parse_serial(const std::string& text);
 LampSpec parse_lamp(const std::string& text);
 
 /// Fills in what is still open (names, uids, random drifts and power-on times) from the seed.
+/// @throws std::runtime_error if a number is out of its range
 void complete(Scenario& scenario);
 
 }  // namespace swarmtalk::emulator

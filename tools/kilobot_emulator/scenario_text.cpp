@@ -132,7 +132,40 @@ void add_grid(Scenario& scenario, const std::string& size, double spacing_mm,
   }
 }
 
+namespace {
+
+void require(bool is_good, const char* what) {
+  if (!is_good) throw std::runtime_error(what);
+}
+
+bool is_probability(double value) {
+  return value >= 0 && value <= 1;
+}
+
+void check(const Scenario& scenario) {
+  const MediumSettings& medium = scenario.medium;
+  require(is_probability(medium.loss), "loss must be within 0 and 1");
+  require(is_probability(medium.pulse_loss), "pulse_loss must be within 0 and 1");
+  require(medium.range_mm >= 0, "range_mm must not be negative");
+  require(medium.stray_pulses_per_s >= 0 && medium.stray_pulses_per_s <= 1e5,
+          "stray_pulses_per_s must be within 0 and 100000");
+  require(medium.delay_ns >= 1'000 && medium.delay_ns <= 100'000,
+          "delay_ns must be within 1000 and 100000");
+  require(scenario.sample_ms >= 0.01, "sample_ms must be at least 0.01");
+  require(scenario.baud >= 300 && scenario.baud <= 1e6, "baud must be within 300 and 1000000");
+  require(scenario.drift_ppm >= 0 && scenario.drift_ppm <= 500'000,
+          "drift_ppm must be within 0 and 500000");
+  require(scenario.power_on_spread_ms >= 0, "power_on_spread_ms must not be negative");
+  require(scenario.real_time_factor >= 0, "real_time_factor must not be negative");
+  for (const NodeSpec& robot : scenario.robots)
+    require(robot.clock_hz >= 100'000 && robot.clock_hz <= 20'000'000,
+            "clock_hz must be within 100000 and 20000000");
+}
+
+}  // namespace
+
 void complete(Scenario& scenario) {
+  check(scenario);
   scenario.medium.seed = scenario.seed;
   Random chance(scenario.seed, 0);
   const auto fill = [&](NodeSpec& node) {

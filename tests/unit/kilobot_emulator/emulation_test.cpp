@@ -194,6 +194,9 @@ TEST_F(EmulationTest, RefusesAScenarioThatCannotBe) {
   add(listener_, 0);
   scenario_.ohc_serial = {parse_serial("run@1")};
   EXPECT_THROW(run(1), std::runtime_error) << "no overhead controller";
+  scenario_.ohc_serial.clear();
+  scenario_.watch = {"no_such_variable"};
+  EXPECT_THROW(run(1), std::runtime_error) << "nothing to watch";
 }
 
 }  // namespace

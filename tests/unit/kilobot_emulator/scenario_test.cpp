@@ -132,6 +132,16 @@ TEST(ScenarioText, RefusesGridsThatAreNone) {
     EXPECT_THROW(add_grid(scenario, bad, 50, {}), std::runtime_error) << bad;
 }
 
+TEST(Scenario, RefusesNumbersOutOfRange) {
+  Scenario scenario;
+  complete(scenario);
+  scenario.medium.loss = 1.5;
+  EXPECT_THROW(complete(scenario), std::runtime_error);
+  scenario.medium.loss = 0;
+  scenario.sample_ms = 0;
+  EXPECT_THROW(complete(scenario), std::runtime_error);
+}
+
 TEST(Scenario, DrawsWhatIsOpenFromTheSeedAlone) {
   Scenario first;
   add_grid(first, "2x2", 50, {});
