@@ -25,16 +25,6 @@ using namespace std::chrono_literals;
 constexpr auto kStartTimeout = 20s;
 constexpr auto kEndGrace = 3s;
 
-std::string last_line(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  std::string last;
-  while (std::getline(file, line)) {
-    if (!line.empty()) last = line;
-  }
-  return last;
-}
-
 bool answers(const Robot& robot) {
   swarmtalk::ClientOptions options;
   options.socket_path = robot.socket;
@@ -50,7 +40,7 @@ void wait_until_up(const State& state) {
       throw_if_interrupted();
       const std::string who = "robot " + std::to_string(robot.number) + ": swarmtalkd ";
       if (!is_running(robot.daemon)) {
-        throw std::runtime_error(who + "ended: " + last_line(robot.log));
+        throw std::runtime_error(who + "ended: " + last_words(robot));
       }
       if (std::chrono::steady_clock::now() > deadline) {
         throw std::runtime_error(who + "does not answer at " + robot.socket + "; see " + robot.log);
@@ -115,6 +105,16 @@ State plan(const LabOptions& options) {
 }
 
 }  // namespace
+
+std::string last_words(const Robot& robot) {
+  std::ifstream file(robot.log);
+  std::string line;
+  std::string last = "it wrote nothing to its log";
+  while (std::getline(file, line)) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
 
 Pose grid_pose(int robot_number, int robots, double spacing_m) {
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(robots))));

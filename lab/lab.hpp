@@ -12,8 +12,10 @@ namespace swarmtalk::lab {
 
 inline constexpr int kMaxRobots = 250;
 
+inline constexpr const char* kDefaultName = "lab";
+
 struct LabOptions {
-  std::string name = "lab";
+  std::string name = kDefaultName;
   std::string medium = "bridge";  // bridge (raw layer 2, needs root) or udp (this machine only)
   std::string daemon;             // path of swarmtalkd
   std::string base_config;        // TOML file whose sections all robots get; empty: none
@@ -28,6 +30,9 @@ State up(const LabOptions& options);
 
 /// Ends the lab's processes and removes its namespaces and its folder. Safe on half a lab.
 void down(const State& state);
+
+/// The last line that a robot's daemon wrote to its log, for a daemon that has ended.
+std::string last_words(const Robot& robot);
 
 /// True while the `run` that owns this lab runs; of a lab made by `up`, while any daemon does.
 bool is_alive(const State& state);

@@ -76,6 +76,7 @@ int run(LabOptions options, const std::vector<std::string>& command) {
   try {
     SpawnOptions spawn_options;
     spawn_options.environment = {"SWARMTALK_LAB=" + state.name};
+    spawn_options.dies_with_parent = true;
     result = wait_for(spawn(command, spawn_options));
   } catch (...) {
     down(state);
@@ -117,7 +118,11 @@ int main(int argc, char** argv) {
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
         ->check(CLI::Range(0.0, 30.0))
         ->capture_default_str();
-    command->add_option("--config", options.base_config, "TOML sections that all robots get")
+    command
+        ->add_option(
+            "--config", options.base_config,
+            "TOML file whose sections all robots get; the lab puts in each robot's socket, link, "
+            "pose and id (an id of \"auto\" stays)")
         ->check(CLI::ExistingFile);
     command->add_option("--daemon", options.daemon, "Path of swarmtalkd")->capture_default_str();
   };
@@ -158,8 +163,9 @@ int main(int argc, char** argv) {
     remember_interrupts();
     if (*up_command) {
       up(options);
-      std::printf("%d robots are up. Try: swarmtalk-lab exec 1 -- swarmtalk-cli status\n",
-                  options.robots);
+      const std::string name = options.name == kDefaultName ? "" : "--name " + options.name + " ";
+      std::printf("%d robot%s up. Try: swarmtalk-lab %sexec 1 -- swarmtalk-cli status\n",
+                  options.robots, options.robots == 1 ? " is" : "s are", name.c_str());
       return 0;
     }
     if (*run_command) return run(options, command_line);

@@ -41,8 +41,9 @@ std::int64_t udp_port(const std::string& lab_name) {
 std::string robot_config(const State& state, const Robot& robot, const std::string& base_config) {
   toml::table table = read_base(base_config);
   toml::table& node = section(table, "node");
-  node.insert("id", robot.number);
-  node.insert("pose", toml::array{robot.pose.x_m, robot.pose.y_m, robot.pose.theta_rad});
+  // A file made for one robot serves for all; only an automatic id is as good for many.
+  if (node["id"].value<std::string>() != "auto") node.insert_or_assign("id", robot.number);
+  node.insert_or_assign("pose", toml::array{robot.pose.x_m, robot.pose.y_m, robot.pose.theta_rad});
   section(table, "socket").insert_or_assign("path", robot.socket);
   toml::table link;
   if (state.medium == "udp") {

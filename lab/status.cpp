@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <swarmtalk/client.hpp>
 
+#include "lab/lab.hpp"
+
 namespace swarmtalk::lab {
 namespace {
 
@@ -25,7 +27,9 @@ Answer ask(const Robot& robot) {
   swarmtalk::Status status = client.connect();
   if (status.ok()) status = client.get_status(answer.daemon);
   answer.answers = status.ok();
-  answer.problem = status.text();
+  answer.problem = is_running(robot.daemon)
+                       ? std::string(status.text())
+                       : "swarmtalkd has ended: " + last_words(robot) + " (log: " + robot.log + ")";
   return answer;
 }
 

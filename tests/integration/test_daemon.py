@@ -17,9 +17,22 @@ def write_config(tmp_path, text="", link='[links.test]\ntype = "udp"\ninterface 
     return path
 
 
+STARTED = []
+
+
+@pytest.fixture(autouse=True)
+def end_what_was_started():
+    yield
+    for process in STARTED:
+        process.kill()
+        process.communicate()
+    STARTED.clear()
+
+
 def start(config, wait=True):
     process = subprocess.Popen([program("swarmtalkd"), "--config", str(config)],
                                stderr=subprocess.PIPE, text=True)
+    STARTED.append(process)
     path = config.parent / "d.sock"
     if wait:
         wait_for(lambda: process.poll() is not None or can_connect(path), what="the daemon")
@@ -167,6 +180,7 @@ def test_a_client_reports_a_killed_daemon_and_comes_back(tmp_path):
     client = subprocess.Popen([program("swarmtalk-cli"), "--socket", str(tmp_path / "d.sock"),
                                "sub", "c", "--json", "-C", "1", "-W", "20"],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    STARTED.append(client)
     cli = [program("swarmtalk-cli"), "--socket", str(tmp_path / "d.sock")]
 
     def is_subscribed():

@@ -2,6 +2,7 @@
 program outside this tree can use."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -9,13 +10,32 @@ import pytest
 from conftest import BUILD, ROOT, run
 
 
-@pytest.fixture(scope="module")
-def staged(tmp_path_factory):
-    root = tmp_path_factory.mktemp("root")
+def install(root):
     done = run("cmake", "--install", BUILD, "--prefix", "/usr", timeout=120,
                env={**os.environ, "DESTDIR": str(root)})
     assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    root = tmp_path_factory.mktemp("root")
+    install(root)
     return root
+
+
+def test_installing_again_keeps_the_robots_configuration(staged):
+    config = staged / "etc/swarmtalk/swarmtalkd.toml"
+    original = config.read_text()
+    config.write_text(original + "# mine\n")
+    install(staged)
+    assert config.read_text() == original + "# mine\n"
+
+
+def test_the_units_name_files_that_are_installed(staged):
+    for unit in ("swarmtalkd.service", "swarmtalkd.socket"):
+        text = (staged / "usr/lib/systemd/system" / unit).read_text()
+        for path in re.findall(r"(?:file:|ExecStart=|--config )(/\S+)", text):
+            assert (staged / path[1:]).exists(), path
 
 
 def test_the_units_are_accepted_by_systemd(staged):

@@ -138,6 +138,24 @@ def test_without_root_it_says_so_in_one_line():
     assert done.returncode == 1
 
 
+def test_a_file_made_for_one_robot_serves_for_all(udp_lab, tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text('[node]\nid = 3\npose = [9.0, 9.0, 0.0]\n[channels]\nfood = 7\n')
+    lab = udp_lab(2, "--config", base)
+    assert [lab.status(robot)["node_id"] for robot in (1, 2)] == [1, 2]
+    assert json.loads(lab.cli(1, "pose", "get", "--json").stdout)["x_m"] == 0
+
+
+def test_status_tells_why_a_daemon_ended(udp_lab):
+    lab = udp_lab(2)
+    os.kill(lab.pid(2), signal.SIGTERM)
+    wait_for(lambda: not is_running(lab.pid(2)), what="the daemon to end")
+    done = lab.tool("status")
+    assert done.returncode == 1
+    assert "swarmtalkd has ended" in done.stdout
+    assert "systemctl" not in done.stdout
+
+
 def test_a_daemon_that_cannot_start_is_quoted(udp_lab, tmp_path):
     base = tmp_path / "base.toml"
     base.write_text("[node]\nnonsense = 1\n")
