@@ -43,7 +43,7 @@ class DuplicateCache {
 
   /// Record of the header's message. @return kNone if it is not remembered (any more); an open one
   /// is found even past its time (see is_stale), because somebody holds packets of it
-  Index find(const Header& header, Moment now) const {
+  SWARMTALK_HOT Index find(const Header& header, Moment now) const {
     const RecordKey<P> key(header);
     const Index index = index_.find(records_, used_, key);
     if (index == kNone || (records_[index].flags & kOpen) != 0) return index;
@@ -59,7 +59,7 @@ class DuplicateCache {
   /// @param flood   copies may come by other ways, for long
   /// @param insist  take a younger flooded message's record if there is nothing better
   /// @return kNone if all records are open, or too precious when not insisting
-  Index insert(const Header& header, bool flood, bool insist, Moment now) {
+  SWARMTALK_HOT Index insert(const Header& header, bool flood, bool insist, Moment now) {
     const RecordKey<P> key(header);
     Choice choice = {kNone, 0};
     for (Index i = index_.first(key); index_.is_valid(i, used_); i = index_.next(records_, i)) {

@@ -71,7 +71,7 @@ class Reassembler {
   }
 
   /// Adds a packet to message `i`, which has been begun. @param elapsed ticks since its last packet
-  Outcome add(Index i, const Fragment<P>& fragment, Ticks elapsed) {
+  SWARMTALK_HOT Outcome add(Index i, const Fragment<P>& fragment, Ticks elapsed) {
     Assembly& assembly = assemblies_[i];
     const Mask bit = static_cast<Mask>(static_cast<Mask>(1) << fragment.sequence);
     if (contradicts(assembly, fragment, bit)) return Outcome::kContradiction;

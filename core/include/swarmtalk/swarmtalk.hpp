@@ -262,7 +262,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
 
   // --- receiving ----------------------------------------------------------------------------
   /// Checks lengths and numbers against each other. @return false if they contradict
-  bool read_fragment(const Arrival& arrival, Fragment<P>& fragment) const {
+  SWARMTALK_HOT bool read_fragment(const Arrival& arrival, Fragment<P>& fragment) const {
     const Header& header = arrival.header;
     PacketSize body_bytes =
         P::kPadded ? W::kBodyBytes
@@ -301,7 +301,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   /// Our own packet come back, or somebody else under our id: neither is received.
-  bool is_own(const Arrival& arrival) {
+  SWARMTALK_HOT bool is_own(const Arrival& arrival) {
     const Header& header = arrival.header;
     if (!identity_.is_drawn() || header.node != identity_.id()) return false;
     const bool same_epoch = header.epoch == identity_.epoch();
@@ -321,7 +321,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     return same_epoch;
   }
 
-  void receive(Arrival& arrival, const Fragment<P>& fragment) {
+  SWARMTALK_HOT void receive(Arrival& arrival, const Fragment<P>& fragment) {
     const Header& header = arrival.header;
     bool wanted = arrival.channel != nullptr && arrival.channel->subscriber_count_ != 0;
     if (!wanted) {
@@ -355,7 +355,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   /// The record of a packet's message, a new one if needed. kNone: no room.
-  Record record_of(const Header& header, bool flood, bool insist, Moment now) {
+  SWARMTALK_HOT Record record_of(const Header& header, bool flood, bool insist, Moment now) {
     Record record = cache_.find(header, now);
     if (record != Cache::kNone) {
       if (cache_.is_open(record) && cache_.is_stale(record, now)) {
@@ -365,11 +365,11 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
       }
       return record;
     }
-    record = cache_.insert(header, flood, insist, now);
-    if (record != Cache::kNone) return record;
-    // All are open: one that cannot become whole makes place.
-    return give_up_less_than(1, Cache::kNone, now) ? cache_.insert(header, flood, insist, now)
-                                                   : Cache::kNone;
+    // While all are open, one that cannot become whole makes place.
+    do {
+      record = cache_.insert(header, flood, insist, now);
+    } while (record == Cache::kNone && give_up_less_than(1, Cache::kNone, now));
+    return record;
   }
 
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
@@ -391,17 +391,17 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     round_robin_.set_ready(0, true);
   }
 
-  void assemble(const Arrival& arrival, const Fragment<P>& fragment, Record record) {
+  SWARMTALK_HOT void assemble(const Arrival& arrival, const Fragment<P>& fragment, Record record) {
     if (!cache_.is_open(record)) {
       reassembler_.begin(record);
       cache_.open(record, arrival.moment);
     }
     const Ticks elapsed = cache_.since_last_packet(record, arrival.moment);
-    Outcome outcome = reassembler_.add(record, fragment, elapsed);
-    if (outcome == Outcome::kNoSlot &&
-        give_up_less_than(worth_with(record, fragment.sequence), record, arrival.moment)) {
+    Outcome outcome;
+    do {
       outcome = reassembler_.add(record, fragment, elapsed);
-    }
+    } while (outcome == Outcome::kNoSlot &&
+             give_up_less_than(worth_with(record, fragment.sequence), record, arrival.moment));
     switch (outcome) {
       case Outcome::kHeld:
         cache_.open(record, arrival.moment);
@@ -432,8 +432,8 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     deliver(arrival, message, size, delay);
   }
 
-  void deliver(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
-               typename W::Timestamp delay) {
+  SWARMTALK_HOT void deliver(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
+                             typename W::Timestamp delay) {
     const Header& header = arrival.header;
     Reception<P> reception;
     reception.sensing = *arrival.sensing;

@@ -7,6 +7,12 @@
 
 /// For a function in an inner loop that -Os would call rather than inline.
 #define SWARMTALK_INLINE inline __attribute__((always_inline))
+/// For a function on the way of every packet: inlined where speed counts more than size.
+#ifdef __AVR__
+#define SWARMTALK_HOT
+#else
+#define SWARMTALK_HOT inline __attribute__((always_inline))
+#endif
 
 namespace swarmtalk {
 namespace core {
