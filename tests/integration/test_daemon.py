@@ -25,7 +25,10 @@ def end_what_was_started():
     yield
     for process in STARTED:
         process.kill()
-        process.communicate()
+        process.wait()
+        for stream in (process.stdout, process.stderr):
+            if stream:
+                stream.close()
     STARTED.clear()
 
 
