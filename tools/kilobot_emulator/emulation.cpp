@@ -40,7 +40,6 @@ Emulation::Emulation(Scenario scenario, std::ostream* log_to)
   if (scenario_.robots.empty() && !scenario_.ohc) throw std::runtime_error("no robots to emulate");
   for (const NodeSpec& robot : scenario_.robots) add_node(robot, nullptr);
   if (scenario_.ohc) add_node(*scenario_.ohc, &*scenario_.ohc);
-  check_watched();
   if (!scenario_.lamp.empty()) {
     lamp_ = std::make_unique<Lamp>(medium_, scenario_.lamp);
     station_names_.push_back("lamp");
@@ -67,14 +66,16 @@ std::shared_ptr<const Image> Emulation::load(const NodeSpec& spec) {
   return image;
 }
 
-void Emulation::check_watched() const {
+std::vector<std::string> Emulation::unknown_variables() const {
+  std::vector<std::string> unknown;
   for (const std::string& text : scenario_.watch) {
     const std::string symbol = parse_watch(text).symbol;
     const bool is_known = std::any_of(images_.begin(), images_.end(), [&](const auto& image) {
       return image.second->symbols.contains(symbol);
     });
-    if (!is_known) throw std::runtime_error("no image has a variable \"" + symbol + "\"");
+    if (!is_known) unknown.push_back(symbol);
   }
+  return unknown;
 }
 
 void Emulation::add_node(const NodeSpec& spec, const OhcSpec* ohc) {

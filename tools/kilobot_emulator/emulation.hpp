@@ -33,13 +33,14 @@ class Emulation {
   Scheduler& scheduler() { return scheduler_; }
   const std::vector<std::unique_ptr<Node>>& nodes() const { return nodes_; }
   const Node& node(const std::string& name) const;
+  /// Variables to watch that no image has: misspelt, or of a program that is yet to be loaded.
+  std::vector<std::string> unknown_variables() const;
   const Scenario& scenario() const { return scenario_; }
   double emulated_seconds() const { return static_cast<double>(scheduler_.now_ns()) * 1e-9; }
 
  private:
   std::shared_ptr<const Image> load(const NodeSpec& spec);
   void add_node(const NodeSpec& spec, const OhcSpec* ohc);
-  void check_watched() const;
   void add_tasks();
 
   Scenario scenario_;

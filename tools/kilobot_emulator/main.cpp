@@ -119,6 +119,8 @@ int run(const Options& options, Scenario scenario) {
     if (node->terminal() != nullptr)
       std::fprintf(stderr, "%s is at %s\n", node->name().c_str(),
                    node->terminal()->device().c_str());
+  for (const std::string& variable : emulation.unknown_variables())
+    std::fprintf(stderr, "no image has a variable \"%s\"\n", variable.c_str());
   emulation.scheduler().every(10'000'000, [&](std::uint64_t) {
     if (g_stop != 0) emulation.stop();
   });
