@@ -43,7 +43,7 @@ uint8_t written;  // bytes of it that have left
 uint8_t sequence;
 int16_t battery;
 
-/// Light's travel tells the distance to robots, not to an overhead controller.
+/// Distance as a report carries it: one byte, 0xFF if unknown.
 uint8_t report_mm(const IrReception& reception) {
   const int16_t mm = distance_mm(reception);
   return mm < 0 || mm > 254 ? kGatewayNoDistance : static_cast<uint8_t>(mm);

@@ -15,22 +15,24 @@ constexpr uint16_t kHighTrusted = 900;  // above, the amplified reading saturate
 constexpr uint16_t kLowTrusted = 700;   // below this amplified reading the other one is noise
 constexpr int16_t kDistanceUnknown = -1;
 
+constexpr uint16_t kGapUnknown = 0xFFFF;
+
 /// Millimetres between the bodies, in sixteenths, from one table whose entries fall.
-/// @param read      entry i of the table, as a function of i
-/// @return kDistanceUnknown if the table is blank (0xFFFF) or does not fall
+/// @param read  entry i of the table, as a function of i
+/// @return at most kFarMm * 16; kGapUnknown if the table is blank (0xFFFF) or does not fall
 template <class ReadGain>
-int16_t gap_mm16(uint16_t gain, const ReadGain& read) {
+uint16_t gap_mm16(uint16_t gain, const ReadGain& read) {
   uint16_t above = read(uint8_t{0});
-  if (above == 0xFFFF) return kDistanceUnknown;
+  if (above == 0xFFFF) return kGapUnknown;
   if (gain >= above) return 0;
   for (uint8_t i = 1; i < kGainEntries; ++i) {
     const uint16_t below = read(i);
-    if (below >= above) return kDistanceUnknown;
+    if (below >= above) return kGapUnknown;
     if (gain >= below) {
       const uint16_t step = static_cast<uint16_t>(above - below);
       const uint16_t part = static_cast<uint16_t>(above - gain);
-      return static_cast<int16_t>((i - 1) * kGainStepMm * 16 +
-                                  (part * (kGainStepMm * 16u) + step / 2) / step);
+      const uint16_t whole_mm = static_cast<uint16_t>((i - 1) * kGainStepMm);
+      return static_cast<uint16_t>(whole_mm * 16u + (part * (kGainStepMm * 16u) + step / 2) / step);
     }
     above = below;
   }
@@ -44,22 +46,29 @@ int16_t gap_mm16(uint16_t gain, const ReadGain& read) {
 template <class ReadHigh, class ReadLow>
 int16_t distance_mm(uint16_t high_gain, uint16_t low_gain, const ReadHigh& read_high,
                     const ReadLow& read_low) {
-  int16_t high = 0;
-  int16_t low = 0;
-  if (high_gain < kHighTrusted) high = gap_mm16(high_gain, read_high);
-  if (high_gain > kLowTrusted) low = gap_mm16(low_gain, read_low);
-  if (high < 0 || low < 0) return kDistanceUnknown;
-  int16_t gap = high;
+  // Both count between the limits: the amplified one less and less as it nears saturation. Weights
+  // of 0 to 40 keep the sum in 16 bits.
+  constexpr uint8_t kWhole = (kHighTrusted - kLowTrusted) / 5;
+  uint8_t high_weight = kWhole;
   if (high_gain >= kHighTrusted) {
-    gap = low;
+    high_weight = 0;
   } else if (high_gain > kLowTrusted) {
-    // Both count: the amplified one less and less as it nears saturation.
-    const int32_t high_weight = kHighTrusted - high_gain;
-    const int32_t low_weight = high_gain - kLowTrusted;
-    gap = static_cast<int16_t>((high * high_weight + low * low_weight) /
-                               (kHighTrusted - kLowTrusted));
+    high_weight = static_cast<uint8_t>((kHighTrusted - high_gain + 4) / 5);
   }
-  return static_cast<int16_t>(kBodyMm + (static_cast<uint16_t>(gap) + 8u) / 16);
+  static_assert(uint32_t{kFarMm} * 16 * kWhole <= 0xFFFF, "the weighted sum overflows");
+  uint16_t sum = 0;
+  if (high_weight != 0) {
+    const uint16_t gap = gap_mm16(high_gain, read_high);
+    if (gap == kGapUnknown) return kDistanceUnknown;
+    sum = static_cast<uint16_t>(gap * high_weight);
+  }
+  if (high_weight != kWhole) {
+    const uint16_t gap = gap_mm16(low_gain, read_low);
+    if (gap == kGapUnknown) return kDistanceUnknown;
+    sum = static_cast<uint16_t>(sum + gap * static_cast<uint8_t>(kWhole - high_weight));
+  }
+  constexpr uint16_t kPerMm = kWhole * 16u;
+  return static_cast<int16_t>(kBodyMm + (sum + kPerMm / 2u) / kPerMm);
 }
 
 }  // namespace kilobot

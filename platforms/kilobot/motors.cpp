@@ -1,6 +1,7 @@
 #include "platforms/kilobot/motors.hpp"
 
 #include <avr/io.h>
+#include <avr/pgmspace.h>
 #include <util/atomic.h>
 
 #include "platforms/kilobot/board.hpp"
@@ -16,28 +17,30 @@ namespace {
 constexpr uint16_t kPushUnits = 15000 / kMicrosecondsPerUnit;
 constexpr uint8_t kPushDuty = 255;
 
-/// Duties of a robot that was never calibrated.
+/// Where the duties are, in the order of MotorCalibration, and those of a robot that was never
+/// calibrated.
+constexpr uint8_t kDuties = 4;
+const uint8_t kAddresses[kDuties] PROGMEM = {kEepromTurnLeft, kEepromTurnRight, kEepromStraightLeft,
+                                             kEepromStraightRight};
 constexpr uint8_t kDefaultTurn = 70;
 constexpr uint8_t kDefaultStraight = 65;
-
-uint8_t read_duty(uint16_t address, uint8_t otherwise) {
-  const uint8_t duty = read_eeprom(address);
-  return duty == 0xFF ? otherwise : duty;
-}
+static_assert(sizeof(MotorCalibration) == kDuties, "the duties lie one behind the other");
 
 }  // namespace
 
 MotorCalibration read_motor_calibration() {
-  return {read_duty(kEepromTurnLeft, kDefaultTurn), read_duty(kEepromTurnRight, kDefaultTurn),
-          read_duty(kEepromStraightLeft, kDefaultStraight),
-          read_duty(kEepromStraightRight, kDefaultStraight)};
+  MotorCalibration calibration;
+  uint8_t* duties = &calibration.turn_left;
+  for (uint8_t i = 0; i < kDuties; ++i) {
+    duties[i] = read_eeprom(pgm_read_byte(&kAddresses[i]));
+    if (duties[i] == 0xFF) duties[i] = i < 2 ? kDefaultTurn : kDefaultStraight;
+  }
+  return calibration;
 }
 
 void write_motor_calibration(const MotorCalibration& calibration) {
-  write_eeprom(kEepromTurnLeft, calibration.turn_left);
-  write_eeprom(kEepromTurnRight, calibration.turn_right);
-  write_eeprom(kEepromStraightLeft, calibration.straight_left);
-  write_eeprom(kEepromStraightRight, calibration.straight_right);
+  const uint8_t* duties = &calibration.turn_left;
+  for (uint8_t i = 0; i < kDuties; ++i) write_eeprom(pgm_read_byte(&kAddresses[i]), duties[i]);
 }
 
 void enable_motors() {
