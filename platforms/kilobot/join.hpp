@@ -14,7 +14,8 @@ namespace kilobot {
 
 /// One robot and its program, without heap. There is one per image: the main loop calls plain
 /// functions, which find it here.
-template <template <class> class ProgramTemplate>
+/// @tparam Robot  KilobotRobot, or ClassicKilobotRobot for the wire format of 2020
+template <template <class> class ProgramTemplate, class Robot = KilobotRobot>
 class Joined {
  public:
   /// @param arguments  what the program's constructor takes behind the robot
@@ -34,12 +35,12 @@ class Joined {
   static bool next(IrMessage& out) { return instance_->robot_.next(out); }
 
   static Joined* instance_;
-  KilobotRobot robot_;
-  ProgramTemplate<KilobotRobot> program_;
+  Robot robot_;
+  ProgramTemplate<Robot> program_;
 };
 
-template <template <class> class ProgramTemplate>
-Joined<ProgramTemplate>* Joined<ProgramTemplate>::instance_ = nullptr;
+template <template <class> class ProgramTemplate, class Robot>
+Joined<ProgramTemplate, Robot>* Joined<ProgramTemplate, Robot>::instance_ = nullptr;
 
 }  // namespace kilobot
 }  // namespace swarmtalk

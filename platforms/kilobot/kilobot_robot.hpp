@@ -12,6 +12,7 @@
 #include "platforms/kilobot/random.hpp"
 #include "platforms/kilobot/runtime.hpp"
 #include "platforms/robot.hpp"
+#include "swarmtalk/profiles/classic2020.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
 
 namespace swarmtalk {
@@ -21,16 +22,31 @@ namespace kilobot {
 /// without one, and for messages of an overhead controller, whose light tells nothing.
 int16_t distance_mm(const IrReception& reception);
 
-class KilobotRobot {
+/// Type of the infrared messages that carry packets of profile P: formats share the air.
+template <class P>
+struct IrTypeOf;
+template <>
+struct IrTypeOf<core::Kilobot> {
+  static constexpr uint8_t kType = kIrSwarmtalk;
+};
+template <>
+struct IrTypeOf<core::Classic2020> {
+  static constexpr uint8_t kType = kIrClassic2020;
+};
+
+/// @tparam P  wire format: core::Kilobot, or core::Classic2020 among robots with the firmware of
+/// 2020
+template <class P>
+class BasicKilobotRobot {
  public:
-  using Profile = core::Kilobot;
-  using Distance = Profile::Sensing::Distance;
+  using Profile = P;
+  using Distance = typename Profile::Sensing::Distance;
   static constexpr uint16_t kBodyMm = kilobot::kBodyMm;
   static constexpr uint32_t kTicksPerSecond = kilobot::kTicksPerSecond;
 
-  KilobotRobot() : node_(core::Port{&port_clock, &port_random, nullptr}) {}
-  KilobotRobot(const KilobotRobot&) = delete;
-  KilobotRobot& operator=(const KilobotRobot&) = delete;
+  BasicKilobotRobot() : node_(core::Port{&port_clock, &port_random, nullptr}) {}
+  BasicKilobotRobot(const BasicKilobotRobot&) = delete;
+  BasicKilobotRobot& operator=(const BasicKilobotRobot&) = delete;
 
   core::Swarmtalk<Profile>& swarmtalk() { return node_; }
   uint32_t clock() { return ticks(); }
@@ -60,25 +76,31 @@ class KilobotRobot {
   /// Hands a message to the node if it carries one of its packets.
   void receive(const IrReception& reception) {
     const uint8_t type = reception.message.type;
-    if (type != kIrSwarmtalk && type != kIrSwarmtalkFromOverhead) return;
-    node_.on_packet(reception.message.data, kIrDataBytes, {distance_mm(reception)});
+    const bool is_from_overhead = kType == kIrSwarmtalk && type == kIrSwarmtalkFromOverhead;
+    if (type != kType && !is_from_overhead) return;
+    node_.on_packet(reception.message.data, kPacketBytes, {distance_mm(reception)});
   }
 
   /// The node's next packet. @return false if it has none
   bool next(IrMessage& out) {
+    out = {};
     if (node_.pull_packet(out.data) == 0) return false;
-    out.type = kIrSwarmtalk;
+    out.type = kType;
     return true;
   }
 
  private:
-  static_assert(core::Wire<Profile>::kMtuBytes == kIrDataBytes,
-                "a packet of the Kilobot profile fills an infrared message");
+  static constexpr uint8_t kType = IrTypeOf<P>::kType;
+  static constexpr uint8_t kPacketBytes = core::Wire<Profile>::kMtuBytes;
+  static_assert(kPacketBytes <= kIrDataBytes, "a packet fits an infrared message");
   static uint32_t port_clock(void*) { return ticks(); }
   static uint32_t port_random(void*) { return random32(); }
 
   core::Swarmtalk<Profile> node_;
 };
+
+using KilobotRobot = BasicKilobotRobot<core::Kilobot>;
+using ClassicKilobotRobot = BasicKilobotRobot<core::Classic2020>;
 
 }  // namespace kilobot
 }  // namespace swarmtalk

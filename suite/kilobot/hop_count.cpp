@@ -1,6 +1,7 @@
 // Hop count on a Kilobot. One image for the whole swarm, since one is loaded into all robots at
 // once: robots with uid 1 and 2 are the seeds, all others follow. HOP_COUNT_ROLE (0 follower,
-// 1 and 2 the seeds) fixes the role for robots without uids.
+// 1 and 2 the seeds) fixes the role for robots without uids; HOP_COUNT_CLASSIC uses the wire format
+// of 2020.
 #include "suite/programs/hop_count.hpp"
 
 #include "platforms/kilobot/join.hpp"
@@ -23,7 +24,13 @@ HopCountRole role() {
 
 }  // namespace
 
-swarmtalk::kilobot::Joined<HopCount> joined(role());
+#ifdef HOP_COUNT_CLASSIC
+using Robot = swarmtalk::kilobot::ClassicKilobotRobot;
+#else
+using Robot = swarmtalk::kilobot::KilobotRobot;
+#endif
+
+swarmtalk::kilobot::Joined<HopCount, Robot> joined(role());
 
 int main() {
   joined.run();

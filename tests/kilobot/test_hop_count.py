@@ -85,6 +85,20 @@ def press_run(terminal, log_path, emulator):
         os.close(port)
 
 
+def test_the_format_of_2020_counts_hops_and_shares_the_air(tmp_path):
+    """Two robots with packets of 2020 (message type 0) beside two with ours (type 2)."""
+    robots = swarm.grid(2, 2, SPACING_MM)
+    kinds = ("hop_count_classic", "hop_count_classic", "hop_count", "hop_count")
+    for robot, kind, uid in zip(robots, kinds, (1, 5, 2, 6)):
+        robot.update(image=swarm.image(kind), uid=uid)
+    log = swarm.emulate(tmp_path, robots, ohc=swarm.overhead("run@2.1", "stop@3.1"), seconds=6,
+                        seed=1, drift_ppm=10000, watch=list(HOPS))
+    hops = [[log.variable(f"k{i}", name) for name in HOPS] for i in range(4)]
+    assert hops == [[0, 100], [1, 100], [100, 0], [100, 1]], "each format hears its own seed only"
+    packets = log.of("sent", "k0", type=0)
+    assert packets and all(e["data"].endswith("00") for e in packets)
+
+
 def test_hops_lie_where_the_test_looks():
     """HOPS counts from the end of the one object that robot and program share."""
     symbols = elf_image.tool("avr-nm", "-S", "-C", swarm.image("hop_count"))
