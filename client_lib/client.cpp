@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "client_lib/session.hpp"
+#include "client_lib/state.hpp"
+#include "client_lib/utf8.hpp"
 
 namespace swarmtalk {
 namespace {
@@ -53,14 +55,21 @@ Channel Client::channel(std::string_view name, ChannelOptions options) {
   key->name = name;
   key->options = options;
   key->label = "channel " + key->name;
+  if (!client::is_utf8(name)) {
+    key->problem = Status(StatusCode::kBadChannel, "the name of a channel is not UTF-8 text");
+  }
   return Channel(session_, std::move(key));
 }
 
 Channel Client::channel(int number, ChannelOptions options) {
   auto key = std::make_shared<client::ChannelKey>();
-  key->number = static_cast<std::uint32_t>(number);  // the daemon refuses what is too large
+  key->number = static_cast<std::uint32_t>(number);
   key->options = options;
   key->label = "channel " + std::to_string(number);
+  if (number < 0 || number > 65535) {
+    key->problem = Status(StatusCode::kBadChannel,
+                          "channel numbers go from 0 to 65535, not " + std::to_string(number));
+  }
   return Channel(session_, std::move(key));
 }
 

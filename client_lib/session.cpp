@@ -5,11 +5,27 @@
 #include <exception>
 #include <utility>
 
+#include "client_lib/protobuf_log.hpp"
+#include "client_lib/utf8.hpp"
+
 namespace swarmtalk::client {
 
 using std::chrono::milliseconds;
 
 namespace {
+
+constexpr std::size_t kNameMaxBytes = 1024;
+
+Status check_name(const std::string& name) {
+  if (!is_utf8(name)) {
+    return Status(StatusCode::kBadArgument, "the name of this Client is not UTF-8 text");
+  }
+  if (name.size() > kNameMaxBytes) {
+    return Status(StatusCode::kBadArgument, "the name of this Client has more than " +
+                                                std::to_string(kNameMaxBytes) + " bytes");
+  }
+  return Status();
+}
 
 /// Holds a value for a scope, also when a callback throws through it.
 template <typename T>
@@ -48,6 +64,7 @@ Session::Session(std::string_view name, ClientOptions options)
       path_(socket_path(options_.socket_path)),
       backoff_(options_.reconnect_first),
       jitter_(std::random_device{}()) {
+  filter_protobuf_log();
   set_default_callbacks();
   wakeup_.ring();  // so that an app that only polls fd() calls process(), which connects
 }
@@ -80,7 +97,8 @@ void Session::close() {
 Status Session::attempt() {
   has_started_ = true;
   wakeup_.clear_timer();
-  last_failure_ = connection_.open(path_);
+  last_failure_ = check_name(name_);
+  if (last_failure_) last_failure_ = connection_.open(path_);
   if (!last_failure_) {
     schedule_attempt();
     return last_failure_;

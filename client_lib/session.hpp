@@ -111,6 +111,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void register_all();
   void register_publisher(const std::shared_ptr<PublisherState>& publisher);
   void register_subscriber(const std::shared_ptr<SubscriberState>& subscriber);
+  bool is_impossible(HandleState& handle);
   void register_new(HandleState& handle, const std::function<void()>& register_now);
   void finish_registration(HandleState& handle, const Status& status);
   void unregister_publisher(std::uint32_t id);

@@ -130,6 +130,7 @@ std::shared_ptr<PublisherState> Session::add_publisher(std::shared_ptr<const Cha
   publisher->session = weak_from_this();
   publisher->key = std::move(key);
   publisher->sent = std::move(sent);
+  if (is_impossible(*publisher)) return publisher;
   publishers_.push_back(publisher);
   register_new(*publisher, [&] { register_publisher(publisher); });
   return publisher;
@@ -143,9 +144,19 @@ std::shared_ptr<SubscriberState> Session::add_subscriber(std::shared_ptr<const C
   subscriber->key = std::move(key);
   subscriber->receive = std::move(receive);
   subscriber->options = options;
+  if (is_impossible(*subscriber)) return subscriber;
   subscribers_.push_back(subscriber);
   register_new(*subscriber, [&] { register_subscriber(subscriber); });
   return subscriber;
+}
+
+/// What no daemon could take is refused here: one frame that is no protocol would cost the client
+/// its connection, again and again.
+bool Session::is_impossible(HandleState& handle) {
+  if (handle.key->problem) return false;
+  handle.status = handle.key->problem;
+  report(handle.status);
+  return true;
 }
 
 void Session::register_new(HandleState& handle, const std::function<void()>& register_now) {

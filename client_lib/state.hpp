@@ -13,7 +13,8 @@ namespace swarmtalk::client {
 
 struct ChannelKey {
   std::string name;
-  std::optional<std::uint32_t> number;  // unset: by name. The daemon judges both
+  std::optional<std::uint32_t> number;  // unset: by name
+  Status problem;                       // what no daemon could take; else the daemon judges
   ChannelOptions options;
   std::string label;  // for people: "channel hello"
 };

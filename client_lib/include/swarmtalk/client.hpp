@@ -29,7 +29,8 @@ struct ClientOptions {
 class Client {
  public:
   /// Does not connect yet: connect() does, or else the first publisher(), subscriber(), process().
-  /// @param name  of the program, for the daemon's log and status
+  /// @param name  of the program, for the daemon's log and status; UTF-8, at most 1024 bytes, else
+  ///   connect() answers kBadArgument
   /// @throws std::system_error when the process is out of file descriptors
   explicit Client(std::string_view name, ClientOptions options = {});
   Client(Client&&) noexcept;
@@ -46,7 +47,8 @@ class Client {
   [[nodiscard]] Status connect();
   bool is_connected() const;
 
-  /// By name: the daemon's [channels] table gives the number, or a hash of the name does.
+  /// By name, UTF-8: the daemon's [channels] table gives the number, or a hash of the name does.
+  /// A name or number that is impossible is told by the handles made of it: kBadChannel.
   Channel channel(std::string_view name, ChannelOptions options = {});
   Channel channel(const char* name, ChannelOptions options = {}) {
     return channel(std::string_view(name), options);

@@ -122,6 +122,17 @@ TEST_F(ClientConnect, RefusesAPathThatNoSocketCanHave) {
   EXPECT_EQ(client.connect().code(), StatusCode::kBadArgument);
 }
 
+TEST_F(ClientConnect, ANameThatIsNotTextIsRefusedBeforeAnythingIsSent) {
+  FakeDaemon daemon(path);
+  for (const std::string& name : {std::string("\xff\xfe"), std::string(1025, 'x')}) {
+    Client client(name, options());
+    collect_errors(client);
+    EXPECT_EQ(client.connect().code(), StatusCode::kBadArgument);
+    client.run_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_TRUE(daemon.received().empty());
+}
+
 TEST_F(ClientConnect, TakesThePathFromTheEnvironment) {
   FakeDaemon daemon(path);
   ::setenv("SWARMTALK_SOCKET", path.c_str(), 1);
@@ -164,6 +175,19 @@ TEST_F(ClientConnect, ClosesOnGarbageAndComesBack) {
   ASSERT_TRUE(client.connect());
   daemon.send_raw(std::string("\x03\x00\x00\x00\xff\xff\xff", 7));
   ASSERT_TRUE(run_until(client, [&] { return reconnects == 1; }));
+  ASSERT_EQ(losses.size(), 1u);
+  EXPECT_EQ(losses[0].code(), StatusCode::kProtocol);
+}
+
+TEST_F(ClientConnect, ProtobufItselfSaysNothing) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  testing::internal::CaptureStderr();
+  // A status whose version is the byte ff, which proto3 does not take for a string.
+  daemon.send_raw(std::string("\x05\x00\x00\x00\x7a\x03\x0a\x01\xff", 9));
+  ASSERT_TRUE(run_until(client, [&] { return reconnects == 1; }));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   ASSERT_EQ(losses.size(), 1u);
   EXPECT_EQ(losses[0].code(), StatusCode::kProtocol);
 }

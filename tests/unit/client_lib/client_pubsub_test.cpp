@@ -159,6 +159,22 @@ TEST_F(ClientPubSub, ARefusedChannelIsToldByStatusAndOnError) {
   EXPECT_EQ(errors[0].text(), "channel hello is timestamped");
 }
 
+TEST_F(ClientPubSub, AnImpossibleChannelIsRefusedAtOnceAndTheRestGoesOn) {
+  auto good = client.channel("hello").publisher();
+  for (const Channel& channel :
+       {client.channel("caf\xe9"), client.channel(-1), client.channel(65536)}) {
+    auto publisher = channel.publisher();
+    auto subscriber = channel.subscriber([](const Message&) {});
+    EXPECT_EQ(publisher.status().code(), StatusCode::kBadChannel);
+    EXPECT_EQ(publisher.send("x").code(), StatusCode::kBadChannel);
+    EXPECT_EQ(subscriber.status().code(), StatusCode::kBadChannel);
+  }
+  EXPECT_TRUE(good.send("x"));
+  ASSERT_TRUE(run_until(client, [&] { return errors.size() == 6; }));
+  EXPECT_EQ(daemon.count([](const auto& e) { return e.has_advertise() || e.has_subscribe(); }), 1);
+  EXPECT_TRUE(losses.empty());
+}
+
 TEST_F(ClientPubSub, HandlesUnregisterWhenDestroyedButNotWhenMoved) {
   {
     auto publisher = client.channel("hello").publisher();
