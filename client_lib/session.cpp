@@ -204,14 +204,33 @@ Status Session::no_answer() const {
 }
 
 Status Session::flush() {
-  if (phase_ == Phase::kDown) return Status();
-  Status status = connection_.flush();
+  if (phase_ == Phase::kDown || is_ending_) return Status();
+  const Status status = connection_.flush();
   if (status) {
     wakeup_.watch(connection_.fd(), connection_.has_outgoing());
-  } else {
-    drop(status);
+    return status;
   }
-  return status;
+  read_last_words(status);
+  return last_failure_;
+}
+
+/// Nothing can be written any more, but why may wait to be read, such as a refusal. Runs no
+/// callback: what comes is kept for process(). Ends in drop().
+void Session::read_last_words(const Status& why) {
+  const Scope<int> waiting(waits_, waits_ + 1);
+  const Scope<bool> ending(is_ending_, true);
+  ipc::Envelope envelope;  // `incoming_` may be in use by our caller
+  while (phase_ != Phase::kDown) {
+    const Status received = connection_.receive();
+    bool is_any = false;
+    while (phase_ != Phase::kDown) {
+      const ipc::ReadResult result = connection_.next(envelope);
+      if (result != ipc::ReadResult::kEnvelope) break;
+      is_any = true;
+      handle(envelope);
+    }
+    if (!received || !is_any) drop(why);
+  }
 }
 
 /// Reads once and handles what has come, until `enough`; more stays for the next call.

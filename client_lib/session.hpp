@@ -87,6 +87,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void become_up();
   Status no_answer() const;
   Status flush();
+  void read_last_words(const Status& why);
   void read_envelopes(const std::function<bool()>& enough);
   bool wait_until(Deadline deadline, const std::function<bool()>& enough);
 
@@ -133,6 +134,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_reconnect_ = false;  // on_reconnect is due when up
   bool is_closed_ = false;
   bool is_connecting_ = false;  // inside connect()
+  bool is_ending_ = false;      // inside read_last_words()
   bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
   int waits_ = 0;               // waiting calls on the stack: callbacks must not run
   std::atomic<bool> is_stopped_{false};

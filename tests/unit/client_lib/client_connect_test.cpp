@@ -86,6 +86,18 @@ TEST_F(ClientConnect, NamesBothVersionsWhenTheyDiffer) {
   EXPECT_TRUE(has(status, "1.0")) << status.text();
 }
 
+TEST_F(ClientConnect, TellsWhyItIsRefusedHoweverSoonTheDaemonCloses) {
+  FakeDaemon daemon(path);
+  daemon.refuse_clients.set_code(ipc::ERROR_LIMIT);
+  daemon.refuse_clients.set_text("64 clients at most");
+  for (int i = 0; i < 200; ++i) {  // the greeting comes before or after the close
+    Client client = make_client();
+    const Status status = client.connect();
+    ASSERT_EQ(status.code(), StatusCode::kLimit) << i << ": " << status.text();
+    ASSERT_EQ(status.text(), "64 clients at most");
+  }
+}
+
 TEST_F(ClientConnect, GivesUpOnADaemonThatDoesNotAnswer) {
   const int fd = bind_socket(path);
   ClientOptions bounded = options();

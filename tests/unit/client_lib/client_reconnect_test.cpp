@@ -31,6 +31,29 @@ TEST_F(ClientReconnect, LossSeenBySendIsToldByItsStatusAndByTheNextProcess) {
   EXPECT_EQ(losses.size(), 1u);
 }
 
+TEST_F(ClientReconnect, WhatTheDaemonSaidBeforeItClosedIsReadFirst) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  int heard = 0;
+  auto subscriber = client.channel("hello").subscriber([&](const Message&) { ++heard; });
+  auto publisher = client.channel("hello").publisher();
+  daemon.deliver("last words");
+  ipc::Envelope farewell;
+  farewell.mutable_failure()->set_code(ipc::ERROR_LIMIT);
+  farewell.mutable_failure()->set_text("it does not read");
+  std::string bytes;
+  ipc::append_frame(farewell, bytes);
+  daemon.send_raw(bytes);
+  daemon.kill();
+  EXPECT_EQ(publisher.send("x").code(), StatusCode::kDisconnected);
+  EXPECT_EQ(heard, 0) << "no callback outside process()";
+  client.process();
+  EXPECT_EQ(heard, 1);
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_EQ(errors[0].text(), "it does not read");
+  EXPECT_EQ(losses.size(), 1u);
+}
+
 TEST_F(ClientReconnect, IsBackAndRegisteredWithin500MsOfTheDaemon) {
   FakeDaemon daemon(path);
   Client client = make_client();

@@ -82,6 +82,13 @@ void FakeDaemon::loop() {
     if ((descriptors[1].revents & POLLIN) != 0) {
       const int fd = ::accept4(listen_fd_, nullptr, nullptr, SOCK_CLOEXEC);
       if (fd >= 0) peers_.push_back(std::make_unique<Peer>(Peer{fd, {}, {}}));
+      if (fd >= 0 && refuse_clients.code() != 0) {
+        ipc::Envelope refusal;
+        *refusal.mutable_failure() = refuse_clients;
+        reply(*peers_.back(), refusal);
+        ::close(fd);
+        peers_.pop_back();
+      }
     }
     // A task runs only after the poll that saw its bell: what was sent before it has been read.
     if (descriptors[0].revents == 0) continue;

@@ -28,6 +28,7 @@ class FakeDaemon {
   /// How it answers; set before the client asks.
   std::uint32_t major = ipc::kProtocolMajor;
   bool says_hello = true;
+  ipc::Failure refuse_clients;  // code set: each client is told this and closed, unread
   bool answers_requests = true;
   bool answers_publish = true;
   std::uint32_t max_message_bytes = 100;
