@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -14,11 +15,11 @@ constexpr std::uint32_t kOldestOnAirMs = frame::FramePose::kOldest * 10u;
 PoseKeeper::PoseKeeper(const NodeConfig& config)
     : pose_(config.pose), max_age_ms_(config.pose_max_age_ms) {}
 
-bool PoseKeeper::set(double x_m, double y_m, double theta_rad, Time now) {
+bool PoseKeeper::set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at) {
   const bool is_inside = std::abs(x_m) <= kMaxPoseM && std::abs(y_m) <= kMaxPoseM;  // no NaN
   if (!is_inside || !std::isfinite(theta_rad)) return false;
-  pose_ = FixedPose{x_m, y_m, theta_rad};
-  set_at_ = now;
+  pose_ = FixedPose{x_m, y_m, std::fmod(theta_rad, 2 * std::numbers::pi)};
+  set_at_ = known_at;
   return true;
 }
 

@@ -1,5 +1,6 @@
 // PoseKeeper: where this robot is, as the configuration or a client said last, and how old that is.
-// A pose of the configuration is fixed: it has no age until a client sets another.
+// A pose of the configuration is fixed, and a client may set a fixed one: it has no age until a
+// client sets another.
 #pragma once
 
 #include <chrono>
@@ -24,8 +25,10 @@ class PoseKeeper {
 
   explicit PoseKeeper(const NodeConfig& config);
 
+  /// @param theta_rad  any finite angle; kept without its whole turns, -2 pi to 2 pi
+  /// @param known_at  from when it ages; none: it is fixed
   /// @return false, and nothing changed: not finite, or outside +-32.767 m
-  bool set(double x_m, double y_m, double theta_rad, Time now);
+  bool set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at);
 
   /// The pose if it is known and not older than pose_max_age_ms.
   std::optional<OwnPose> valid(Time now) const;

@@ -173,8 +173,9 @@ void Session::publish(ipc::Publish& request) {
 }
 
 void Session::set_pose(const ipc::SetPose& request) {
-  const auto now = std::chrono::steady_clock::now();
-  if (!host_.poses.set(request.x_m(), request.y_m(), request.theta_rad(), now)) {
+  std::optional<Time> known_at = std::chrono::steady_clock::now();
+  if (request.fixed()) known_at.reset();
+  if (!host_.poses.set(request.x_m(), request.y_m(), request.theta_rad(), known_at)) {
     return refuse({ipc::ERROR_BAD_POSE,
                    "a pose is x and y in metres, -32.767 to 32.767, and a finite angle in radians",
                    std::nullopt});

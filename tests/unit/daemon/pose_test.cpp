@@ -50,6 +50,26 @@ TEST(PoseKeeper, SetPoseGoesStaleAfterItsLimit) {
   EXPECT_EQ(poses.on_air(kStart + milliseconds(120))->age_10ms, 12);
 }
 
+TEST(PoseKeeper, PoseSetAsFixedDoesNotAgeUntilAnotherIsSet) {
+  PoseKeeper poses(with_limit(2000));
+  ASSERT_TRUE(poses.set(1.0, 2.0, 0.5, std::nullopt));
+  const auto later = kStart + std::chrono::hours(1000);
+  ASSERT_TRUE(poses.valid(later));
+  EXPECT_EQ(poses.valid(later)->age_ms, 0u);
+  ASSERT_TRUE(poses.set(1.0, 2.0, 0.5, later));
+  EXPECT_FALSE(poses.valid(later + milliseconds(2001)));
+}
+
+TEST(PoseKeeper, WholeTurnsOfTheHeadingAreTakenOff) {
+  PoseKeeper poses{NodeConfig{}};
+  ASSERT_TRUE(poses.set(0, 0, 1000 * kPi + 0.5, kStart));
+  EXPECT_NEAR(poses.valid(kStart)->theta_rad, 0.5, 1e-9);
+  ASSERT_TRUE(poses.set(0, 0, -3.5, kStart));
+  EXPECT_EQ(poses.valid(kStart)->theta_rad, -3.5);
+  ASSERT_TRUE(poses.set(0, 0, 1e38, kStart));
+  EXPECT_LE(std::abs(poses.valid(kStart)->theta_rad), 2 * kPi);
+}
+
 TEST(PoseKeeper, LimitZeroMeansNever) {
   PoseKeeper poses(with_limit(0));
   poses.set(1.0, 2.0, 0.5, kStart);

@@ -360,6 +360,22 @@ TEST_F(SessionTest, PoseIsSetReadAndRefused) {
   EXPECT_FLOAT_EQ(replies[3].pose().x_m(), 1.5f);
 }
 
+TEST_F(SessionTest, PoseSetAsFixedDoesNotAge) {
+  auto peer = greeted();
+  ipc::Envelope envelope;
+  envelope.set_request_id(1);
+  envelope.mutable_set_pose()->set_x_m(1.5f);
+  envelope.mutable_set_pose()->set_fixed(true);
+  peer->send(envelope);
+  step();
+  const auto later = std::chrono::steady_clock::now() + std::chrono::hours(1);
+  EXPECT_EQ(poses_.age_ms(later), 0u);
+  envelope.mutable_set_pose()->clear_fixed();
+  peer->send(envelope);
+  step();
+  EXPECT_FALSE(poses_.valid(later));
+}
+
 TEST_F(SessionTest, StatusTellsEverything) {
   auto peer = greeted();
   subscribed(*peer, "hello");
