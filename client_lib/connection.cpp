@@ -1,6 +1,7 @@
 #include "client_lib/connection.hpp"
 
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -13,18 +14,37 @@ namespace {
 
 constexpr std::size_t kReadBytes = 64 * 1024;
 
+Status lost(const std::string& why) {
+  return Status(StatusCode::kDisconnected, "lost swarmtalkd: " + why + "; reconnecting");
+}
+
+/// connect() refuses a file of another kind with the error of a socket without a listener.
+bool is_other_file(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && !S_ISSOCK(status.st_mode);
+}
+
+}  // namespace
+
 Status connect_error(int error, const std::string& path) {
+  const bool is_standard = path == ipc::kDefaultSocketPath;
   switch (error) {
     case ENOENT:
     case ENOTDIR:
       return Status(StatusCode::kNoDaemon,
-                    "cannot reach swarmtalkd: " + path +
-                        " does not exist; start it with: systemctl start swarmtalkd");
+                    "cannot reach swarmtalkd: " + path + " does not exist; " +
+                        (is_standard ? "start it with: systemctl start swarmtalkd"
+                                     : "start swarmtalkd for that socket"));
     case ECONNREFUSED:
       return Status(StatusCode::kDaemonDead,
                     "cannot reach swarmtalkd: " + path +
-                        " is there but nobody listens, so the daemon has died; start it with: "
-                        "systemctl restart swarmtalkd");
+                        " is there but nobody listens, so the daemon has died; " +
+                        (is_standard ? "start it with: systemctl restart swarmtalkd"
+                                     : "start swarmtalkd for that socket"));
+    case ENOTSOCK:
+    case EPROTOTYPE:
+      return Status(StatusCode::kBadArgument,
+                    "cannot reach swarmtalkd: " + path + " is not a socket of swarmtalkd");
     case EACCES:
     case EPERM:
       return Status(StatusCode::kNoPermission,
@@ -39,12 +59,6 @@ Status connect_error(int error, const std::string& path) {
       return Status(StatusCode::kSystem, "cannot connect to " + path + ": " + std::strerror(error));
   }
 }
-
-Status lost(const std::string& why) {
-  return Status(StatusCode::kDisconnected, "lost swarmtalkd: " + why + "; reconnecting");
-}
-
-}  // namespace
 
 std::string socket_path(const std::string& configured) {
   if (!configured.empty()) return configured;
@@ -71,8 +85,9 @@ Status Connection::open(const std::string& path) {
     result = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   } while (result < 0 && errno == EINTR);
   if (result == 0) return Status();
-  const int error = errno;
+  int error = errno;
   close();
+  if (error == ECONNREFUSED && is_other_file(path)) error = ENOTSOCK;
   return connect_error(error, path);
 }
 

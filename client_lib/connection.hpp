@@ -42,6 +42,10 @@ class Connection {
   std::string outgoing_;  // starts at the first unwritten byte
 };
 
+/// What an errno of connect() to `path` means and what to do about it. ENOTSOCK: a file of another
+/// kind is there.
+Status connect_error(int error, const std::string& path);
+
 /// The socket's path: `configured`, else $SWARMTALK_SOCKET, else the standard one.
 std::string socket_path(const std::string& configured);
 

@@ -308,7 +308,7 @@ TEST_F(Cli, NoDaemonIsExitCode3WithTheRemedy) {
     const Result result = run(arguments);
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_EQ(lines(result.error), 1);
-    EXPECT_NE(result.error.find("systemctl"), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find("start swarmtalkd"), std::string::npos) << result.error;
   }
 }
 

@@ -4,10 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
+#include "client_lib/connection.hpp"
 #include "tests/unit/client_lib/client_fixture.hpp"
 
 namespace swarmtalk::test {
@@ -47,7 +49,9 @@ TEST_F(ClientConnect, SaysHowToStartADaemonThatIsNotThere) {
   const Status status = client.connect();
   EXPECT_EQ(status.code(), StatusCode::kNoDaemon);
   EXPECT_TRUE(has(status, path)) << status.text();
-  EXPECT_TRUE(has(status, "systemctl start swarmtalkd")) << status.text();
+  EXPECT_TRUE(has(status, "start swarmtalkd for that socket")) << status.text();
+  const Status standard = client::connect_error(ENOENT, ipc::kDefaultSocketPath);
+  EXPECT_TRUE(has(standard, "systemctl start swarmtalkd")) << standard.text();
 }
 
 TEST_F(ClientConnect, TellsADeadDaemonByItsSocket) {
@@ -56,6 +60,17 @@ TEST_F(ClientConnect, TellsADeadDaemonByItsSocket) {
   const Status status = client.connect();
   EXPECT_EQ(status.code(), StatusCode::kDaemonDead);
   EXPECT_TRUE(has(status, "died")) << status.text();
+  EXPECT_TRUE(has(status, "start swarmtalkd for that socket")) << status.text();
+  const Status standard = client::connect_error(ECONNREFUSED, ipc::kDefaultSocketPath);
+  EXPECT_TRUE(has(standard, "systemctl restart swarmtalkd")) << standard.text();
+}
+
+TEST_F(ClientConnect, TellsAFileThatIsNoSocketFromADeadDaemon) {
+  path = "/etc/passwd";
+  Client client = make_client();
+  const Status status = client.connect();
+  EXPECT_EQ(status.code(), StatusCode::kBadArgument);
+  EXPECT_TRUE(has(status, "/etc/passwd is not a socket")) << status.text();
 }
 
 TEST_F(ClientConnect, TellsWhichGroupToJoin) {
