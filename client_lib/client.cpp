@@ -74,7 +74,11 @@ Channel Client::channel(int number, ChannelOptions options) {
 }
 
 Status Client::set_pose(float x_m, float y_m, float theta_rad) {
-  return session_->set_pose(x_m, y_m, theta_rad);
+  return session_->set_pose({x_m, y_m, theta_rad, false});
+}
+
+Status Client::set_fixed_pose(float x_m, float y_m, float theta_rad) {
+  return session_->set_pose({x_m, y_m, theta_rad, true});
 }
 
 Status Client::get_status(DaemonStatus& status) {

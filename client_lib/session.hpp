@@ -33,7 +33,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // The functions of Client; contracts in client.hpp.
   Status connect();
   bool is_connected() const { return phase_ == Phase::kUp; }
-  Status set_pose(float x_m, float y_m, float theta_rad);
+  Status set_pose(const OwnPose& pose);
   Status get_status(DaemonStatus& status);
   Status get_pose(std::optional<Pose>& pose);
   Status sync();
@@ -120,7 +120,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void request_done();
   Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
                            std::optional<std::uint32_t> ttl) const;
-  void send_pose(const Pose& pose);
+  void send_pose(const OwnPose& pose);
   void flush_unless_gathering();
 
   const std::string name_;
@@ -156,7 +156,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::unordered_map<std::uint32_t, Completion> pending_;
   Status first_refusal_;  // since the last sync()
   bool is_pose_in_flight_ = false;
-  std::optional<Pose> next_pose_;
+  std::optional<OwnPose> next_pose_;
 
   std::deque<Event> events_;
   ipc::Envelope incoming_;

@@ -87,16 +87,15 @@ Status Session::sync() {
   return phase_ == Phase::kUp || !refusal ? refusal : Status(StatusCode::kDisconnected);
 }
 
-Status Session::set_pose(float x_m, float y_m, float theta_rad) {
+Status Session::set_pose(const OwnPose& pose) {
   if (Status connection = require_connection(); !connection) return connection;
-  const bool is_good = std::isfinite(theta_rad) && std::fabs(x_m) <= kPoseMaxM &&
-                       std::fabs(y_m) <= kPoseMaxM;  // false for NaN
+  const bool is_good = std::isfinite(pose.theta_rad) && std::fabs(pose.x_m) <= kPoseMaxM &&
+                       std::fabs(pose.y_m) <= kPoseMaxM;  // false for NaN
   if (!is_good) {
     const Status status(StatusCode::kBadPose);
     report(status);
     return status;
   }
-  const Pose pose{x_m, y_m, theta_rad, {}};
   if (is_pose_in_flight_) {
     next_pose_ = pose;
   } else {
@@ -106,12 +105,13 @@ Status Session::set_pose(float x_m, float y_m, float theta_rad) {
   return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
 }
 
-void Session::send_pose(const Pose& pose) {
+void Session::send_pose(const OwnPose& pose) {
   outgoing_.Clear();
   ipc::SetPose& body = *outgoing_.mutable_set_pose();
   body.set_x_m(pose.x_m);
   body.set_y_m(pose.y_m);
   body.set_theta_rad(pose.theta_rad);
+  if (pose.is_fixed) body.set_fixed(true);
   is_pose_in_flight_ = true;
   request([this](const ipc::Envelope*, const Status& status) {
     is_pose_in_flight_ = false;

@@ -19,6 +19,13 @@ struct ChannelKey {
   std::string label;  // for people: "channel hello"
 };
 
+struct OwnPose {
+  float x_m = 0;
+  float y_m = 0;
+  float theta_rad = 0;
+  bool is_fixed = false;  // it does not age
+};
+
 struct HandleState {
   std::weak_ptr<Session> session;
   std::shared_ptr<const ChannelKey> key;

@@ -56,11 +56,14 @@ class Client {
   /// By number, 0 to 65535 (0 to 15 on Kilobots).
   Channel channel(int number, ChannelOptions options = {});
 
-  /// Tells the daemon where this robot is. Never blocks; when called faster than the daemon
-  /// answers, the newest pose wins.
+  /// Tells the daemon where this robot is now; the pose ages from here. Never blocks, except that
+  /// it connects first, as connect() does, when nothing else has yet. When called faster than the
+  /// daemon answers, the newest pose wins.
   /// @param theta_rad  counter-clockwise from +x
   /// @return kBadPose (also to on_error); kDisconnected
   Status set_pose(float x_m, float y_m, float theta_rad);
+  /// The same for a robot that stands still: the pose does not age, until a pose is set anew.
+  Status set_fixed_pose(float x_m, float y_m, float theta_rad);
 
   /// Asks the daemon; waits for the answer, at most ClientOptions::request_timeout; runs no
   /// callback.

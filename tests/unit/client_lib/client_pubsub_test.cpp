@@ -295,6 +295,15 @@ TEST_F(ClientPubSub, PoseIsCheckedAndTheNewestWins) {
   EXPECT_FLOAT_EQ(pose->y_m, 2);
 }
 
+TEST_F(ClientPubSub, APoseAgesUnlessItIsFixed) {
+  ASSERT_TRUE(client.set_pose(1, 2, 3));
+  ASSERT_TRUE(client.sync());
+  EXPECT_FALSE(daemon.received().back().set_pose().fixed());
+  ASSERT_TRUE(client.set_fixed_pose(1, 2, 3));
+  ASSERT_TRUE(client.sync());
+  EXPECT_TRUE(daemon.received().back().set_pose().fixed());
+}
+
 TEST_F(ClientPubSub, StatusComesAsAValue) {
   DaemonStatus status;
   ASSERT_TRUE(client.get_status(status));
