@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/hex.hpp"
+#include "client_lib/utf8.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -99,7 +100,7 @@ Json to_json(const std::string& channel, const Message& message) {
   json["dropped_before"] = message.dropped_before;
   json["size_bytes"] = message.payload.size();
   json["text"] = nullptr;
-  if (is_utf8(message.payload)) json["text"] = message.payload;
+  if (client::is_utf8(message.payload)) json["text"] = message.payload;
   json["hex"] = to_hex(message.payload);
   return json;
 }
@@ -151,8 +152,8 @@ std::string degrees(float value_rad) {
 
 std::string payload_text(std::string_view payload) {
   if (payload.empty()) return "(empty)";
-  if (!is_printable(payload)) return "hex " + to_hex(payload);
-  return "\"" + std::string(payload) + "\"";
+  const auto text = escaped(payload);
+  return text ? "\"" + *text + "\"" : "hex " + to_hex(payload);
 }
 
 std::string to_line(const std::string& channel, const Message& message) {
@@ -187,10 +188,11 @@ std::string to_text(const DaemonStatus& status) {
   text += "pose    " + (status.pose ? to_line(*status.pose) : "unknown") + "\n";
   if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";
   std::vector<Row> links{
-      {"LINK", "TYPE", "DEVICE", "PROFILE", "MTU", "MAX MESSAGE", "MAX TTL", "STATE"}};
+      {"LINK", "TYPE", "DEVICE", "PROFILE", "PACKETS UP TO", "MESSAGES UP TO", "MAX TTL", "STATE"}};
   for (const LinkStatus& link : status.links) {
     links.push_back({link.name, link.type, link.device, link.profile,
-                     std::to_string(link.mtu_bytes), std::to_string(link.max_message_bytes),
+                     std::to_string(link.mtu_bytes) + " bytes",
+                     std::to_string(link.max_message_bytes) + " bytes",
                      std::to_string(link.max_ttl), link.state});
   }
   text += "\n" + table(links);

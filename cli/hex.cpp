@@ -1,6 +1,9 @@
 #include "cli/hex.hpp"
 
 #include <cstdint>
+#include <cstdio>
+
+#include "client_lib/utf8.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -12,32 +15,18 @@ int digit_value(char digit) {
   return -1;
 }
 
-/// The code point at `at`, which is moved behind it; nullopt if it is not well-formed.
-std::optional<std::uint32_t> next_code_point(std::string_view bytes, std::size_t& at) {
-  const auto byte = [&](std::size_t i) {
-    return i < bytes.size() ? static_cast<std::uint8_t>(bytes[i]) : 0u;
-  };
-  const std::uint32_t lead = byte(at);
-  const std::size_t size = lead < 0x80   ? 1
-                           : lead < 0xC2 ? 0
-                           : lead < 0xE0 ? 2
-                           : lead < 0xF0 ? 3
-                                         : 4;
-  if (size == 0 || lead > 0xF4) return std::nullopt;
-  if (size == 1) {
-    ++at;
-    return lead;
-  }
-  std::uint32_t code = lead & (0x7Fu >> size);
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((byte(at + i) & 0xC0u) != 0x80u) return std::nullopt;
-    code = (code << 6) | (byte(at + i) & 0x3Fu);
-  }
-  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};
-  const bool is_surrogate = code >= 0xD800 && code <= 0xDFFF;
-  if (code < kSmallest[size] || code > 0x10FFFF || is_surrogate) return std::nullopt;
-  at += size;
-  return code;
+bool is_for_a_terminal(std::uint32_t code) {
+  return code >= 0x20 && code != '\\' && (code < 0x7F || code >= 0xA0);
+}
+
+std::string escape(std::uint32_t code) {
+  if (code == '\n') return "\\n";
+  if (code == '\t') return "\\t";
+  if (code == '\r') return "\\r";
+  if (code == '\\') return "\\\\";
+  char text[8];
+  std::snprintf(text, sizeof(text), code < 0x80 ? "\\x%02x" : "\\u%04x", code);
+  return text;
 }
 
 }  // namespace
@@ -72,19 +61,19 @@ std::optional<std::string> from_hex(std::string_view digits) {
   return bytes;
 }
 
-bool is_utf8(std::string_view bytes) {
+std::optional<std::string> escaped(std::string_view bytes) {
+  std::string text;
   for (std::size_t at = 0; at < bytes.size();) {
-    if (!next_code_point(bytes, at)) return false;
+    const std::size_t begin = at;
+    const auto code = client::next_code_point(bytes, at);
+    if (!code) return std::nullopt;
+    if (is_for_a_terminal(*code)) {
+      text += bytes.substr(begin, at - begin);
+    } else {
+      text += escape(*code);
+    }
   }
-  return true;
-}
-
-bool is_printable(std::string_view bytes) {
-  for (std::size_t at = 0; at < bytes.size();) {
-    const auto code = next_code_point(bytes, at);
-    if (!code || *code < 0x20 || (*code >= 0x7F && *code < 0xA0)) return false;
-  }
-  return true;
+  return text;
 }
 
 }  // namespace swarmtalk::cli

@@ -1,4 +1,4 @@
-// Bytes as hexadecimal digits and back. Pure functions.
+// Bytes as hexadecimal digits and back, and as text that a terminal can show. Pure functions.
 #pragma once
 
 #include <optional>
@@ -12,10 +12,8 @@ std::string to_hex(std::string_view bytes);
 /// Digits in pairs; spaces, colons and a leading 0x are skipped. @return nullopt if it is no hex
 std::optional<std::string> from_hex(std::string_view digits);
 
-/// True for well-formed UTF-8 (RFC 3629: no surrogates, nothing above U+10FFFF, no overlong form).
-bool is_utf8(std::string_view bytes);
-
-/// True for UTF-8 without control characters: safe for a terminal.
-bool is_printable(std::string_view bytes);
+/// Safe for a terminal: control characters as \n, \t, \r, \x1b or \u009b, a backslash as two.
+/// @return nullopt if it is no UTF-8
+std::optional<std::string> escaped(std::string_view bytes);
 
 }  // namespace swarmtalk::cli

@@ -54,7 +54,8 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
   status.uptime = std::chrono::seconds(93784);
   LinkStatus link;
   link.name = "wlan0";
-  link.state = "up";
+  link.state = "up, MTU 1500 bytes";
+  link.mtu_bytes = 1400;
   link.counters = {{"frames_received", 12}, {"frames_truncated", 0}};
   status.links.push_back(link);
   ChannelStatus channel;
@@ -64,10 +65,17 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
   status.channels.push_back(channel);
   const std::string text = to_text(status);
   EXPECT_NE(text.find("robot 3 (automatic), up 1 d 02:03:04"), std::string::npos) << text;
+  EXPECT_NE(text.find("PACKETS UP TO"), std::string::npos) << text;
+  EXPECT_NE(text.find("1400 bytes"), std::string::npos) << text;
   EXPECT_NE(text.find("hello    40961"), std::string::npos) << text;
   EXPECT_NE(text.find("frames_received 12"), std::string::npos) << text;
   EXPECT_EQ(text.find("frames_truncated"), std::string::npos) << text;
   EXPECT_EQ(to_json(status)["links"][0]["counters"]["frames_truncated"], 0);
+}
+
+TEST(Format, TextWithALineEndIsShownAsText) {
+  EXPECT_EQ(payload_text("a\n"), "\"a\\n\"");
+  EXPECT_EQ(payload_text("\xff"), "hex ff");
 }
 
 TEST(Format, DegreesHaveNoMinusZero) {

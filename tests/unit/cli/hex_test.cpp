@@ -23,26 +23,19 @@ TEST(Hex, RefusesHalfBytesAndOtherLetters) {
   EXPECT_FALSE(from_hex("zz"));
 }
 
-TEST(Utf8, AcceptsTheShortestAndLongestOfEachLength) {
-  for (const char* text : {"", "\x7f", "\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xEF\xBF\xBF",
-                           "\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF"}) {
-    EXPECT_TRUE(is_utf8(text)) << to_hex(text);
-  }
+TEST(Escaped, LeavesTextAsItIs) {
+  EXPECT_EQ(escaped("Grüße \"x\""), "Grüße \"x\"");
 }
 
-TEST(Utf8, RefusesOverlongSurrogateCutAndTooLarge) {
-  for (const char* text :
-       {"\x80", "\xC0\x80", "\xC1\xBF", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xE2\x82",
-        "\xF0\x8F\xBF\xBF", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFF"}) {
-    EXPECT_FALSE(is_utf8(text)) << to_hex(text);
-  }
+TEST(Escaped, ShowsControlCharactersAsEscapes) {
+  EXPECT_EQ(escaped("a\nb\tc\r"), "a\\nb\\tc\\r");
+  EXPECT_EQ(escaped("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
+  EXPECT_EQ(escaped("\xC2\x9b"), "\\u009b");
+  EXPECT_EQ(escaped("a\\nb"), "a\\\\nb") << "not to be taken for a line's end";
 }
 
-TEST(Utf8, ControlCharactersAreNotForATerminal) {
-  EXPECT_TRUE(is_printable("Grüße"));
-  EXPECT_FALSE(is_printable("a\nb"));
-  EXPECT_FALSE(is_printable("\x1b[2J"));
-  EXPECT_FALSE(is_printable("\xC2\x9b"));
+TEST(Escaped, RefusesWhatIsNoText) {
+  EXPECT_FALSE(escaped("a\xff"));
 }
 
 }  // namespace
