@@ -47,7 +47,8 @@ struct SubArguments {
 struct PoseArguments {
   float x_m = 0;
   float y_m = 0;
-  std::string theta;  // radians, or degrees with "deg" behind
+  std::string theta;       // radians, or degrees with "deg" behind
+  bool is_ageing = false;  // as a pose of a program; else it stays until another is set
 };
 
 int pub(const Common& common, const PubArguments& arguments);
@@ -61,10 +62,16 @@ int fail(std::string_view text, int exit_code = kExitFailure);
 /// The same for a Status; tells an unreachable daemon from other failures.
 int fail(const Status& status);
 
+/// Writes to stdout at once. @return kExitOk, or else that of fail()
+int print(std::string_view text);
+
 /// A client that is silent by itself: the commands say what is to be said.
 Client make_client(const Common& common);
 
-/// A channel by number when `word` is digits only, else by name.
+/// From here on a lost and a returned daemon are told on stderr.
+void tell_connection(Client& client);
+
+/// A channel by number when `word` is digits only, else by name. A number must fit.
 Channel open_channel(Client& client, const std::string& word, const ChannelOptions& options);
 
 /// From here on SIGINT and SIGTERM stop `client`'s run*().

@@ -1,7 +1,10 @@
 // swarmtalk-cli: publish, listen and look from the command line.
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <string>
 
 #include "cli/commands.hpp"
@@ -9,7 +12,7 @@
 namespace swarmtalk::cli {
 namespace {
 
-constexpr const char* kFooter = R"(Channels: a name, or a number (digits only).
+constexpr const char* kFooter = R"(Channels: a name, or a number from 0 to 65535 (digits only).
 The socket is --socket PATH, else $SWARMTALK_SOCKET, else /run/swarmtalk/swarmtalkd.sock.
 Exit codes: 0 done; 1 refused or failed; 2 wrong usage; 3 the daemon cannot be reached; 124 a
 timeout (-W) came first; 128+N ended by signal N.)";
@@ -32,17 +35,73 @@ CLI::Validator above_zero() {
   return CLI::Validator(check, "");
 }
 
+/// 0 or more; nan compares with nothing and is refused too.
+CLI::Validator distance() {
+  const auto check = [](const std::string& word) {
+    double value = 0;
+    const bool is_good =
+        CLI::detail::lexical_cast(word, value) && std::isfinite(value) && value >= 0;
+    return is_good ? std::string() : "must be metres, 0 or more, not " + word;
+  };
+  return CLI::Validator(check, "");
+}
+
+bool is_digits(std::string_view word) {
+  return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Digits only: CLI11 itself takes -1 for the largest number there is.
+CLI::Validator whole_number() {
+  const auto check = [](const std::string& word) {
+    return is_digits(word) ? std::string() : "must be a whole number, 0 or more, not " + word;
+  };
+  return CLI::Validator(check, "");
+}
+
+/// A word that looks like a number must be a channel's number.
+CLI::Validator channel() {
+  const auto check = [](const std::string& word) {
+    const bool is_negative = word.starts_with('-');
+    const std::string digits = word.substr(is_negative ? 1 : 0);
+    if (!is_digits(digits)) return std::string();
+    const auto first = std::min(digits.find_first_not_of('0'), digits.size() - 1);
+    const std::string number = digits.substr(first);
+    const bool is_good = !is_negative && number.size() <= 5 && std::stoi(number) <= 65535;
+    return is_good ? std::string() : "channel numbers go from 0 to 65535, not " + word;
+  };
+  return CLI::Validator(check, "");
+}
+
+/// What CLI11 does not say: a word that begins with - needs help to be DATA.
+std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+  if (error.get_name() != "RequiredError" && error.get_name() != "ExtrasError") return {};
+  bool has_dash = false;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--") == 0) return {};
+    has_dash = has_dash || (argv[i][0] == '-' && std::strchr("-W", argv[i][1]) == nullptr);
+  }
+  const bool is_pub = app.got_subcommand("pub");
+  return is_pub && has_dash ? "; DATA that begins with - goes behind --: pub CHANNEL -- DATA" : "";
+}
+
 void add_pub(CLI::App& app, PubArguments& arguments) {
   auto* command = app.add_subcommand("pub", "Publish one message and wait until it has left");
-  command->add_option("CHANNEL", arguments.channel)->required();
-  command->add_option("DATA", arguments.payload, "the message; - reads it from standard input")
+  command->add_option("CHANNEL", arguments.channel)->required()->check(channel());
+  command
+      ->add_option(
+          "DATA", arguments.payload,
+          "the message; - reads it from standard input; -- goes before one that begins with -")
       ->required();
   command->add_flag("--hex", arguments.is_hex, "DATA is hexadecimal, as in 48:65:6c or 48656c");
-  command->add_option("--repeat", arguments.repeat, "how often; 0: until a signal")
+  command
+      ->add_option("--repeat", arguments.repeat,
+                   "how often; 0: until a signal, through interruptions of daemon and link")
+      ->check(whole_number())
       ->capture_default_str();
   command->add_option("--rate", arguments.rate_hz, "messages per second; default: as they leave")
       ->check(above_zero());
-  command->add_option("--ttl", arguments.ttl, "hops after the first; default: 0");
+  command->add_option("--ttl", arguments.ttl, "hops after the first; default: 0")
+      ->check(whole_number());
   command->add_flag("--timestamped", arguments.is_timestamped, "carry the buffering delay");
   command->add_option("-W,--timeout", arguments.timeout_s, "seconds to wait for each to leave")
       ->check(above_zero())
@@ -51,19 +110,23 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
 
 void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
   auto* command = app.add_subcommand("sub", "Print what is heard on one or more channels");
-  command->add_option("CHANNEL", arguments.channels)->required();
+  command->add_option("CHANNEL", arguments.channels)->required()->check(channel());
   command->add_flag("--json", common.is_json, "one JSON object a line, SI units, null if unknown");
   command->add_option("-C,--count", arguments.count, "end after so many messages")
+      ->check(whole_number())
       ->check(above_zero());
   command
       ->add_option("-W,--timeout", arguments.timeout_s,
                    "end after so many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
-  command->add_option("--max-distance", arguments.options.max_distance_m, "metres");
+  command->add_option("--max-distance", arguments.options.max_distance_m, "metres")
+      ->check(distance());
   command->add_flag("--drop-unknown-distance", arguments.options.drop_unknown_distance,
                     "with --max-distance: also leave out what has no distance");
-  command->add_option("--keep-last", arguments.options.keep_last,
-                      "messages the daemon queues for us; 1: only the newest");
+  command
+      ->add_option("--keep-last", arguments.options.keep_last,
+                   "messages the daemon queues for us; 1: only the newest")
+      ->check(whole_number());
   command->add_flag("--timestamped", arguments.is_timestamped, "register it as timestamped");
 }
 
@@ -77,12 +140,15 @@ struct Parsed {
 void add_pose(CLI::App& app, Parsed& parsed) {
   auto* command = app.add_subcommand("pose", "Tell or ask where this robot is");
   command->require_subcommand(1);
-  auto* set = command->add_subcommand("set", "Tell the daemon where this robot is");
+  auto* set = command->add_subcommand(
+      "set", "Tell the daemon where this robot is; true until a pose is set again");
   set->add_option("X", parsed.pose.x_m, "metres")->required();
   set->add_option("Y", parsed.pose.y_m, "metres")->required();
   set->add_option("THETA", parsed.pose.theta,
                   "counter-clockwise from +x: radians, or degrees as in 90deg")
       ->required();
+  set->add_flag("--age-out", parsed.pose.is_ageing,
+                "the pose ages, as one that a program keeps setting; default: it stays");
   auto* get = command->add_subcommand("get", "Print the pose that the daemon has");
   get->add_flag("--json", parsed.common.is_json);
 }
@@ -120,6 +186,18 @@ int fail(const Status& status) {
   }
 }
 
+int print(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return kExitOk;
+  const int error = errno;
+  return fail(std::string("cannot write to standard output: ") + std::strerror(error));
+}
+
+void tell_connection(Client& client) {
+  client.on_disconnect([](const Status& status) { fail(status.text()); });
+  client.on_reconnect([] { fail("connected to swarmtalkd again"); });
+}
+
 Client make_client(const Common& common) {
   ClientOptions options;
   options.socket_path = common.socket_path;
@@ -131,9 +209,7 @@ Client make_client(const Common& common) {
 }
 
 Channel open_channel(Client& client, const std::string& word, const ChannelOptions& options) {
-  const bool is_number = !word.empty() && word.size() <= 9 &&
-                         word.find_first_not_of("0123456789") == std::string::npos;
-  return is_number ? client.channel(std::stoi(word), options) : client.channel(word, options);
+  return is_digits(word) ? client.channel(std::stoi(word), options) : client.channel(word, options);
 }
 
 void stop_on_signals(Client& client) {
@@ -172,7 +248,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForVersion& call) {
     return app.exit(call);
   } catch (const CLI::ParseError& error) {
-    return fail(std::string(error.what()) + "; see swarmtalk-cli --help", kExitUsage);
+    return fail(error.what() + hint(app, error, argc, argv) + "; see swarmtalk-cli --help",
+                kExitUsage);
   }
   try {
     return run(app, parsed);

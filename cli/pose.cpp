@@ -1,5 +1,4 @@
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numbers>
 
@@ -28,7 +27,9 @@ int set_pose(const Common& common, const PoseArguments& arguments) {
   Client client = make_client(common);
   if (const Status status = client.connect(); !status) return fail(status);
   const auto wrapped = static_cast<float>(std::remainder(*theta, 2 * std::numbers::pi));
-  Status status = client.set_pose(arguments.x_m, arguments.y_m, wrapped);
+  Status status = arguments.is_ageing
+                      ? client.set_pose(arguments.x_m, arguments.y_m, wrapped)
+                      : client.set_fixed_pose(arguments.x_m, arguments.y_m, wrapped);
   if (status) status = client.sync();
   return status ? kExitOk : fail(status);
 }
@@ -38,10 +39,11 @@ int get_pose(const Common& common) {
   if (const Status status = client.connect(); !status) return fail(status);
   std::optional<Pose> pose;
   if (const Status status = client.get_pose(pose); !status) return fail(status);
-  if (common.is_json) std::printf("%s\n", to_json(pose).dump().c_str());
+  if (common.is_json) {
+    if (const int written = print(to_json(pose).dump() + "\n"); written != kExitOk) return written;
+  }
   if (!pose) return fail("this robot has no valid pose; try: swarmtalk-cli pose set X Y THETA");
-  if (!common.is_json) std::printf("%s\n", to_line(*pose).c_str());
-  return kExitOk;
+  return common.is_json ? kExitOk : print(to_line(*pose) + "\n");
 }
 
 }  // namespace swarmtalk::cli

@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include "cli/commands.hpp"
 #include "cli/format.hpp"
 
@@ -10,9 +8,7 @@ int status(const Common& common) {
   if (const Status connection = client.connect(); !connection) return fail(connection);
   DaemonStatus daemon;
   if (const Status answer = client.get_status(daemon); !answer) return fail(answer);
-  const std::string text = common.is_json ? to_json(daemon).dump() + "\n" : to_text(daemon);
-  std::fputs(text.c_str(), stdout);
-  return kExitOk;
+  return print(common.is_json ? to_json(daemon).dump() + "\n" : to_text(daemon));
 }
 
 }  // namespace swarmtalk::cli

@@ -1,16 +1,30 @@
-#include <chrono>
-#include <cstdio>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
 
 #include "cli/commands.hpp"
+#include "cli/deadline.hpp"
 #include "cli/format.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-/// Prints one line. @return false when nobody reads any more
-bool print_line(const std::string& line) {
-  return std::fputs(line.c_str(), stdout) >= 0 && std::fputc('\n', stdout) != EOF &&
-         std::fflush(stdout) == 0;
+/// Waits until the client has work, or `deadline`. @return false when nobody reads our output
+bool wait_for_work(const Client& client, Clock::time_point deadline) {
+  using std::chrono::milliseconds;
+  const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
+  const auto wait = std::clamp<milliseconds>(left, milliseconds(0), std::chrono::hours(1));
+  pollfd descriptors[] = {{client.fd(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}};
+  const int count = ::poll(descriptors, 2, static_cast<int>(wait.count()));
+  return count <= 0 || (descriptors[1].revents & POLLERR) == 0;
+}
+
+/// Ends as a write into the pipe would end: by SIGPIPE unless that is ignored.
+int end_without_reader() {
+  ::raise(SIGPIPE);
+  return kExitFailure;
 }
 
 }  // namespace
@@ -19,38 +33,36 @@ int sub(const Common& common, const SubArguments& arguments) {
   Client client = make_client(common);
   if (const Status status = client.connect(); !status) return fail(status);
   stop_on_signals(client);
-  client.on_disconnect([](const Status& status) { fail(status.text()); });
-  client.on_reconnect([] { fail("connected to swarmtalkd again"); });
+  tell_connection(client);
   client.on_error([](const Status& status) { fail(status.text()); });
 
   ChannelOptions options;
   if (arguments.is_timestamped) options.timestamped = true;
   std::uint64_t heard = 0;
   bool is_enough = false;
-  bool is_reader_gone = false;
+  int written = kExitOk;
   std::vector<Subscriber> subscribers;
   for (const std::string& channel : arguments.channels) {
     const auto receive = [&, channel](const Message& message) {
       if (is_enough) return;
       ++heard;
-      is_reader_gone = !print_line(common.is_json ? to_json(channel, message).dump()
-                                                  : to_line(channel, message));
-      is_enough = is_reader_gone || (arguments.count != 0 && heard == arguments.count);
-      if (is_enough) client.stop();
+      written = print(
+          (common.is_json ? to_json(channel, message).dump() : to_line(channel, message)) + "\n");
+      is_enough = written != kExitOk || (arguments.count != 0 && heard == arguments.count);
     };
     subscribers.push_back(
         open_channel(client, channel, options).subscriber(receive, arguments.options));
     if (const Status status = subscribers.back().status(); !status) return fail(status);
   }
 
-  if (arguments.timeout_s > 0) {
-    client.run_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
-        std::chrono::duration<double>(arguments.timeout_s)));
-  } else {
-    client.run();
+  const auto deadline = arguments.timeout_s > 0 ? after(Clock::now(), seconds(arguments.timeout_s))
+                                                : Clock::time_point::max();
+  while (!is_enough && caught_signal() == 0 && Clock::now() < deadline) {
+    if (!wait_for_work(client, deadline)) return end_without_reader();
+    client.process();
   }
   if (caught_signal() != 0) return kExitSignal + caught_signal();
-  if (is_reader_gone) return kExitFailure;
+  if (written != kExitOk) return written;
   if (!is_enough && arguments.count != 0) {
     return fail("heard " + std::to_string(heard) + " of " + std::to_string(arguments.count) +
                     " messages within the time of -W",

@@ -28,7 +28,8 @@ struct Result {
 /// A running swarmtalk-cli whose three streams are ours.
 class Program {
  public:
-  explicit Program(const Strings& arguments) {
+  /// @param output  a file that takes standard output; none: read_line() and finish() give it
+  explicit Program(const Strings& arguments, const char* output = nullptr) {
     int pipes[3][2];
     for (auto& ends : pipes) {
       if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
@@ -37,6 +38,7 @@ class Program {
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_adddup2(&actions, pipes[0][0], 0);
     ::posix_spawn_file_actions_adddup2(&actions, pipes[1][1], 1);
+    if (output != nullptr) ::posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, pipes[2][1], 2);
     std::vector<char*> words{const_cast<char*>(SWARMTALK_CLI)};
     for (const auto& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
@@ -67,7 +69,11 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   void write(const std::string& bytes) {
-    EXPECT_EQ(::write(in_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+    for (std::size_t at = 0; at < bytes.size();) {
+      const ssize_t count = ::write(in_, bytes.data() + at, bytes.size() - at);
+      if (count <= 0) return;  // it reads no more
+      at += static_cast<std::size_t>(count);
+    }
   }
   void close_input() { close_once(in_); }
   void close_output() { close_once(out_); }
@@ -125,6 +131,14 @@ class Cli : public ::testing::Test {
       ::usleep(1000);
     }
     FAIL() << "no subscription";
+  }
+  static bool is_publish(const ipc::Envelope& envelope) { return envelope.has_publish(); }
+  void wait_for_publications(int count) {
+    for (int i = 0; i < 5000; ++i) {
+      if (daemon.count(is_publish) >= count) return;
+      ::usleep(1000);
+    }
+    FAIL() << "no publication";
   }
   ipc::Publish last_publish() {
     const auto envelopes = daemon.received();
@@ -185,10 +199,10 @@ TEST_F(Cli, PubGivesUpAfterItsTimeout) {
 
 TEST_F(Cli, PubTellsWhyAChannelIsRefused) {
   daemon.refuse_channels.set_code(ipc::ERROR_BAD_CHANNEL);
-  daemon.refuse_channels.set_text("channel 70000 is above 65535");
-  const Result result = run({"pub", "70000", "x"});
+  daemon.refuse_channels.set_text("channel 16 is above 15");
+  const Result result = run({"pub", "16", "x"});
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(result.error, "swarmtalk-cli: channel 70000 is above 65535\n");
+  EXPECT_EQ(result.error, "swarmtalk-cli: channel 16 is above 15\n");
 }
 
 TEST_F(Cli, SubPrintsJsonLinesAndEndsAtTheCount) {
@@ -225,6 +239,15 @@ TEST_F(Cli, SubEndsQuietlyWhenItsReaderHasGone) {
   wait_for_subscriptions(1);
   program.close_output();
   daemon.deliver("hi");
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 1000 + SIGPIPE);
+  EXPECT_EQ(result.error, "");
+}
+
+TEST_F(Cli, SubEndsWithoutAMessageWhenItsReaderHasGone) {
+  Program program(with_socket({"sub", "a"}));
+  wait_for_subscriptions(1);
+  program.close_output();
   const Result result = program.finish();
   EXPECT_EQ(result.exit_code, 1000 + SIGPIPE);
   EXPECT_EQ(result.error, "");
@@ -268,11 +291,14 @@ TEST_F(Cli, StatusIsOneJsonObject) {
 TEST_F(Cli, PoseIsSetInDegreesOrRadiansAlsoNegative) {
   EXPECT_EQ(run({"pose", "set", "-0.5", "-1", "-90deg"}).exit_code, 0);
   const ipc::SetPose pose = daemon.received().back().set_pose();
+  EXPECT_TRUE(pose.fixed()) << "nobody repeats what is set by hand";
   EXPECT_FLOAT_EQ(pose.x_m(), -0.5F);
   EXPECT_FLOAT_EQ(pose.y_m(), -1);
   EXPECT_NEAR(pose.theta_rad(), -1.5708F, 1e-4);
   EXPECT_EQ(run({"pose", "set", "0", "0", "1.5"}).exit_code, 0);
   EXPECT_FLOAT_EQ(daemon.received().back().set_pose().theta_rad(), 1.5F);
+  EXPECT_EQ(run({"pose", "set", "--age-out", "0", "0", "1.5"}).exit_code, 0);
+  EXPECT_FALSE(daemon.received().back().set_pose().fixed());
   const Result bad = run({"pose", "set", "33", "0", "0"});
   EXPECT_EQ(bad.exit_code, 1);
   EXPECT_EQ(lines(bad.error), 1);
@@ -292,6 +318,11 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
                                    {"sub"},
                                    {"sub", "a", "-C", "0"},
                                    {"sub", "a", "-W", "-1"},
+                                   {"sub", "a", "--max-distance", "nan"},
+                                   {"sub", "a", "--max-distance", "-1"},
+                                   {"sub", "a", "--keep-last", "-1"},
+                                   {"pub", "c", "x", "--repeat", "-1"},
+                                   {"pub", "c", "x", "--ttl", "-1"},
                                    {"pose"},
                                    {"pose", "set", "a", "0", "0"},
                                    {"nonsense"}}) {
@@ -299,6 +330,105 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitCode2) {
     EXPECT_EQ(result.exit_code, 2) << result.error;
     EXPECT_EQ(result.error.find("swarmtalk-cli: "), 0u) << result.error;
     EXPECT_EQ(lines(result.error), 1) << result.error;
+  }
+}
+
+TEST_F(Cli, AChannelThatLooksLikeANumberMustBeOne) {
+  for (const std::string word : {"65536", "99999999999999999999", "-1"}) {
+    for (const Strings& arguments : {Strings{"pub", word, "x"}, {"sub", word}}) {
+      const Result result = run(arguments);
+      EXPECT_EQ(result.exit_code, 2);
+      EXPECT_NE(result.error.find("channel numbers go from 0 to 65535, not " + word),
+                std::string::npos)
+          << result.error;
+      EXPECT_EQ(lines(result.error), 1) << result.error;
+    }
+  }
+  EXPECT_EQ(run({"pub", "065535", "x"}).exit_code, 0);
+}
+
+TEST_F(Cli, AChannelThatIsNoTextIsOneLine) {
+  for (const Strings& arguments : {Strings{"pub", "caf\xe9", "x"}, {"sub", "caf\xe9"}}) {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.error, "swarmtalk-cli: the name of a channel is not UTF-8 text\n");
+  }
+}
+
+TEST_F(Cli, DataWithADashIsTakenBehindTwoOrTheUserIsToldSo) {
+  const Result result = run({"pub", "hello", "-x y"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.error.find("pub CHANNEL -- DATA"), std::string::npos) << result.error;
+  EXPECT_EQ(run({"pub", "hello", "--", "-x y"}).exit_code, 0);
+  EXPECT_EQ(last_publish().payload(), "-x y");
+}
+
+TEST_F(Cli, ATimeTooLongToCountIsForEver) {
+  int subscriptions = 0;
+  for (const char* time : {"1e10", "1e300", "inf"}) {
+    EXPECT_EQ(run({"pub", "c", "x", "-W", time}).exit_code, 0) << time;
+    Program program(with_socket({"sub", "a", "-C", "1", "-W", time}));
+    wait_for_subscriptions(++subscriptions);
+    daemon.deliver("hi");
+    EXPECT_EQ(program.finish().exit_code, 0) << time;
+  }
+}
+
+TEST_F(Cli, StandardInputThatNoMessageCanHoldIsNotGivenAFalseLength) {
+  const Result result = run({"pub", "c", "-"}, std::string(300'000, 'x'));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.error,
+            "swarmtalk-cli: standard input has more than 262144 bytes; channel c carries at most "
+            "100\n");
+}
+
+TEST_F(Cli, PubUntilASignalOutlivesTheDaemon) {
+  Program program(with_socket({"pub", "c", "x", "--repeat", "0", "--rate", "100"}));
+  wait_for_publications(2);
+  daemon.kill();
+  ::usleep(100'000);
+  daemon.restart();
+  wait_for_publications(daemon.count(is_publish) + 2);
+  program.signal(SIGTERM);
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM);
+  EXPECT_EQ(result.error.find("swarmtalk-cli: lost swarmtalkd"), 0u) << result.error;
+  EXPECT_NE(result.error.find("connected to swarmtalkd again"), std::string::npos) << result.error;
+  EXPECT_EQ(lines(result.error), 2) << result.error;
+}
+
+TEST_F(Cli, PubUntilASignalOutlivesALinkThatIsDown) {
+  Program program(with_socket({"pub", "c", "x", "--repeat", "0", "--rate", "100"}));
+  wait_for_publications(2);
+  daemon.refuse_messages(ipc::ERROR_LINK_DOWN, "link wlan0 is down");
+  wait_for_publications(daemon.count(is_publish) + 3);
+  daemon.refuse_messages(ipc::ERROR_UNSPECIFIED, "");
+  wait_for_publications(daemon.count(is_publish) + 3);
+  program.signal(SIGTERM);
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM);
+  EXPECT_EQ(result.error,
+            "swarmtalk-cli: link wlan0 is down\nswarmtalk-cli: messages leave again\n");
+}
+
+TEST_F(Cli, PubOfACountEndsAtAnInterruption) {
+  daemon.refuse_messages(ipc::ERROR_LINK_DOWN, "link wlan0 is down");
+  const Result result = run({"pub", "c", "x", "--repeat", "3"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.error, "swarmtalk-cli: link wlan0 is down\n");
+}
+
+TEST_F(Cli, AFullDiskIsOneLineAndExitCode1) {
+  for (const Strings& arguments : {Strings{"status"}, {"pose", "get"}, {"sub", "a"}}) {
+    Program program(with_socket(arguments), "/dev/full");
+    if (arguments[0] == "sub") {
+      wait_for_subscriptions(1);
+      daemon.deliver("one");
+    }
+    const Result result = program.finish();
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.error,
+              "swarmtalk-cli: cannot write to standard output: No space left on device\n");
   }
 }
 

@@ -129,6 +129,13 @@ void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
     hello.set_node_id(42);
   } else if (envelope.has_publish()) {
     if (!answers_publish) return;
+    if (refuse_messages_.code() != 0) {
+      ipc::Failure& failure = *answer.mutable_failure();
+      failure = refuse_messages_;
+      failure.set_publisher_id(envelope.publish().publisher_id());
+      failure.set_publish_number(envelope.publish().publish_number());
+      return reply(peer, answer);
+    }
     answer.mutable_sent()->set_publisher_id(envelope.publish().publisher_id());
     answer.mutable_sent()->set_publish_number(envelope.publish().publish_number());
   } else if (!answers_requests) {
@@ -182,6 +189,13 @@ void FakeDaemon::deliver(const std::string& payload) {
   ipc::Deliver body;
   body.set_payload(payload);
   deliver(body);
+}
+
+void FakeDaemon::refuse_messages(ipc::ErrorCode code, const std::string& text) {
+  on_thread([&] {
+    refuse_messages_.set_code(code);
+    refuse_messages_.set_text(text);
+  });
 }
 
 void FakeDaemon::send_raw(const std::string& bytes) {

@@ -34,6 +34,9 @@ class FakeDaemon {
   std::uint32_t max_message_bytes = 100;
   ipc::Failure refuse_channels;  // code set: every subscribe and advertise is refused so
 
+  /// From now on every publication is refused so; ERROR_UNSPECIFIED: none.
+  void refuse_messages(ipc::ErrorCode code, const std::string& text);
+
   /// Sends a message to every subscription. Fields but the id are taken from `deliver`.
   void deliver(const ipc::Deliver& deliver);
   void deliver(const std::string& payload);
@@ -66,6 +69,7 @@ class FakeDaemon {
   std::vector<ipc::Envelope> received_;
   int reads_ = 0;
   std::uint32_t last_id_ = 0;
+  ipc::Failure refuse_messages_;
   std::mutex mutex_;
   std::condition_variable done_;
   const std::function<void()>* task_ = nullptr;
