@@ -13,8 +13,9 @@ int main() {
   auto hello = robot.channel("hello");
   auto publisher = hello.publisher();
   auto subscriber = hello.subscriber([](const swarmtalk::Message& m) {
-    std::cout << "robot " << m.sender << " says " << m.text() << ", " << m.distance_m << " m away"
-              << std::endl;
+    std::cout << "robot " << m.sender << " says " << m.text();
+    if (m.has_distance()) std::cout << ", " << m.distance_m << " m away";
+    std::cout << std::endl;
   });
   for (int i = 1; i <= 10; ++i) {
     publisher.send("hello " + std::to_string(i));

@@ -29,7 +29,8 @@ struct Result {
 class Program {
  public:
   /// @param output  a file that takes standard output; none: read_line() and finish() give it
-  explicit Program(const Strings& arguments, const char* output = nullptr) {
+  explicit Program(const Strings& arguments, const char* output = nullptr,
+                   const char* path = SWARMTALK_CLI) {
     int pipes[3][2];
     for (auto& ends : pipes) {
       if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
@@ -40,7 +41,7 @@ class Program {
     ::posix_spawn_file_actions_adddup2(&actions, pipes[1][1], 1);
     if (output != nullptr) ::posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, pipes[2][1], 2);
-    std::vector<char*> words{const_cast<char*>(SWARMTALK_CLI)};
+    std::vector<char*> words{const_cast<char*>(path)};
     for (const auto& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
     words.push_back(nullptr);
     posix_spawnattr_t attributes;  // SIGPIPE as a shell leaves it, whoever runs the tests
@@ -50,7 +51,7 @@ class Program {
     ::sigaddset(&signals, SIGPIPE);
     ::posix_spawnattr_setsigdefault(&attributes, &signals);
     ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
-    EXPECT_EQ(::posix_spawn(&pid_, SWARMTALK_CLI, &actions, &attributes, words.data(), environ), 0);
+    EXPECT_EQ(::posix_spawn(&pid_, path, &actions, &attributes, words.data(), environ), 0);
     ::posix_spawnattr_destroy(&attributes);
     ::posix_spawn_file_actions_destroy(&actions);
     ::close(pipes[0][0]);
@@ -447,6 +448,22 @@ TEST_F(Cli, SocketComesFromTheEnvironmentToo) {
   Program program({"status"});
   EXPECT_EQ(program.finish().exit_code, 0);
   ::unsetenv("SWARMTALK_SOCKET");
+}
+
+TEST_F(Cli, TheFirstProgramSpeaksOfDistanceOnlyWhenItIsKnown) {
+  ::setenv("SWARMTALK_SOCKET", path.c_str(), 1);
+  Program program({}, nullptr, SWARMTALK_FIRST_PROGRAM);
+  ::unsetenv("SWARMTALK_SOCKET");
+  wait_for_subscriptions(1);
+  daemon.deliver("hi");
+  ipc::Deliver near;
+  near.set_payload("hi");
+  near.set_distance_m(0.5F);
+  daemon.deliver(near);
+  EXPECT_EQ(program.read_line(), "robot 0 says hi");
+  EXPECT_EQ(program.read_line(), "robot 0 says hi, 0.5 m away");
+  program.signal(SIGTERM);
+  program.finish();
 }
 
 }  // namespace
