@@ -56,6 +56,9 @@ class Link {
   /// Something waits to be pulled. Cheap, may be called for every message.
   virtual void wake() = 0;
 
+  /// Longest packet that the medium carries now; a longer one is dropped and counted.
+  virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }
+
   virtual bool is_up() const = 0;
   virtual std::string state() const = 0;   // one line for a person
   virtual std::string type() const = 0;    // "raw_l2"

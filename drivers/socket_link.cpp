@@ -18,6 +18,7 @@ constexpr auto kBrokenLinkWait =
     100ms;                         // in case no interface change announces the end of an error
 constexpr auto kOldestFrame = 1s;  // what a frame says of its sender is worthless then
 constexpr auto kErrorLogInterval = 1s;
+constexpr auto kStateLogInterval = 1s;
 
 bool is_link_error(int error) {
   switch (error) {
@@ -43,7 +44,8 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       pacer_(pacer, std::random_device{}()),
       builder_(profile, max_packet_bytes),
       receiver_(profile),
-      timer_(io) {}
+      timer_(io),
+      state_timer_(io) {}
 
 void SocketLink::use_receive_socket(int socket) {
   receive_descriptor_ = socket;
@@ -98,10 +100,30 @@ void SocketLink::set_state(bool is_up, const std::string& text) {
   is_up_ = is_up;
   if (text != state_) {
     state_ = text;
-    link_log()->log(is_up ? spdlog::level::info : spdlog::level::warn, "{} {}: {}", type(),
-                    device(), state_);
+    if (is_state_timer_armed_)
+      ++unlogged_changes_;
+    else
+      log_state();
   }
   if (has_come_up) wake();
+}
+
+// At most once per second; changes meanwhile are told together when the second is over.
+void SocketLink::log_state() {
+  const std::string flapped = unlogged_changes_ > 1 ? " (" + std::to_string(unlogged_changes_) +
+                                                          " changes since the last line)"
+                                                    : "";
+  unlogged_changes_ = 0;
+  link_log()->log(is_up_ ? spdlog::level::info : spdlog::level::warn, "{} {}: {}{}", type(),
+                  device(), state_, flapped);
+  is_state_timer_armed_ = true;
+  state_timer_.expires_after(kStateLogInterval);
+  state_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        is_state_timer_armed_ = false;
+        if (unlogged_changes_ > 0) log_state();
+      });
 }
 
 void SocketLink::wait_readable() {

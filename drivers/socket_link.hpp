@@ -27,6 +27,9 @@ class SocketLink : public Link {
  public:
   void start(LinkUser& user) override;
   void wake() override;
+  std::size_t packet_limit_bytes() const override {
+    return frame::max_packet_bytes(frame_limit_bytes_);
+  }
   bool is_up() const override { return is_up_; }
   std::string state() const override { return state_; }
   Counters counters() const override;
@@ -50,7 +53,7 @@ class SocketLink : public Link {
   /// Frames that the kernel has dropped since the link was opened.
   virtual std::uint64_t kernel_drops() const = 0;
 
-  /// Logs, once for each change; a link that comes up transmits what waits.
+  /// Logs changes, at most once per second; a link that comes up transmits what waits.
   void set_state(bool is_up, const std::string& text);
 
   /// Longest air frame that the medium takes, and the longest datagram to expect from it.
@@ -66,6 +69,7 @@ class SocketLink : public Link {
  private:
   using Descriptor = boost::asio::posix::stream_descriptor;
 
+  void log_state();
   void wait_readable();
   void receive();
   void flush();
@@ -92,11 +96,15 @@ class SocketLink : public Link {
   std::optional<Descriptor> send_socket_;  // none: the receiving one
   boost::asio::steady_timer timer_;        // pacing, and short waits after a full queue
 
+  boost::asio::steady_timer state_timer_;  // until the next change of state may be logged
+  std::uint64_t unlogged_changes_ = 0;
+
   std::size_t frame_limit_bytes_ = 0;
   bool is_up_ = false;
   std::string state_ = "not started";
   bool is_flush_posted_ = false;
   bool is_timer_armed_ = false;
+  bool is_state_timer_armed_ = false;
   bool is_waiting_writable_ = false;
   MonotonicTime last_error_log_{};
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link
