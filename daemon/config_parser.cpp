@@ -1,5 +1,6 @@
 #include "daemon/config_parser.hpp"
 
+#include <arpa/inet.h>
 #include <sys/un.h>
 
 #include <algorithm>
@@ -77,6 +78,17 @@ void read_interface(const TableReader& table, LinkConfig& link) {
   }
 }
 
+void read_address(const TableReader& table, LinkConfig& link) {
+  if (!table.has("address")) return;
+  table.read_text("address", link.address);
+  in_addr address{};
+  const bool is_address = inet_pton(AF_INET, link.address.c_str(), &address) == 1;
+  if (is_address && address.s_addr != INADDR_ANY) return;
+  table.fail("address", "\"" + printable(link.address) +
+                            "\" is no address to send to; use a multicast group such as "
+                            "239.255.83.84, or a broadcast address such as 192.168.1.255");
+}
+
 LinkConfig read_link(const TableReader& table, const std::string& name) {
   LinkConfig link;
   link.name = name;
@@ -103,7 +115,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       table.expect_keys({"type", "profile", "interface", "address", "port", "rate_hz",
                          "burst_frames", "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
-      table.read_text("address", link.address);
+      read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);
       read_pacing(table, link);
       break;
@@ -163,6 +175,9 @@ void read_channels(const TableReader& root, KeyLines& lines,
     const std::string name(key->str());
     if (!is_legal_name(name)) {
       reader.fail(name, "is no name for a channel; use 1 to 64 printable characters");
+    }
+    if (name.find_first_not_of("0123456789") == std::string::npos) {
+      reader.fail(name, "is a number, and a number means itself; give the channel a name");
     }
     std::uint16_t number = 0;
     reader.read_integer(name, kChannelLimits, number);

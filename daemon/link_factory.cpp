@@ -53,6 +53,10 @@ std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfi
 // The key that a driver's complaint is most likely about.
 std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
   const std::string section = "links." + config.name;
+  if (complaint.find("permission to use port") != std::string::npos ||
+      complaint.find("the port is taken") != std::string::npos) {
+    return section + ".port";
+  }
   if (!config.interface.empty() && complaint.find(config.interface) != std::string::npos) {
     return section + ".interface";
   }

@@ -62,6 +62,15 @@ std::string explain(const std::string& path, int error) {
   }
 }
 
+// The same for the lock file, which may stand there already and belong to somebody else.
+std::string explain_lock(const std::string& path, int error) {
+  const std::string name = lock_path(path);
+  struct stat existing {};
+  if (lstat(name.c_str(), &existing) != 0) return explain(path, error);
+  return "cannot open the lock file " + name + ": " + std::strerror(error) +
+         "; remove it if no swarmtalkd runs, or run as its owner";
+}
+
 std::string taken(const std::string& path, pid_t pid) {
   const std::string who = pid > 0 ? " (process " + std::to_string(pid) + ")" : "";
   return path + " is served by a running swarmtalkd" + who + "; stop it, or choose another path";
@@ -139,7 +148,8 @@ void ListeningSocket::lock(const KeyLines& lines) {
     if (descriptor < 0) {
       const int error = errno;
       const Probe other = probe(path_);
-      throw lines.error(kKey, other.error == 0 ? taken(path_, other.pid) : explain(path_, error));
+      throw lines.error(kKey,
+                        other.error == 0 ? taken(path_, other.pid) : explain_lock(path_, error));
     }
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
       const int error = errno;

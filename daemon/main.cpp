@@ -7,17 +7,20 @@
 #include "daemon/config_parser.hpp"
 #include "daemon/daemon.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/printable.hpp"
 
 namespace {
 
 constexpr int kExitError = 1;
 constexpr int kExitUsage = 2;
+constexpr std::size_t kMaxUsageBytes = 200;
 
 using namespace swarmtalk::daemon;
 
 struct Options {
   std::string config_file = kDefaultConfigPath;
   std::string socket_path;
+  bool has_socket_path = false;  // which may be empty, and wrong
   std::string log_level;
   bool is_check = false;
 };
@@ -35,7 +38,7 @@ void add_options(CLI::App& app, Options& options) {
 ParsedConfig load(const Options& options) {
   ParsedConfig parsed = load_config(options.config_file);
   if (!options.log_level.empty()) parsed.config.log_level = options.log_level;
-  if (!options.socket_path.empty()) {
+  if (options.has_socket_path) {
     parsed.lines.set_option("socket.path", "--socket");
     const std::string problem = socket_path_problem(options.socket_path);
     if (!problem.empty()) throw parsed.lines.error("socket.path", problem);
@@ -54,8 +57,12 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kExitUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "swarmtalkd: %s; see swarmtalkd --help\n",
+                 printable(error.what(), kMaxUsageBytes).c_str());
+    return kExitUsage;
   }
+  options.has_socket_path = app.count("--socket") > 0;
   try {
     const ParsedConfig parsed = load(options);
     if (options.is_check) {

@@ -83,6 +83,11 @@ void UdpLink::open_receiving() {
       throw failure(config_,
                     "the port is taken by a program that does not share it; choose another");
     }
+    if (errno == EACCES || errno == EPERM) {
+      throw failure(config_, "no permission to use port " + std::to_string(config_.port) +
+                                 "; choose one from 1024 on, or give swarmtalkd "
+                                 "CAP_NET_BIND_SERVICE");
+    }
     if (errno == EADDRNOTAVAIL) {
       throw failure(config_, "neither a multicast group nor a broadcast address of this machine");
     }

@@ -70,6 +70,14 @@ const Wrong kWrong[] = {
      "f.toml:5: key 'channels.a': 3 is already the number of 'b'; give each channel its own"},
     {"channel_without_name", std::string(kLink) + "[channels]\n\"\" = 3\n",
      "f.toml:4: key 'channels.': is no name for a channel; use 1 to 64 printable characters"},
+    {"channel_named_by_a_number", std::string(kLink) + "[channels]\n\"7\" = 100\n",
+     "f.toml:4: key 'channels.7': is a number, and a number means itself; give the channel a name"},
+    {"address_of_nobody", std::string(kLink) + "address = \"0.0.0.0\"\n",
+     "f.toml:3: key 'links.w.address': \"0.0.0.0\" is no address to send to; use a multicast group "
+     "such as 239.255.83.84, or a broadcast address such as 192.168.1.255"},
+    {"address_cut_short", std::string(kLink) + "address = \"1.2.3\"\n",
+     "f.toml:3: key 'links.w.address': \"1.2.3\" is no address to send to; use a multicast group "
+     "such as 239.255.83.84, or a broadcast address such as 192.168.1.255"},
     {"relative_socket", std::string(kLink) + "[socket]\npath = \"d.sock\"\n",
      "f.toml:4: key 'socket.path': is not absolute; begin it with '/'"},
     {"empty_socket", std::string(kLink) + "[socket]\npath = \"\"\n",

@@ -103,6 +103,14 @@ TEST_F(ListeningSocketTest, LiveSocketWithoutALockIsNotTouchedEither) {
   EXPECT_TRUE(can_connect());
 }
 
+TEST_F(ListeningSocketTest, LockFileThatCannotBeOpenedIsNamedWithTheRemedy) {
+  std::filesystem::create_directory(config_.path + ".lock");
+  const std::string text = error();
+  EXPECT_NE(text.find("cannot open the lock file " + config_.path + ".lock"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("remove it"), std::string::npos) << text;
+}
+
 TEST_F(ListeningSocketTest, StaleSocketIsTakenOver) {
   leave_stale_socket();
   EXPECT_FALSE(can_connect());
