@@ -15,6 +15,7 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_sent", messages_sent},
       {"messages_busy", messages_busy},
       {"messages_link_down", messages_link_down},
+      {"messages_over_mtu", messages_over_mtu},
       {"messages_received", messages_received},
       {"deliveries_queued", deliveries_queued},
       {"deliveries_sent", deliveries_sent},

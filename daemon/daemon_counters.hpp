@@ -20,6 +20,7 @@ struct DaemonCounters {
   std::uint64_t messages_sent = 0;          // ... whose last packet has left
   std::uint64_t messages_busy = 0;          // refused: the publisher's previous one waits
   std::uint64_t messages_link_down = 0;     // refused or given up: no link up
+  std::uint64_t messages_over_mtu = 0;      // refused: an interface's MTU is too small
   std::uint64_t messages_received = 0;      // whole messages from links, for a local subscription
   std::uint64_t deliveries_queued = 0;      // one for each subscription that a message goes to
   std::uint64_t deliveries_sent = 0;        // written to clients

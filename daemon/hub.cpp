@@ -83,7 +83,7 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   if (waiting_++ == 0) waiting_hook_();
   ++publication.pending;  // ours, so that it is not finished before all stations have it
   for (std::size_t i = 0; i < stations_.size(); ++i) {
-    if (!stations_[i]->is_up()) continue;
+    if (!carries(*stations_[i], channel, publication.payload.size())) continue;
     ++publication.pending;
     channel.slots[i].waiting.push_back(&publication);
     feed(i, channel);

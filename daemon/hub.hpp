@@ -114,6 +114,8 @@ class Hub final : public StationUser {
   bool evict_idle();
   std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
                                std::size_t size_bytes, std::uint32_t ttl) const;
+  std::optional<Refusal> check_mtu(const Channel& channel, std::size_t size_bytes) const;
+  static bool carries(const Station& station, const Channel& channel, std::size_t size_bytes);
   void feed(std::size_t station, Channel& channel);
   void finish(Publication& publication, Channel& channel, bool was_sent);
   void deliver_locally(Publication& publication, Channel& channel, std::uint32_t number);

@@ -11,6 +11,12 @@ std::string text_of(std::uint64_t number) {
   return std::to_string(number);
 }
 
+// A channel as the client called it.
+std::string shown(const ChannelRequest& request, std::uint16_t number) {
+  if (request.name.empty()) return "channel " + text_of(number);
+  return "channel '" + request.name + "' (number " + text_of(number) + ")";
+}
+
 }  // namespace
 
 std::optional<Refusal> Hub::resolve(const ChannelRequest& request, std::uint16_t& number) const {
@@ -44,12 +50,14 @@ std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held
   if (auto refusal = resolve(request, number)) return refusal;
   const bool is_timestamped = request.is_timestamped.value_or(false);
   auto found = channels_.find(number);
-  if (found != channels_.end() && request.is_timestamped &&
-      found->second.is_timestamped != is_timestamped) {
+  // The first registration decides, until the last publisher and subscriber are gone.
+  const bool must_agree =
+      found != channels_.end() && (request.is_timestamped || found->second.is_idle());
+  if (must_agree && found->second.is_timestamped != is_timestamped) {
     if (!found->second.is_idle()) {
       const std::string registered = is_timestamped ? "without" : "with";
       return Refusal{ipc::ERROR_CHANNEL_CONFLICT,
-                     "channel " + text_of(number) + " is in use " + registered +
+                     shown(request, number) + " is in use " + registered +
                          " timestamps; use it the same way, or another channel",
                      std::nullopt};
     }
@@ -130,6 +138,28 @@ Hub::Limits Hub::limits_of(bool is_timestamped) const {
   return least;
 }
 
+bool Hub::carries(const Station& station, const Channel& channel, std::size_t size_bytes) {
+  return station.is_up() && size_bytes <= station.message_bytes_that_fit(channel.is_timestamped);
+}
+
+// Within the profile's limit, but too long for the interfaces as they are.
+std::optional<Refusal> Hub::check_mtu(const Channel& channel, std::size_t size_bytes) const {
+  std::size_t most = 0;
+  std::string states;
+  for (Station* station : stations_) {
+    if (carries(*station, channel, size_bytes)) return std::nullopt;
+    if (!station->is_up()) continue;
+    most = std::max(most, station->message_bytes_that_fit(channel.is_timestamped));
+    states += (states.empty() ? "" : "; ") + station->name() + ": " + station->link().state();
+  }
+  ++counters_.messages_over_mtu;
+  return Refusal{ipc::ERROR_TOO_LONG,
+                 "the message has " + text_of(size_bytes) + " bytes, but at most " + text_of(most) +
+                     " fit while the MTU of the interface is so small (" + states +
+                     "); raise the MTU, or send it in parts",
+                 most};
+}
+
 std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& channel,
                                   std::size_t size_bytes, std::uint32_t ttl) const {
   const Limits most = limits_of(channel.is_timestamped);
@@ -152,6 +182,7 @@ std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& cha
     }
     return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
   }
+  if (auto refusal = check_mtu(channel, size_bytes)) return refusal;
   if (publisher.in_flight != nullptr) {
     ++counters_.messages_busy;
     return Refusal{ipc::ERROR_BUSY,

@@ -48,6 +48,17 @@ class NodeStation final : public Station, public drivers::LinkUser {
   const char* profile() const override { return profile_.text; }
   const StationLimits& limits() const override { return kLimits; }
   bool is_up() const override { return link_->is_up(); }
+  std::size_t message_bytes_that_fit(bool is_timestamped) const override {
+    const std::size_t packet_bytes = link_->packet_limit_bytes();
+    if (packet_bytes >= W::kMtuBytes) {
+      return is_timestamped ? kLimits.max_timestamped_message_bytes : kLimits.max_message_bytes;
+    }
+    // All packets of a message but the last are of the profile's full length, so only a message of
+    // one packet fits.
+    const std::size_t around =
+        W::kHeaderBytes + W::kChecksumBytes + (is_timestamped ? W::kTimestampBytes : 0);
+    return packet_bytes < around ? 0 : packet_bytes - around;
+  }
   drivers::Link& link() override { return *link_; }
   drivers::Counters counters() const override;
 
@@ -186,6 +197,7 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
   node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
                    {range.distance_m, range.bearing_rad, 0});
   frame_ = nullptr;
+  if (node_->has_packet()) link_->wake();  // one to forward
   const bool is_namesake =
       frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
   if (is_namesake || node_->counters().id_collisions != collisions) user_.on_namesake(*this);

@@ -65,6 +65,9 @@ class Station {
   virtual const char* profile() const = 0;      // "wifi"
   virtual const StationLimits& limits() const = 0;
   virtual bool is_up() const = 0;
+  /// Longest message that the link carries now: less than limits() when the MTU of its interface
+  /// is too small for the profile's packets.
+  virtual std::size_t message_bytes_that_fit(bool is_timestamped) const = 0;
   virtual drivers::Link& link() = 0;
   virtual drivers::Counters counters() const = 0;  // the node's
 

@@ -16,6 +16,7 @@ class FakeLink final : public drivers::Link {
  public:
   void start(drivers::LinkUser& user) override { user_ = &user; }
   void wake() override { ++wakes; }
+  std::size_t packet_limit_bytes() const override { return packet_limit; }
   bool is_up() const override { return up; }
   std::string state() const override { return up ? "up" : "interface fake0 is gone"; }
   std::string type() const override { return "fake"; }
@@ -37,6 +38,7 @@ class FakeLink final : public drivers::Link {
   drivers::LinkUser& user() { return *user_; }
 
   bool up = true;
+  std::size_t packet_limit = SIZE_MAX;
   int wakes = 0;
 
  private:
@@ -59,6 +61,9 @@ class FakeStation final : public Station {
   const char* profile() const override { return "fake"; }
   const StationLimits& limits() const override { return limits_; }
   bool is_up() const override { return link_.up; }
+  std::size_t message_bytes_that_fit(bool is_timestamped) const override {
+    return is_timestamped ? fits - 4 : fits;
+  }
   drivers::Link& link() override { return link_; }
   drivers::Counters counters() const override { return {{"node_messages_sent", 43}}; }
 
@@ -99,6 +104,7 @@ class FakeStation final : public Station {
 
   std::size_t capacity = 64;
   bool refuses = false;
+  std::size_t fits = 1000;
   std::set<std::uint16_t> open, listening, busy;
   std::vector<Sent> sent;
   std::uint32_t last_number = 0;

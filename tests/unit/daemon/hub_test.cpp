@@ -108,6 +108,18 @@ TEST_F(HubTest, TooLongIsRefusedWithTheLimit) {
   EXPECT_THAT(refusal->text, HasSubstr("1000"));
 }
 
+TEST_F(HubTest, MessageTooLongForTheInterfaceOfTheMomentIsRefusedAndASmallerOneGoes) {
+  station_.fits = 200;
+  auto& from = publisher(a_, 1);
+  const auto refusal = publish(from, 1, std::string(201, 'x'));
+  ASSERT_EQ(code_of(refusal), ipc::ERROR_TOO_LONG);
+  EXPECT_EQ(refusal->limit, 200u);
+  EXPECT_THAT(refusal->text, HasSubstr("raise the MTU"));
+  EXPECT_EQ(counters_.messages_over_mtu, 1u);
+  EXPECT_FALSE(publish(from, 2, std::string(200, 'x')));
+  EXPECT_EQ(station_.sent.size(), 1u);
+}
+
 TEST_F(HubTest, TtlOverTheMaximumIsRefused) {
   EXPECT_EQ(code_of(publish(publisher(a_, 1), 1, "x", 16)), ipc::ERROR_BAD_TTL);
 }
@@ -252,6 +264,23 @@ TEST_F(HubTest, TimestampingMayChangeWhenNobodyUsesTheChannel) {
   EXPECT_FALSE(hub_.subscribe({"", 1u, true}, first));
   hub_.unsubscribe(first);
   EXPECT_FALSE(hub_.subscribe({"", 1u, false}, second));
+}
+
+TEST_F(HubTest, TimestampingDoesNotOutliveTheLastUserOfTheChannel) {
+  Subscription first, second;
+  first.client = second.client = &a_;
+  EXPECT_FALSE(hub_.subscribe({"", 1u, true}, first));
+  hub_.unsubscribe(first);
+  EXPECT_FALSE(hub_.subscribe({"", 1u, std::nullopt}, second));
+  EXPECT_FALSE(hub_.channels().at(0).is_timestamped);
+}
+
+TEST_F(HubTest, TimestampedConflictNamesTheChannelAsItWasAskedFor) {
+  Subscription first, second;
+  EXPECT_FALSE(hub_.subscribe({"clock", std::nullopt, true}, first));
+  const auto refusal = hub_.subscribe({"clock", std::nullopt, false}, second);
+  ASSERT_TRUE(refusal);
+  EXPECT_THAT(refusal->text, HasSubstr("channel 'clock'"));
 }
 
 TEST_F(HubTest, IdleChannelMakesRoomForANewOne) {

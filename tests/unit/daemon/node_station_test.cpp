@@ -83,6 +83,47 @@ TEST(NodeStation, MessageCrossesWithOriginDistanceAndBearing) {
   EXPECT_FALSE(message.buffering_delay_us);
 }
 
+TEST(NodeStation, PacketToForwardWakesTheLinkOfARobotThatSendsNothing) {
+  Robot a(1, NodeConfig{});
+  Robot relay(2, NodeConfig{});
+  Robot b(3, NodeConfig{});
+  a.publish("on", 1);
+  a.transmit_to(relay);
+  EXPECT_EQ(relay.link->wakes, 1);
+  relay.transmit_to(b);
+  ASSERT_EQ(b.client.heard.size(), 1u);
+  EXPECT_EQ(b.client.last->hops, 1);
+}
+
+TEST(NodeStation, PacketThatIsNotForwardedDoesNotWakeTheLink) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  a.publish("here", 0);
+  a.transmit_to(b);
+  EXPECT_EQ(b.link->wakes, 0);
+}
+
+TEST(NodeStation, SmallerPacketsOfTheLinkLimitMessagesToOnePacket) {
+  Robot a(1, NodeConfig{}, true);
+  const auto most = a.station.limits();
+  EXPECT_EQ(a.station.message_bytes_that_fit(false), most.max_message_bytes);
+  EXPECT_EQ(a.station.message_bytes_that_fit(true), most.max_timestamped_message_bytes);
+  a.link->packet_limit = 955;
+  const std::size_t fits = a.station.message_bytes_that_fit(true);
+  ASSERT_TRUE(a.publish(std::string(fits, 'x')));
+  const auto packets = a.link->pull_all();
+  ASSERT_EQ(packets.size(), 1u);
+  EXPECT_EQ(packets[0].size(), 955u);
+  EXPECT_FALSE(a.publish(std::string(fits + 1, 'x')));
+  EXPECT_TRUE(a.link->pull_all().empty());
+}
+
+TEST(NodeStation, LinkWithTinyPacketsFitsNothing) {
+  Robot a(1, NodeConfig{});
+  a.link->packet_limit = 3;
+  EXPECT_EQ(a.station.message_bytes_that_fit(false), 0u);
+}
+
 TEST(NodeStation, WithoutAPoseDistanceIsUnknown) {
   Robot a(1, NodeConfig{});
   Robot b(2, at(3, 4, 0));
