@@ -82,14 +82,14 @@ void Clients::retry_accept_later() {
 }
 
 void Clients::add(int descriptor) {
-  const bool is_full = sessions_.size() >= limits.clients;
+  const bool is_full = size() >= limits.clients;
   if (is_full) {
     ++counters.clients_refused;
     if (const auto silent = refused_log_.pass(Clock::now())) {
       spdlog::warn("client refused ({}): limits.clients is {} ({} more since the last line)",
                    peer_of(descriptor), limits.clients, *silent);
     }
-    if (sessions_.size() >= limits.clients + kRefusedAtOnce) {
+    if (refused_ >= kRefusedAtOnce) {
       ::close(descriptor);
       return;
     }
@@ -101,7 +101,9 @@ void Clients::add(int descriptor) {
   setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
   auto session = std::make_shared<Session>(io_, descriptor, *this);
   sessions_.emplace(session.get(), session);
+  watch_silent();
   if (is_full) {
+    ++refused_;
     session->refuse_connection({ipc::ERROR_LIMIT,
                                 "this daemon serves " + std::to_string(limits.clients) +
                                     " clients at most; end one, or raise clients under [limits]",
@@ -109,7 +111,6 @@ void Clients::add(int descriptor) {
     return;
   }
   session->start();
-  watch_silent();
 }
 
 void Clients::close_all(const std::string& reason) {
@@ -147,6 +148,7 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
   } else {
     spdlog::debug("client '{}' closed: {}", session.client_name(), reason);
   }
+  if (session.is_refused()) --refused_;
   sessions_.erase(&session);
 }
 
@@ -171,8 +173,9 @@ void Clients::close_silent() {
       is_any_new = true;
   }
   for (const auto& session : silent) {
-    ++counters.clients_silent;
-    session->close("it did not say Hello within 10 s");
+    if (!session->is_refused()) ++counters.clients_silent;
+    session->close(session->is_refused() ? "it was refused and did not hang up within 10 s"
+                                         : "it did not say Hello within 10 s");
   }
   if (is_any_new) watch_silent();
 }

@@ -37,7 +37,8 @@ class Clients final : public SessionHost {
 
   void close_all(const std::string& reason);
 
-  std::size_t size() const { return sessions_.size(); }
+  /// Those that are served.
+  std::size_t size() const { return sessions_.size() - refused_; }
 
   void schedule_flush(const std::shared_ptr<Session>& session) override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
@@ -58,6 +59,7 @@ class Clients final : public SessionHost {
   boost::asio::steady_timer accept_timer_;
   boost::asio::steady_timer silence_timer_;
   std::unordered_map<Session*, std::shared_ptr<Session>> sessions_;
+  std::size_t refused_ = 0;  // of sessions_: those that still read why
   std::vector<std::shared_ptr<Session>> to_flush_;
   std::vector<std::shared_ptr<Session>> flushing_;
   LogLimiter malformed_log_;

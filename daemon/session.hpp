@@ -58,9 +58,12 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   void flush();
   /// Removes the client from the hub and closes its socket. May be called again.
   void close(const std::string& reason, bool is_malformed = false);
-  /// Refuses the connection as a whole: the failure is written, then it is closed.
+  /// Refuses the connection as a whole: the failure is written, and what the client still sends is
+  /// thrown away until it hangs up. Closed at once, the client might meet the end before the
+  /// reason.
   void refuse_connection(const Refusal& refusal);
 
+  bool is_refused() const { return is_refused_; }
   bool has_greeted() const { return has_greeted_; }
   Time connected_at() const { return connected_at_; }
   const std::string& client_name() const { return client_name_; }
@@ -82,6 +85,7 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   void on_readable();
   bool read_once();  // false: nothing more waits for now
   void parse_all();
+  void discard_input();
   void fail_stream(ipc::ErrorCode code, const std::string& text);
 
   // session_requests.cpp: envelopes to answers
@@ -122,6 +126,7 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   bool is_malformed_ = false;
   bool has_greeted_ = false;
   bool is_closed_ = false;
+  bool is_refused_ = false;       // as a whole
   bool is_input_closed_ = false;  // no more requests are read
   bool closes_when_written_ = false;
   bool is_flush_scheduled_ = false;

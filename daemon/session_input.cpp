@@ -1,6 +1,7 @@
 // Session's life and its input side.
 #include <sys/socket.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -95,7 +96,22 @@ void Session::fail_stream(ipc::ErrorCode code, const std::string& text) {
   refuse({code, text, std::nullopt});
 }
 
+// After the end of our side; Clients closes a client that does not hang up.
+void Session::discard_input() {
+  std::array<char, 4096> bytes;
+  for (int i = 0; i < kReadsPerTurn; ++i) {
+    const ssize_t got = recv(socket_.native_handle(), bytes.data(), bytes.size(), 0);
+    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+    if (got <= 0 && !(got < 0 && errno == EINTR)) return close(doom_);
+  }
+  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                     [self = shared_from_this()](const boost::system::error_code& error) {
+                       if (!error && !self->is_closed_) self->discard_input();
+                     });
+}
+
 void Session::refuse_connection(const Refusal& refusal) {
+  is_refused_ = true;
   is_input_closed_ = true;
   closes_when_written_ = true;
   doom_ = refusal.text;

@@ -74,7 +74,11 @@ void Session::flush() {
     }
     if (!write_once()) return;
   }
-  if (written_ == output_.size() && closes_when_written_) return close(doom_, is_malformed_);
+  if (written_ == output_.size() && closes_when_written_) {
+    if (!is_refused_) return close(doom_, is_malformed_);
+    shutdown(socket_.native_handle(), SHUT_WR);
+    return discard_input();
+  }
   const bool has_more = written_ < output_.size() || !replies_.empty() || !ready_.empty();
   if (!has_more) return;
   is_flush_scheduled_ = true;

@@ -96,6 +96,11 @@ void Session::subscribe(const ipc::Subscribe& request) {
   if (keep_last == 0 || keep_last > host_.limits.queue_messages_max) {
     return refuse(over_limit("keep_last begins at 1 and", host_.limits.queue_messages_max));
   }
+  if (request.has_max_distance_m() && !(request.max_distance_m() >= 0.0f)) {  // or NaN
+    return refuse({ipc::ERROR_BAD_DISTANCE,
+                   "max_distance_m is metres, 0 or more; leave it out for any distance",
+                   std::nullopt});
+  }
   auto subscription = std::make_unique<QueuedSubscription>(keep_last);
   subscription->client = this;
   subscription->id = ++last_id_;

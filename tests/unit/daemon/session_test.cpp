@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "tests/unit/daemon/session_harness.hpp"
@@ -335,6 +336,38 @@ TEST_F(SessionTest, OneClientTooManyIsToldWhyAndClosed) {
   first->hang_up();
   step();
   greeted();
+}
+
+TEST_F(SessionTest, RefusedClientMaySayHelloBeforeItReadsWhy) {
+  limits_.clients = 1;
+  auto first = greeted();
+  auto second = connect();
+  step();
+  second->hello();  // would be EPIPE on a closed socket
+  step();
+  const auto replies = second->receive();
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].failure().code(), ipc::ERROR_LIMIT);
+  EXPECT_EQ(clients_.size(), 1u);  // it takes nobody's place
+  first->hang_up();
+  step();
+  greeted();
+  second->hang_up();
+  step();
+  EXPECT_EQ(counters_.clients_refused, 1u);
+}
+
+TEST_F(SessionTest, ImpossibleDistanceIsRefused) {
+  auto peer = greeted();
+  for (const float distance_m : {std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
+    ipc::Envelope envelope;
+    envelope.set_request_id(2);
+    envelope.mutable_subscribe()->mutable_channel()->set_number(1);
+    envelope.mutable_subscribe()->set_max_distance_m(distance_m);
+    peer->send(envelope);
+    step();
+    EXPECT_EQ(peer->receive().at(0).failure().code(), ipc::ERROR_BAD_DISTANCE);
+  }
 }
 
 TEST_F(SessionTest, PoseIsSetReadAndRefused) {
