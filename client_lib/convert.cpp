@@ -29,6 +29,8 @@ StatusCode convert_code(ipc::ErrorCode code) {
       return StatusCode::kUnsupported;
     case ipc::ERROR_LINK_DOWN:
       return StatusCode::kLinkDown;
+    case ipc::ERROR_BAD_DISTANCE:
+      return StatusCode::kBadArgument;
     default:
       return StatusCode::kProtocol;
   }

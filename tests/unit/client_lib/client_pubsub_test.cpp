@@ -175,6 +175,14 @@ TEST_F(ClientPubSub, AnImpossibleChannelIsRefusedAtOnceAndTheRestGoesOn) {
   EXPECT_TRUE(losses.empty());
 }
 
+TEST_F(ClientPubSub, ADistanceThatIsRefusedIsABadArgument) {
+  daemon.refuse_channels.set_code(ipc::ERROR_BAD_DISTANCE);
+  SubscriberOptions options;
+  options.max_distance_m = -1.0F;
+  auto subscriber = client.channel("hello").subscriber({}, options);
+  EXPECT_EQ(subscriber.status().code(), StatusCode::kBadArgument);
+}
+
 TEST_F(ClientPubSub, HandlesUnregisterWhenDestroyedButNotWhenMoved) {
   {
     auto publisher = client.channel("hello").publisher();
