@@ -77,8 +77,10 @@ class Subscriber {
                          const swarmtalk::core::Reception<Profile>& reception) {
     Meta_t meta = reception.sensing;
     meta.msg_delay = static_cast<int>(reception.delay_ticks & UINT32_C(0x7FFFFFFF));
-    static_cast<Subscriber*>(self)->receive_(const_cast<unsigned char*>(bytes),
-                                             static_cast<int>(size), reception.ttl, &meta);
+    swarmtalk::core::with_aligned<Profile>(bytes, size, [&](unsigned char* message) {
+      static_cast<Subscriber*>(self)->receive_(message, static_cast<int>(size), reception.ttl,
+                                               &meta);
+    });
   }
   Receive_callback receive_ = nullptr;
 };

@@ -29,10 +29,10 @@ void header_round_trip() {
       static_cast<typename W::ChannelId>(*rc::gen::arbitrary<uint32_t>() & W::kChannelMax);
   header.ttl = static_cast<uint8_t>(*rc::gen::arbitrary<uint8_t>() & W::kTtlMax);
   header.hops = static_cast<uint8_t>(*rc::gen::arbitrary<uint8_t>() & low_bits(P::kHopsBits));
-  header.size = static_cast<decltype(header.size)>(*rc::gen::arbitrary<uint16_t>() &
-                                                   low_bits(P::kSizeBits));
-  header.epoch = static_cast<typename W::Epoch>(*rc::gen::arbitrary<uint16_t>() &
-                                                low_bits(P::kEpochBits));
+  header.size =
+      static_cast<decltype(header.size)>(*rc::gen::arbitrary<uint16_t>() & low_bits(P::kSizeBits));
+  header.epoch =
+      static_cast<typename W::Epoch>(*rc::gen::arbitrary<uint16_t>() & low_bits(P::kEpochBits));
   header.timestamped = P::kTimestampedBits != 0 ? *rc::gen::arbitrary<bool>()
                                                 : header.channel >= P::kTimestampedFrom;
   header.crossed_gateway = P::kGatewayBits != 0 && *rc::gen::arbitrary<bool>();
@@ -133,8 +133,12 @@ void delivers_exactly_what_came(size_t senders, size_t each, uint16_t max_bytes)
 RC_GTEST_PROP(Delivery, IsExactInThePaperFormat, ()) {
   delivers_exactly_what_came<RoomForAll>(3, 4, 40);
 }
-RC_GTEST_PROP(Delivery, IsExactOnTheFootbot, ()) { delivers_exactly_what_came<Footbot>(3, 4, 40); }
-RC_GTEST_PROP(Delivery, IsExactOnWifi, ()) { delivers_exactly_what_came<Wifi>(4, 6, 9000); }
+RC_GTEST_PROP(Delivery, IsExactOnTheFootbot, ()) {
+  delivers_exactly_what_came<Footbot>(3, 4, 40);
+}
+RC_GTEST_PROP(Delivery, IsExactOnWifi, ()) {
+  delivers_exactly_what_came<Wifi>(4, 6, 9000);
+}
 
 /// With little memory messages may be missing, but none is wrong or comes twice.
 RC_GTEST_PROP(Delivery, IsNeverWrongInLittleMemory, ()) {
@@ -153,8 +157,8 @@ RC_GTEST_PROP(Delivery, IsNeverWrongInLittleMemory, ()) {
   }
 }
 
-/// A chain of forwarders, each waiting as long as it likes, across a wrap of the clock: the delay is
-/// the sum of the waits, or the largest number when that does not fit.
+/// A chain of forwarders, each waiting as long as it likes, across a wrap of the clock: the delay
+/// is the sum of the waits, or the largest number when that does not fit.
 template <class P>
 void delay_adds_up(uint32_t channel, uint64_t max_wait) {
   using W = Wire<P>;

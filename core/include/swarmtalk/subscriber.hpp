@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "swarmtalk/aligned.hpp"
 #include "swarmtalk/sensing.hpp"
 
 namespace swarmtalk {
@@ -43,8 +44,9 @@ class Subscriber {
     Target target;
     target.context = context;
     typename P::Sensing sensing = reception.sensing;
-    target.plain(const_cast<unsigned char*>(bytes), static_cast<int>(size), reception.ttl,
-                 &sensing);
+    with_aligned<P>(bytes, size, [&](unsigned char* message) {
+      target.plain(message, static_cast<int>(size), reception.ttl, &sensing);
+    });
   }
 
   void set(Distance max_distance, ReceiveFn<P> receive, void* context) {
