@@ -80,8 +80,7 @@ Decoded decode(const std::vector<double>& pulses, double rate) {
   for (std::size_t i = 1; i < pulses.size() && !result.is_aborted; ++i) {
     const auto event = decoder.on_pulse(static_cast<std::uint16_t>((pulses[i] - start) * rate));
     if (event == IrEvent::kByteStart) start = pulses[i];
-    if (event == IrEvent::kByte || event == IrEvent::kLast)
-      result.bytes.push_back(decoder.byte());
+    if (event == IrEvent::kByte || event == IrEvent::kLast) result.bytes.push_back(decoder.byte());
     result.is_message = event == IrEvent::kLast && decoder.is_intact();
     result.is_aborted = event == IrEvent::kAbort;
   }
