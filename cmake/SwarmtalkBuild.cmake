@@ -48,3 +48,33 @@ function(swarmtalk_test name)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
 endfunction()
+
+# swarmtalk_pytest(PREFIX LABEL [ENVIRONMENT...]): the pytest files of this folder. Each of pytest's
+# tests is one of ctest's, so that what is skipped is counted as skipped; -rs prints the reason.
+function(swarmtalk_pytest prefix label)
+  find_program(PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
+  set(environment "SWARMTALK_BUILD=${PROJECT_BINARY_DIR}" "PYTHONDONTWRITEBYTECODE=1" ${ARGN})
+  file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.py)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${scripts})
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -E env ${environment} SWARMTALK_COLLECTING=1
+      ${PYTHON3} -m pytest -q --collect-only -p no:cacheprovider .
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
+    OUTPUT_VARIABLE collected RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "pytest cannot collect ${CMAKE_CURRENT_SOURCE_DIR}:\n${collected}")
+  endif()
+  string(REGEX MATCHALL "test_[a-z_0-9]+\\.py::[^\n]+" tests "${collected}")
+  foreach(test IN LISTS tests)
+    string(REGEX REPLACE "^test_(.*)\\.py::test_" "${prefix}.\\1." name ${test})
+    # A folder of its own for each: pytest's common one is cleared by tests that run beside it. A
+    # short one: the path of a Unix socket has at most 107 bytes.
+    string(MD5 folder ${PROJECT_BINARY_DIR}/${name})
+    string(SUBSTRING ${folder} 0 8 folder)
+    add_test(NAME ${name} COMMAND ${PYTHON3} -m pytest -q -rs -s -p no:cacheprovider
+      --basetemp=/tmp/swarmtalk-test-${folder} ${test}
+      WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
+    set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS ${label}
+      ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "\n1 skipped in ")
+  endforeach()
+endfunction()
