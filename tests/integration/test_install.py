@@ -98,7 +98,8 @@ find_package(swarmtalk REQUIRED)
 add_executable(consumer main.cpp)
 target_link_libraries(consumer swarmtalk::client)
 """)
-    done = run("cmake", "-S", tmp_path, "-B", tmp_path / "b", f"-DCMAKE_PREFIX_PATH={staged}/usr",
+    done = run("cmake", "-G", "Ninja", "-S", tmp_path, "-B", tmp_path / "b",
+               f"-DCMAKE_PREFIX_PATH={staged}/usr",
                timeout=120)
     assert done.returncode == 0, done.stderr
     done = run("cmake", "--build", tmp_path / "b", timeout=120)
