@@ -41,7 +41,7 @@ class IrDecoder {
     if (cycles < kIrHalfSlotCycles || cycles >= kIrByteEndCycles) return IrEvent::kAbort;
     while (cycles >= slot_end_) {
       slot_end_ += kIrSlotCycles;
-      mask_ <<= 1;
+      mask_ = static_cast<uint8_t>(mask_ << 1);
     }
     if (mask_ != 0) {
       byte_ |= mask_;
