@@ -3,7 +3,7 @@ import json
 import math
 
 import pytest
-from conftest import one_line, program
+from conftest import one_line, program, wait_for
 
 
 @pytest.fixture(params=["bridge", "udp"])
@@ -46,11 +46,15 @@ def test_every_robot_hears_it_once(lab):
     assert counts == [1, 1, 1]
 
 
-def test_a_robot_without_a_pose_has_no_distance(udp_lab):
+def test_a_stale_pose_gives_an_unknown_distance_not_zero(udp_lab):
     robots = udp_lab(2)
-    # A pose set by hand goes stale; the fixed pose of the lab does not. So ask who knows.
-    pose = robots.cli(1, "pose", "get", "--json")
-    assert json.loads(pose.stdout)["x_m"] == 0
+    assert robots.cli(1, "pose", "set", "0", "0", "0", "--age-out").returncode == 0
+    wait_for(lambda: robots.status(1)["pose"] is None, what="the pose to go stale")
+    listener = robots.start_sub(2, "c", "--json", "-C", "1", "-W", "10")
+    assert robots.cli(1, "pub", "c", "x").returncode == 0
+    message, = heard(listener)
+    assert message["distance_m"] is None
+    assert message["bearing_rad"] is None
 
 
 def test_every_size_crosses_two_namespaces_byte_for_byte(bridge_lab):
