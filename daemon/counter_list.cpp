@@ -1,0 +1,79 @@
+#include "daemon/counter_list.hpp"
+
+#include <algorithm>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr CounterOwner kDaemon = CounterOwner::kDaemon;
+constexpr CounterOwner kLink = CounterOwner::kLink;
+
+constexpr CounterHelp kCounters[] = {
+    {kDaemon, "clients_accepted", "connections of programs since start"},
+    {kDaemon, "clients_refused", "connections refused because limits.clients was reached"},
+    {kDaemon, "clients_malformed", "connections closed for bytes that are no legal frame"},
+    {kDaemon, "clients_other_version", "connections closed for another protocol major"},
+    {kDaemon, "clients_silent", "connections closed for no Hello within 10 s"},
+    {kDaemon, "clients_not_reading", "connections closed because replies piled up"},
+    {kDaemon, "requests_refused", "requests answered with a failure, publications included"},
+    {kDaemon, "messages_published", "messages accepted from programs"},
+    {kDaemon, "messages_sent", "accepted messages whose last packet has left on a link"},
+    {kDaemon, "messages_busy", "messages refused because the publisher's previous one waits"},
+    {kDaemon, "messages_link_down", "messages refused or given up because no link is up"},
+    {kDaemon, "messages_over_mtu", "messages refused because an interface's MTU is too small"},
+    {kDaemon, "messages_received", "whole messages from links that a local program subscribes to"},
+    {kDaemon, "deliveries_queued", "messages queued, one for each subscription they go to"},
+    {kDaemon, "deliveries_sent", "queued messages handed to the kernel for a program"},
+    {kDaemon, "deliveries_too_far", "messages from beyond a subscription's max_distance"},
+    {kDaemon, "deliveries_unknown_distance", "messages dropped by drop_unknown_distance"},
+    {kDaemon, "deliveries_dropped_full", "oldest messages dropped from a full queue of a program"},
+    {kDaemon, "deliveries_dropped_bytes", "messages dropped from queues for limits.queue_bytes"},
+    {kDaemon, "duplicate_node_ids", "packets of another transmitter or origin under our node id"},
+    {kDaemon, "node_id_changes", "times that an automatic node id was drawn again"},
+    {kLink, "frames_sent", "air frames handed to the kernel"},
+    {kLink, "frames_received", "air frames that are readable and of our profile"},
+    {kLink, "packets_sent", "packets in the frames sent"},
+    {kLink, "packets_received", "packets in the frames received"},
+    {kLink, "bytes_sent", "bytes of air frames sent, without Ethernet, IP and UDP headers"},
+    {kLink, "bytes_received", "bytes of air frames received, without headers and padding"},
+    {kLink, "frames_truncated", "frames that end before they should"},
+    {kLink, "frames_other_version", "frames of another version of the air frame"},
+    {kLink, "frames_other_profile", "frames with packets of another profile"},
+    {kLink, "frames_unknown_flags", "frames with a flag that this release does not know"},
+    {kLink, "frames_bad_packet_length", "frames with an impossible packet length"},
+    {kLink, "frames_not_ours", "frames without our magic"},
+    {kLink, "own_echoes", "our own frames, heard back"},
+    {kLink, "send_retries", "times that the kernel's queue was full and frames were kept"},
+    {kLink, "send_errors", "frames given up after an error or one second of waiting"},
+    {kLink, "packets_over_mtu", "packets that fit into no frame of the link"},
+    {kLink, "kernel_drops", "frames that the kernel dropped because the socket's buffer was full"},
+    {kLink, "link_down_events", "times that the link went down"},
+    {kLink, "node_packets_forwarded", "packets sent on for others"},
+    {kLink, "node_messages_sent", "whole messages sent"},
+    {kLink, "node_messages_received", "whole messages received"},
+    {kLink, "node_bad_packets", "packets that contradict themselves"},
+    {kLink, "node_bad_checksums", "packets with a wrong checksum"},
+    {kLink, "node_unknown_channels", "packets of channels that no program here subscribes to"},
+    {kLink, "node_duplicates", "copies of packets that were received already"},
+    {kLink, "node_own_echoes", "our own packets, forwarded by others"},
+    {kLink, "node_forward_queue_full", "packets not forwarded for want of room"},
+    {kLink, "node_no_memory", "long messages given up for want of room"},
+    {kLink, "node_aged_out", "messages of which a packet never came"},
+    {kLink, "node_contradictions", "packets that cannot be of one message"},
+    {kLink, "node_id_collisions", "packets of another origin under our node id"},
+};
+
+}  // namespace
+
+std::span<const CounterHelp> counter_list() {
+  return kCounters;
+}
+
+const CounterHelp* find_counter(CounterOwner owner, std::string_view name) {
+  const auto* const found = std::find_if(
+      std::begin(kCounters), std::end(kCounters),
+      [&](const CounterHelp& counter) { return counter.owner == owner && counter.name == name; });
+  return found == std::end(kCounters) ? nullptr : found;
+}
+
+}  // namespace swarmtalk::daemon
