@@ -60,9 +60,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// @return false if no slot is free
   bool push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
     if (count_ == P::kForwardSlots) return false;
-    const uint16_t place = static_cast<uint16_t>(first_ + count_);
-    Queued& queued = slots_[place >= P::kForwardSlots ? place - P::kForwardSlots : place];
-    ++count_;
+    Queued& queued = slot(count_++);
     const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
                                        : static_cast<PacketSize>(size - W::kChecksumBytes);
     memcpy(queued.packet, packet, bare);
@@ -76,16 +74,14 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
   void improve(const uint8_t* packet, const Header& header) {
-    Slot slot = first_;
-    for (Slot n = count_; n != 0; --n) {
-      uint8_t* waiting = slots_[slot].packet;
-      if (W::is_same_packet(waiting, packet)) {
-        if (W::ttl(waiting) >= header.ttl - 1) return;
+    for (Slot n = 0; n != count_; ++n) {
+      uint8_t* waiting = slot(n).packet;
+      if (!W::is_same_packet(waiting, packet)) continue;
+      if (header.ttl > W::ttl(waiting) + 1) {
         W::set_hops(waiting, header.hops);
         W::count_hop(waiting, header);
-        return;
       }
-      slot = after(slot);
+      return;
     }
   }
 
@@ -104,7 +100,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
       W::set_timestamp(out, bare, W::later(W::timestamp(out, bare), waited));
     }
     if (!this->repeat()) {
-      first_ = after(first_);
+      if (++first_ == P::kForwardSlots) first_ = 0;
       --count_;
     }
     return W::seal(out, bare);
@@ -115,9 +111,10 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     uint8_t packet[W::kMtuBytes - W::kChecksumBytes];
     Ticks since;
   };
-  static Slot after(Slot slot) {
-    ++slot;
-    return slot == P::kForwardSlots ? Slot{0} : slot;
+  /// The nth packet that waits; n may be their count: the next free place.
+  Queued& slot(Slot n) {
+    const uint16_t place = static_cast<uint16_t>(first_ + n);
+    return slots_[place >= P::kForwardSlots ? place - P::kForwardSlots : place];
   }
 
   Queued slots_[P::kForwardSlots];

@@ -9,8 +9,9 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::receive(Arrival& arrival, const Fragment<P>& fragment) {
+SWARMTALK_HOT void Swarmtalk<P>::receive(const Arrival& arrival) {
   const Header& header = arrival.header;
+  const Fragment<P>& fragment = arrival.fragment;
   bool wanted = arrival.channel != nullptr && arrival.channel->subscriber_count_ != 0;
   if (!wanted) {
     count(counters_.unknown_channels);
@@ -21,10 +22,10 @@ SWARMTALK_HOT void Swarmtalk<P>::receive(Arrival& arrival, const Fragment<P>& fr
   if (!wanted && header.ttl == 0) return;
   const bool flood = header.ttl != 0 || arrival.channel->ttl_ != 0;
   const bool whole = header.end && header.sequence == 0;
-  const Record record = record_of(header, flood, flood || !whole, arrival.moment);
+  Entry* const record = record_of(arrival.key, flood, flood || !whole);
   if (header.ttl != 0) forward(arrival, record);
   if (!wanted) return;
-  if (record == Cache::kNone) {
+  if (record == nullptr) {
     if (whole) {
       deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
     } else {
@@ -32,95 +33,92 @@ SWARMTALK_HOT void Swarmtalk<P>::receive(Arrival& arrival, const Fragment<P>& fr
     }
     return;
   }
-  if (cache_.is_delivered(record) || cache_.is_given_up(record)) {
+  if (record->is_done()) {
     count(counters_.duplicates);
-  } else if (whole && !cache_.is_open(record)) {
-    cache_.close_delivered(record, arrival.moment);
+  } else if (whole && !record->is_open()) {
+    cache_.close(*record, Entry::kDelivered);
     deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
   } else {
-    assemble(arrival, fragment, record);
+    assemble(arrival, *record);
   }
 }
 
 template <class P>
-SWARMTALK_HOT typename Swarmtalk<P>::Record Swarmtalk<P>::record_of(const Header& header,
-                                                                    bool flood, bool insist,
-                                                                    Moment now) {
-  Record record = cache_.find(header, now);
-  if (record != Cache::kNone) {
-    if (cache_.is_open(record) && cache_.is_stale(record, now)) {
-      reassembler_.release(record);
-      cache_.renew(record, flood, now);
+SWARMTALK_HOT typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& key, bool flood,
+                                                                    bool insist) {
+  Entry* record = cache_.find(key);
+  if (record != nullptr) {
+    if (record->is_open() && cache_.is_expired(*record)) {
+      reassembler_.release(*record);
+      cache_.renew(*record, flood);
       count(counters_.aged_out);
     }
     return record;
   }
   // While all are open, one that cannot become whole makes place.
   do {
-    record = cache_.insert(header, flood, insist, now);
-  } while (record == Cache::kNone && give_up_less_than(1, Cache::kNone, now));
+    record = cache_.insert(key, flood, insist);
+  } while (record == nullptr && give_up_less_than(1, nullptr));
   return record;
 }
 
 template <class P>
-void Swarmtalk<P>::forward(const Arrival& arrival, Record record) {
-  if (record == Cache::kNone) {
+void Swarmtalk<P>::forward(const Arrival& arrival, Entry* record) {
+  if (record == nullptr) {
     count(counters_.no_memory);
     return;
   }
-  if (cache_.is_forwarded(record, static_cast<PacketIndex>(arrival.header.sequence))) {
-    if (!forward_queue_.is_empty()) forward_queue_.improve(arrival.bytes, arrival.header);
+  if ((record->forwarded & arrival.fragment.bit) != 0) {
+    forward_queue_.improve(arrival.bytes, arrival.header);
     return;
   }
-  if (!forward_queue_.push(arrival.bytes, arrival.size, arrival.header, arrival.now)) {
+  if (!forward_queue_.push(arrival.bytes, arrival.size, arrival.header, cache_.now())) {
     count(counters_.forward_queue_full);
     return;
   }
-  cache_.set_forwarded(record, static_cast<PacketIndex>(arrival.header.sequence));
+  record->forwarded = static_cast<Mask>(record->forwarded | arrival.fragment.bit);
   round_robin_.set_ready(0, true);
 }
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, const Fragment<P>& fragment,
-                                          Record record) {
-  if (!cache_.is_open(record)) {
+SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record) {
+  if (!record.is_open()) {
     reassembler_.begin(record);
-    cache_.open(record, arrival.moment);
+    cache_.open(record);
   }
-  const Ticks elapsed = cache_.since_last_packet(record, arrival.moment);
+  const Ticks elapsed = cache_.since_last_packet(record);
   Outcome outcome;
   do {
-    outcome = reassembler_.add(record, fragment, elapsed);
+    outcome = reassembler_.add(record, arrival.fragment, elapsed);
   } while (outcome == Outcome::kNoSlot &&
-           give_up_less_than(worth_with(record, fragment.sequence), record, arrival.moment));
+           give_up_less_than(worth(record, arrival.fragment.bit), &record));
   switch (outcome) {
     case Outcome::kHeld:
-      cache_.open(record, arrival.moment);
+      cache_.open(record);
       break;
     case Outcome::kComplete:
-      complete(arrival, fragment, record, elapsed);
+      complete(arrival, record, elapsed);
       break;
     case Outcome::kDuplicate:
       count(counters_.duplicates);
       break;
     case Outcome::kContradiction:
-      give_up(record, arrival.moment);
+      give_up(record);
       count(counters_.contradictions);
       break;
     case Outcome::kNoSlot:
-      give_up(record, arrival.moment);
+      give_up(record);
       count(counters_.no_memory);
       break;
   }
 }
 
 template <class P>
-void Swarmtalk<P>::complete(const Arrival& arrival, const Fragment<P>& fragment, Record record,
-                            Ticks elapsed) {
+void Swarmtalk<P>::complete(const Arrival& arrival, Entry& record, Ticks elapsed) {
   uint8_t message[W::kMessageBytes];
   typename W::Timestamp delay = 0;
-  const uint16_t size = reassembler_.take(record, fragment, elapsed, message, &delay);
-  cache_.close_delivered(record, arrival.moment);
+  const uint16_t size = reassembler_.take(record, arrival.fragment, elapsed, message, &delay);
+  cache_.close(record, Entry::kDelivered);
   deliver(arrival, message, size, delay);
 }
 
@@ -153,47 +151,37 @@ uint8_t Swarmtalk<P>::hops_of(const Arrival& arrival) {
 }
 
 template <class P>
-void Swarmtalk<P>::give_up(Record record, Moment now) {
+void Swarmtalk<P>::give_up(Entry& record) {
   reassembler_.release(record);
-  cache_.close_given_up(record, now);
+  cache_.close(record, Entry::kGivenUp);
 }
 
 template <class P>
-uint8_t Swarmtalk<P>::worth(typename Cache::Chance chance, typename W::PacketMask mask) const {
-  if (chance == Cache::Chance::kNone ||
-      (chance == Cache::Chance::kWithoutGap && Reassembler<P>::has_gap(mask))) {
+uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) {
+  // One hop means in order: a gap is a loss, and so is the sender's next message.
+  if ((record.flags & Entry::kFlood) == 0 &&
+      ((record.flags & Entry::kOvertaken) != 0 || Reassembler<P>::has_gap(record.held) ||
+       Reassembler<P>::has_gap(static_cast<Mask>(record.held | bit)))) {
     return 0;
   }
-  return static_cast<uint8_t>(Reassembler<P>::count(mask) + 1);
+  return static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
 }
 
 template <class P>
-uint8_t Swarmtalk<P>::worth_with(Record record, PacketIndex sequence) const {
-  const auto mask = reassembler_.held(record);
-  const auto chance = cache_.chance(record);
-  return chance == Cache::Chance::kWithoutGap &&
-                 Reassembler<P>::has_gap(Reassembler<P>::with(mask, sequence))
-             ? uint8_t{0}
-             : worth(chance, mask);
-}
-
-template <class P>
-bool Swarmtalk<P>::give_up_less_than(uint8_t limit, Record kept, Moment now) {
-  Record victim = Cache::kNone;
-  const Record used = cache_.used();
+bool Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
+  Entry* victim = nullptr;
+  const auto used = cache_.used();
   for (uint8_t n = 0; n < 32 && n < used; ++n) {
-    if (++victim_hand_ >= used) victim_hand_ = 0;
-    const auto chance = cache_.chance(victim_hand_);
-    if (chance == Cache::Chance::kNotOpen || victim_hand_ == kept) continue;
-    if (limit == 1 && chance == Cache::Chance::kAny) continue;
-    const uint8_t its_worth = worth(chance, reassembler_.held(victim_hand_));
+    Entry* const record = in_register(cache_.next_after(victim_hand_));
+    if (!record->is_open() || record == kept) continue;
+    const uint8_t its_worth = worth(*record, 0);
     if (its_worth < limit) {
       limit = its_worth;
-      victim = victim_hand_;
+      victim = record;
     }
   }
-  if (victim == Cache::kNone) return false;
-  give_up(victim, now);
+  if (victim == nullptr) return false;
+  give_up(*victim);
   count(counters_.no_memory);
   return true;
 }

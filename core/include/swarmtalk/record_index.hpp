@@ -67,58 +67,99 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
 
 /// Link of a record's chain, if there are chains.
 template <class P, bool kPresent>
-struct RecordLinkIf {
+struct RecordLink {
   UintFor<bits_for(P::kRecords)> next_;
 };
 template <class P>
-struct RecordLinkIf<P, false> {};
+struct RecordLink<P, false> {};
+
+/// What is known of a message's length where packets have their exact length: the message's size
+/// where each packet tells it, else the bytes of its last packet.
+template <bool kPresent>
+struct KnownLength {
+  uint16_t length_;
+  void set_length(uint16_t bytes) { length_ = bytes; }
+  uint16_t length() const { return length_; }
+};
+template <>
+struct KnownLength<false> {
+  void set_length(uint16_t) {}
+  uint16_t length() const { return 0; }
+};
+
+/// What a node remembers of a message: the cache's part, and the reassembler's (held, first).
 template <class P>
-struct RecordLink : RecordLinkIf<P, (P::kBuckets > 0)> {};
+struct Record : RecordLink<P, (P::kBuckets > 0)>, KnownLength<!P::kPadded> {
+  using Mask = typename Wire<P>::PacketMask;
+  using Stamp = UintFor<P::kStampBits>;
+  using Slot = UintFor<bits_for(P::kFragmentSlots)>;
+
+  enum : uint8_t {
+    kKept = 1,  // in every record in use; flags of 0: expired
+    kOpen = 2,
+    kDelivered = 4,
+    kGivenUp = 8,  // lost a packet for want of memory or time: not to be begun again
+    kFlood = 16,
+    kOvertaken = 32,  // its sender was heard beginning another message on the channel since
+    kEndHeld = 64,    // the highest packet held is the message's last
+  };
+  RecordKey<P> key;
+  uint8_t flags;
+  Mask forwarded;  // one bit per packet
+  Mask held;       // dito; undefined while not open, like `first`
+  Stamp stamp;     // tick of the last packet; of a closed flooded message in 2^kClosedShift ticks
+  Slot first;      // list of fragments, highest sequence first
+
+  bool is_open() const { return (flags & kOpen) != 0; }
+  /// Delivered, or not to be.
+  bool is_done() const { return (flags & (kDelivered | kGivenUp)) != 0; }
+};
 
 /// Chains. Indices in the table are stored plus 1, so that an empty table is all zeros.
 template <class P, bool kScan>
 class RecordIndex {
  public:
   using Index = UintFor<bits_for(P::kRecords)>;
+  using Entry = Record<P>;
   static constexpr Index kNone = P::kRecords;
 
-  RecordIndex() { memset(heads_, 0, sizeof(heads_)); }
+  RecordIndex() : hand_(0) { memset(heads_, 0, sizeof(heads_)); }
 
-  template <class Record>
-  Index find(const Record* records, Index, const RecordKey<P>& key) const {
-    Index i = first(key);
-    while (i != kNone && !(records[i].key == key)) i = records[i].next_;
-    return i;
+  Entry* find(Entry* records, Index, const RecordKey<P>& key) {
+    Entry* record = first(records, key);
+    while (record != nullptr && !(record->key == key)) record = next(records, record);
+    return record;
   }
-  template <class Record>
-  void link(Record* records, Index i) {
-    Index& head = heads_[records[i].key.bucket()];
-    records[i].next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
-    head = static_cast<Index>(i + 1);
+  void link(Entry* records, Entry* record) {
+    Index& head = heads_[record->key.bucket()];
+    record->next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
+    head = static_cast<Index>(record - records + 1);
   }
-  template <class Record>
-  void unlink(Record* records, Index i) {
-    Index& head = heads_[records[i].key.bucket()];
+  void unlink(Entry* records, Entry* record) {
+    Index& head = heads_[record->key.bucket()];
+    const Index i = static_cast<Index>(record - records);
     if (head == i + 1) {
-      head = records[i].next_ == kNone ? Index{0} : static_cast<Index>(records[i].next_ + 1);
+      head = record->next_ == kNone ? Index{0} : static_cast<Index>(record->next_ + 1);
       return;
     }
     Index before = static_cast<Index>(head - 1);
     while (records[before].next_ != i) before = records[before].next_;
-    records[before].next_ = records[i].next_;
+    records[before].next_ = record->next_;
   }
-  Index first(const RecordKey<P>& key) const {
+  Entry* first(Entry* records, const RecordKey<P>& key) const {
     const Index head = heads_[key.bucket()];
-    return head == 0 ? kNone : static_cast<Index>(head - 1);
+    return head == 0 ? nullptr : &records[head - 1];
   }
-  template <class Record>
-  Index next(const Record* records, Index i) const {
-    return records[i].next_;
+  Entry* next(Entry* records, const Entry* record) const {
+    return record->next_ == kNone ? nullptr : &records[record->next_];
   }
-  bool is_valid(Index i, Index) const { return i != kNone; }
+  bool is_valid(const Entry*, const Entry* record, Index) const { return record != nullptr; }
+  /// The record given away last: those after it are the oldest, roughly.
+  Index& hand() { return hand_; }
 
  private:
   Index heads_[P::kBuckets];
+  Index hand_;
 };
 
 /// No table: all records are looked at.
@@ -126,26 +167,22 @@ template <class P>
 class RecordIndex<P, true> {
  public:
   using Index = UintFor<bits_for(P::kRecords)>;
-  static constexpr Index kNone = P::kRecords;
+  using Entry = Record<P>;
 
-  template <class Record>
-  Index find(const Record* records, Index used, const RecordKey<P>& key) const {
-    const Record* record = records;
-    for (Index i = 0; i < used; ++i, record = in_register(record + 1)) {
-      if (record->key == key) return i;
+  Entry* find(Entry* records, Index used, const RecordKey<P>& key) {
+    for (Entry* record = records; record != records + used; record = in_register(record + 1)) {
+      if (record->key == key) return record;
     }
-    return kNone;
+    return nullptr;
   }
-  template <class Record>
-  void link(Record*, Index) {}
-  template <class Record>
-  void unlink(Record*, Index) {}
-  Index first(const RecordKey<P>&) const { return 0; }
-  template <class Record>
-  Index next(const Record*, Index i) const {
-    return static_cast<Index>(i + 1);
+  void link(Entry*, Entry*) {}
+  void unlink(Entry*, Entry*) {}
+  Entry* first(Entry* records, const RecordKey<P>&) const { return records; }
+  Entry* next(Entry*, Entry* record) const { return record + 1; }
+  bool is_valid(const Entry* records, const Entry* record, Index used) const {
+    return record != records + used;
   }
-  bool is_valid(Index i, Index used) const { return i < used; }
+  Index& hand();  // not used
 };
 
 }  // namespace core

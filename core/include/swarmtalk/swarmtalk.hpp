@@ -96,13 +96,11 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
   uint16_t pull_packet(uint8_t* out) {
-    const Ticks now = this->now();
-    age(Moment(now));
+    begin_call();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
-    return source == 0 ? pull_forwarded(out, now)
-                       : pull_own(channels_[source - 1], source, out, now);
+    return source == 0 ? pull_forwarded(out) : pull_own(channels_[source - 1], source, out);
   }
 
   /// Something waits to be pulled.
@@ -111,28 +109,28 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// Takes a packet that the link has received. Calls `receive` callbacks.
   /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
   Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
-    const Ticks now = this->now();
-    const Moment moment(now);
-    age(moment);
+    begin_call();
     count(counters_.packets_received);
     const Error damage = W::check(bytes, size);
     if (damage != Error::kOk) {
       count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
       return damage;
     }
-    Arrival arrival = {W::decode(bytes), bytes,   static_cast<PacketSize>(size), nullptr, now,
-                       moment,           &sensing};
-    const ChannelIndex index = find_channel(arrival.header.channel);
-    if (index != kNoChannel) arrival.channel = &channels_[index];
+    Arrival arrival;
+    arrival.bytes = bytes;
+    arrival.size = static_cast<PacketSize>(size);
+    arrival.sensing = &sensing;
+    arrival.header = W::decode(bytes);
+    arrival.key = Key(arrival.header);
+    arrival.channel = find_channel(arrival.header.channel);
     if (!W::kMarksTimestamps) {
       arrival.header.timestamped = arrival.channel != nullptr && arrival.channel->timestamped_;
     }
-    Fragment<P> fragment;
-    if (!read_fragment(arrival, fragment)) {
+    if (!read_fragment(arrival)) {
       count(counters_.bad_packets);
       return Error::kBadPacket;
     }
-    if (!is_own(arrival)) receive(arrival, fragment);
+    if (!is_own(arrival)) receive(arrival);
     return Error::kOk;
   }
 
@@ -153,10 +151,10 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   friend class Channel<P>;
   using Header = typename W::Header;
   using PacketSize = typename W::PacketSize;
-  using PacketIndex = typename W::PacketIndex;
   using Cache = DuplicateCache<P>;
-  using Record = typename Cache::Index;
-  using Moment = typename Cache::Moment;
+  using Key = RecordKey<P>;
+  using Entry = Record<P>;
+  using Mask = typename W::PacketMask;
   using Outcome = typename Reassembler<P>::Outcome;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
   static constexpr ChannelIndex kNoChannel = P::kChannels;
@@ -167,16 +165,25 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   /// A packet on its way through the node.
   struct Arrival {
     Header header;
+    Fragment<P> fragment;
+    Key key;
     const uint8_t* bytes;
     PacketSize size;
     Channel<P>* channel;  // null: not registered here
-    Ticks now;
-    Moment moment;  // now, for the cache
     const Sensing* sensing;
   };
 
+  /// The time of this call, and what is over by now.
+  SWARMTALK_HOT void begin_call() {
+    cache_.set_now(now());
+    Entry* const record = cache_.sweep();
+    if (record == nullptr) return;
+    reassembler_.release(*record);
+    count(counters_.aged_out);
+  }
+
   // --- channels -----------------------------------------------------------------------------
-  Error check_channel(uint32_t id, uint32_t ttl, bool timestamped) const {
+  Error check_channel(uint32_t id, uint32_t ttl, bool timestamped) {
     if (id > W::kChannelMax) return Error::kBadChannel;
     if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
     if (timestamped && P::kTimestampBits == 0) return Error::kWrongTimestamps;
@@ -184,16 +191,16 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
         timestamped != (id >= P::kTimestampedFrom)) {
       return Error::kWrongTimestamps;
     }
-    return find_channel(static_cast<ChannelId>(id)) == kNoChannel ? Error::kOk
-                                                                  : Error::kAlreadyOpen;
+    return find_channel(static_cast<ChannelId>(id)) == nullptr ? Error::kOk : Error::kAlreadyOpen;
   }
   ChannelId channel_id(ChannelIndex index) const { return ids_[index]; }
 
-  ChannelIndex find_channel(ChannelId id) const {
+  /// @return null if this node does not have it
+  Channel<P>* find_channel(ChannelId id) {
     for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (ids_[i] == id && is_open_.has(i)) return i;
+      if (ids_[i] == id && is_open_.has(i)) return &channels_[i];
     }
-    return kNoChannel;
+    return nullptr;
   }
   /// The place where this channel was before (its message numbers go on there), else a fresh one,
   /// else any that is free.
@@ -211,20 +218,20 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   // --- sending ------------------------------------------------------------------------------
-  PacketSize pull_forwarded(uint8_t* out, Ticks now) {
+  PacketSize pull_forwarded(uint8_t* out) {
     const uint8_t* packet = forward_queue_.next();
     bool timestamped = W::is_timestamped(packet);
     if (!W::kMarksTimestamps) {
-      const ChannelIndex index = find_channel(W::ChannelField::get(packet));
-      timestamped = index != kNoChannel && channels_[index].timestamped_;
+      const Channel<P>* channel = find_channel(W::ChannelField::get(packet));
+      timestamped = channel != nullptr && channel->timestamped_;
     }
-    const PacketSize size = forward_queue_.pull(timestamped, now, out);
+    const PacketSize size = forward_queue_.pull(timestamped, cache_.now(), out);
     round_robin_.set_ready(0, !forward_queue_.is_empty());
     count(counters_.packets_forwarded);
     return size;
   }
 
-  PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out, Ticks now) {
+  PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
     ensure_id();
     if (channel.fragmenter_.sequence() == 0) channel.sending_node_ = identity_.id();
     Header header;
@@ -233,8 +240,8 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     header.channel = ids_[source - 1];
     header.epoch = identity_.epoch();
     header.timestamped = channel.timestamped_;
-    const PacketSize size = channel.fragmenter_.next(header, now, out);
-    if (header.ttl > 0) remember_own(header, Moment(now));
+    const PacketSize size = channel.fragmenter_.next(header, cache_.now(), out);
+    if (header.ttl > 0) remember_own(header);
     if (!channel.fragmenter_.is_busy()) {
       round_robin_.set_ready(source, false);
       count(counters_.messages_sent);
@@ -244,26 +251,30 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   }
 
   /// Others will send this on: their copies are echoes, also under an id that we gave up since.
-  void remember_own(const Header& header, Moment now) {
-    Record record = cache_.find(header, now);
-    if (record == Cache::kNone) {
-      record = cache_.insert(header, true, true, now);
-      if (record == Cache::kNone) return;
-      cache_.close_delivered(record, now);
+  void remember_own(const Header& header) {
+    const Key key(header);
+    Entry* record = cache_.find(key);
+    if (record == nullptr) {
+      record = cache_.insert(key, true, true);
+      if (record == nullptr) return;
+      cache_.close(*record, Entry::kDelivered);
     }
-    cache_.set_forwarded(record, static_cast<PacketIndex>(header.sequence));
+    record->forwarded = static_cast<Mask>(record->forwarded | W::bit_of(header.sequence));
   }
 
   void ensure_id() const {
-    if (identity_.is_drawn()) return;
+    if (!identity_.is_drawn()) draw_id();
+  }
+  void draw_id() const {
     const Cache& cache = cache_;
     identity_.draw(port_, [&cache](NodeId id) { return cache.knows_node(id); });
   }
 
   // --- receiving ----------------------------------------------------------------------------
   /// Checks lengths and numbers against each other. @return false if they contradict
-  SWARMTALK_HOT bool read_fragment(const Arrival& arrival, Fragment<P>& fragment) const {
+  SWARMTALK_HOT bool read_fragment(Arrival& arrival) const {
     const Header& header = arrival.header;
+    Fragment<P>& fragment = arrival.fragment;
     PacketSize body_bytes =
         P::kPadded ? W::kBodyBytes
                    : static_cast<PacketSize>(arrival.size - W::kHeaderBytes - W::kChecksumBytes);
@@ -276,23 +287,24 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
       fragment.delay = W::timestamp(body, body_bytes);
       body_bytes = static_cast<PacketSize>(body_bytes - W::kTimestampBytes);
     }
-    if (header.sequence >= W::kMaxPackets) return false;
-    fragment.sequence = static_cast<PacketIndex>(header.sequence);
+    if (W::kMaxPackets < (UINT32_C(1) << P::kSequenceBits) && header.sequence >= W::kMaxPackets) {
+      return false;
+    }
+    fragment.bit = W::bit_of(header.sequence);
     fragment.payload = body;
     fragment.payload_bytes = body_bytes;
     fragment.message_bytes = header.size;
-    fragment.packets = header.end ? static_cast<PacketIndex>(header.sequence + 1u) : PacketIndex{0};
+    fragment.end = header.end;
     if (P::kPadded) return true;
     if (P::kSizeBits != 0) return fits_size(header, fragment);
     return header.end ? header.sequence == 0 || body_bytes != 0
                       : body_bytes == fragment.payload_max;
   }
-  static bool fits_size(const Header& header, Fragment<P>& fragment) {
+  static bool fits_size(const Header& header, const Fragment<P>& fragment) {
     const uint16_t limit = header.timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
     if (header.size > limit) return false;
-    fragment.packets = static_cast<PacketIndex>(W::packets_for(header.size, fragment.payload_max));
-    if (header.end != (header.sequence + 1u == fragment.packets) ||
-        header.sequence >= fragment.packets) {
+    const uint16_t packets = W::packets_for(header.size, fragment.payload_max);
+    if (header.end != (header.sequence + 1u == packets) || header.sequence >= packets) {
       return false;
     }
     return fragment.payload_bytes == (header.end
@@ -305,52 +317,41 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
     const Header& header = arrival.header;
     if (!identity_.is_drawn() || header.node != identity_.id()) return false;
     const bool same_epoch = header.epoch == identity_.epoch();
-    const Record record = cache_.find(header, arrival.moment);
+    const Entry* const record = cache_.find(arrival.key);
     if (same_epoch && (P::kEpochBits != 0 ||
-                       (record != Cache::kNone &&
-                        cache_.is_forwarded(record, static_cast<PacketIndex>(header.sequence))))) {
+                       (record != nullptr && (record->forwarded & arrival.fragment.bit) != 0))) {
       count(counters_.own_echoes);
       return true;
     }
     count(counters_.id_collisions);
     if (!identity_.is_fixed()) {
-      const Cache& cache = cache_;
-      identity_.draw(port_, [&cache](NodeId id) { return cache.knows_node(id); });
+      draw_id();
       count(counters_.id_changes);
     }
     return same_epoch;
   }
 
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
-  SWARMTALK_HOT void receive(Arrival& arrival, const Fragment<P>& fragment);
-  /// The record of a packet's message, a new one if needed. kNone: no room.
-  SWARMTALK_HOT Record record_of(const Header& header, bool flood, bool insist, Moment now);
+  SWARMTALK_HOT void receive(const Arrival& arrival);
+  /// The record of a packet's message, a new one if needed. Null: no room.
+  SWARMTALK_HOT Entry* record_of(const Key& key, bool flood, bool insist);
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
   /// then.
-  void forward(const Arrival& arrival, Record record);
-  SWARMTALK_HOT void assemble(const Arrival& arrival, const Fragment<P>& fragment, Record record);
+  void forward(const Arrival& arrival, Entry* record);
+  SWARMTALK_HOT void assemble(const Arrival& arrival, Entry& record);
   /// Kept out of the callers' frames: the message lies on the stack.
-  void complete(const Arrival& arrival, const Fragment<P>& fragment, Record record, Ticks elapsed);
+  void complete(const Arrival& arrival, Entry& record, Ticks elapsed);
   SWARMTALK_HOT void deliver(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
                              typename W::Timestamp delay);
   static uint8_t hops_of(const Arrival& arrival);
-  void give_up(Record record, Moment now);
+  void give_up(Entry& record);
   /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
   /// with each packet held. To finish what has come farthest takes the least memory for a message.
-  /// @param mask  packets held, or to be held
-  uint8_t worth(typename Cache::Chance chance, typename W::PacketMask mask) const;
-  /// What `record` is worth if packet `sequence` is held as well; that packet not counted.
-  uint8_t worth_with(Record record, PacketIndex sequence) const;
+  /// @param bit  a packet that would be held as well, or 0; it is not counted
+  static uint8_t worth(const Entry& record, Mask bit);
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
   /// `worth`.
-  bool give_up_less_than(uint8_t limit, Record kept, Moment now);
-
-  void age(Moment now) {
-    const Record record = cache_.sweep(now);
-    if (record == Cache::kNone) return;
-    reassembler_.release(record);
-    count(counters_.aged_out);
-  }
+  bool give_up_less_than(uint8_t limit, const Entry* kept);
 
   Port port_;
   mutable NodeIdentity<P> identity_;
@@ -363,7 +364,7 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
   BitSet<P::kChannels> is_open_;
   Channel<P> channels_[P::kChannels];
   ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
-  Record victim_hand_ = 0;
+  typename Cache::Index victim_hand_ = 0;
   Error last_error_;
 };
 

@@ -75,6 +75,9 @@ struct Wire {
   static_assert(kMaxPackets <= 32, "a message has at most 32 packets: lower kMaxMessageBytes");
   /// One bit per packet of a message.
   using PacketMask = UintFor<kMaxPackets>;
+  static PacketMask bit_of(Sequence sequence) {
+    return static_cast<PacketMask>(static_cast<PacketMask>(1) << sequence);
+  }
   using MessageSize = UintFor<bits_for(kMessageBytes)>;
 
   /// What the profile's numbers cost in buffers: packets to forward, fragments, send buffers,

@@ -10,12 +10,13 @@ namespace swarmtalk::core {
 namespace {
 
 using Reassembly = Reassembler<Kilobot>;
+using Entry = Record<Kilobot>;
 using Outcome = Reassembly::Outcome;
 
 Fragment<Kilobot> fragment(uint8_t sequence, uint8_t packets, const char* five) {
   Fragment<Kilobot> result = {};
-  result.sequence = sequence;
-  result.packets = packets;
+  result.bit = Wire<Kilobot>::bit_of(sequence);
+  result.end = packets == sequence + 1;
   result.payload = reinterpret_cast<const uint8_t*>(five);
   result.payload_bytes = 5;
   result.payload_max = 5;
@@ -24,50 +25,56 @@ Fragment<Kilobot> fragment(uint8_t sequence, uint8_t packets, const char* five) 
 
 TEST(Reassembler, PutsPacketsInOrderWhateverTheirs) {
   Reassembly sut;
-  sut.begin(0);
-  EXPECT_EQ(sut.add(0, fragment(2, 3, "ccccc"), 0), Outcome::kHeld);
-  EXPECT_EQ(sut.add(0, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
+  Entry entry = {};
+  sut.begin(entry);
+  EXPECT_EQ(sut.add(entry, fragment(2, 3, "ccccc"), 0), Outcome::kHeld);
+  EXPECT_EQ(sut.add(entry, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
   const auto last = fragment(1, 0, "bbbbb");
-  EXPECT_EQ(sut.add(0, last, 0), Outcome::kComplete);
+  EXPECT_EQ(sut.add(entry, last, 0), Outcome::kComplete);
   uint8_t message[40];
   uint16_t delay = 0;
-  EXPECT_EQ(sut.take(0, last, 0, message, &delay), 15);
+  EXPECT_EQ(sut.take(entry, last, 0, message, &delay), 15);
   EXPECT_EQ(std::string(reinterpret_cast<char*>(message), 15), "aaaaabbbbbccccc");
-  EXPECT_EQ(sut.held(0), 0);
+  EXPECT_EQ(entry.held, 0);
 }
 
 TEST(Reassembler, KnowsACopyFromAContradiction) {
   Reassembly sut;
-  sut.begin(0);
-  sut.add(0, fragment(0, 0, "aaaaa"), 0);
-  EXPECT_EQ(sut.add(0, fragment(0, 0, "aaaaa"), 0), Outcome::kDuplicate);
-  EXPECT_EQ(sut.add(0, fragment(0, 0, "xxxxx"), 0), Outcome::kContradiction);
-  sut.add(0, fragment(3, 4, "ddddd"), 0);
-  EXPECT_EQ(sut.add(0, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction) << "two ends";
-  EXPECT_EQ(sut.add(0, fragment(5, 0, "fffff"), 0), Outcome::kContradiction) << "behind the end";
-  sut.begin(1);
-  sut.add(1, fragment(5, 0, "fffff"), 0);
-  EXPECT_EQ(sut.add(1, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction);
+  Entry entry = {};
+  sut.begin(entry);
+  sut.add(entry, fragment(0, 0, "aaaaa"), 0);
+  EXPECT_EQ(sut.add(entry, fragment(0, 0, "aaaaa"), 0), Outcome::kDuplicate);
+  EXPECT_EQ(sut.add(entry, fragment(0, 0, "xxxxx"), 0), Outcome::kContradiction);
+  sut.add(entry, fragment(3, 4, "ddddd"), 0);
+  EXPECT_EQ(sut.add(entry, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction) << "two ends";
+  EXPECT_EQ(sut.add(entry, fragment(5, 0, "fffff"), 0), Outcome::kContradiction)
+      << "behind the end";
+  Entry other = {};
+  sut.begin(other);
+  sut.add(other, fragment(5, 0, "fffff"), 0);
+  EXPECT_EQ(sut.add(other, fragment(2, 3, "ccccc"), 0), Outcome::kContradiction);
 }
 
 TEST(Reassembler, GivesReleasedSlotsBack) {
   Reassembly sut;
+  Entry entries[20] = {};
   for (int round = 0; round < 10; ++round) {
-    for (uint8_t i = 0; i < 20; ++i) {
-      sut.begin(i);
-      EXPECT_EQ(sut.add(i, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
-      EXPECT_EQ(sut.add(i, fragment(1, 0, "bbbbb"), 0), Outcome::kHeld);
+    for (Entry& entry : entries) {
+      sut.begin(entry);
+      EXPECT_EQ(sut.add(entry, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
+      EXPECT_EQ(sut.add(entry, fragment(1, 0, "bbbbb"), 0), Outcome::kHeld);
     }
-    EXPECT_EQ(sut.add(0, fragment(2, 0, "ccccc"), 0), Outcome::kNoSlot) << "40 slots";
-    sut.release(7);
-    EXPECT_EQ(sut.add(0, fragment(2, 0, "ccccc"), 0), Outcome::kHeld);
-    for (uint8_t i = 0; i < 20; ++i) sut.release(i);
+    EXPECT_EQ(sut.add(entries[0], fragment(2, 0, "ccccc"), 0), Outcome::kNoSlot) << "40 slots";
+    sut.release(entries[7]);
+    EXPECT_EQ(sut.add(entries[0], fragment(2, 0, "ccccc"), 0), Outcome::kHeld);
+    for (Entry& entry : entries) sut.release(entry);
   }
 }
 
 TEST(Reassembler, ReportsTheLargestDelayUntilNow) {
   Reassembly sut;
-  sut.begin(0);
+  Entry entry = {};
+  sut.begin(entry);
   auto first = fragment(0, 0, "aaa");
   first.payload_bytes = first.payload_max = 3;
   first.timestamped = true;
@@ -76,11 +83,11 @@ TEST(Reassembler, ReportsTheLargestDelayUntilNow) {
   last.payload_bytes = last.payload_max = 3;
   last.timestamped = true;
   last.delay = 60;
-  sut.add(0, first, 0);
+  sut.add(entry, first, 0);
   uint8_t message[40];
   uint16_t delay = 0;
-  EXPECT_EQ(sut.add(0, last, 49), Outcome::kComplete);
-  sut.take(0, last, 49, message, &delay);
+  EXPECT_EQ(sut.add(entry, last, 49), Outcome::kComplete);
+  sut.take(entry, last, 49, message, &delay);
   EXPECT_EQ(delay, 60) << "10 + 49 of the first is less";
 }
 
