@@ -1,0 +1,58 @@
+// The two programs of a run over swarmtalkd; SWARMTALK_SOCKET names the daemon's socket.
+#include <chrono>
+#include <cstdio>
+#include <string_view>
+#include <swarmtalk/client.hpp>
+
+#include "benchmarks/peers/window.hpp"
+
+namespace {
+
+using namespace peers;
+using namespace std::chrono_literals;
+
+class Sender {
+ public:
+  Sender(swarmtalk::Client& robot, swarmtalk::Publisher& publisher)
+      : robot_(robot), publisher_(publisher) {}
+  bool send(const char* bytes, std::size_t size) {
+    return publisher_.send(std::string_view(bytes, size)).ok();
+  }
+  void wait(std::uint32_t us) { robot_.run_for(std::chrono::microseconds(us)); }
+  void flush() {
+    while (publisher_.busy()) robot_.run_once(10ms);
+  }
+
+ private:
+  swarmtalk::Client& robot_;
+  swarmtalk::Publisher& publisher_;
+};
+
+int send(swarmtalk::Client& robot, const Run& run) {
+  auto publisher = robot.channel("peers").publisher();
+  Sender sender(robot, publisher);
+  return run_sender(run, sender);
+}
+
+int receive(swarmtalk::Client& robot, const Run& run) {
+  Receiver receiver(run);
+  auto subscriber = robot.channel("peers").subscriber([&](const swarmtalk::Message& message) {
+    if (receiver.on_message(message.payload.data(), message.payload.size())) robot.stop();
+  });
+  receiver.ready();
+  while (!receiver.is_complete() && !receiver.has_stalled()) robot.run_for(200ms);
+  return receiver.report();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Run run = parse(argc, argv);
+  try {
+    auto robot = swarmtalk::Client::connected("peers");
+    return run.is_sender ? send(robot, run) : receive(robot, run);
+  } catch (const swarmtalk::Error& error) {
+    std::fprintf(stderr, "swarmtalk_app: %s\n", error.what());
+    return 1;
+  }
+}
