@@ -1,0 +1,120 @@
+#include "kilobot_bridge/overhead_sender.hpp"
+
+#include <algorithm>
+
+namespace swarmtalk::kilobot_bridge {
+namespace {
+
+constexpr auto kLinePoll = std::chrono::milliseconds(1);
+constexpr auto kStallLimit = std::chrono::milliseconds(500);  // beyond the time the bytes take
+
+}  // namespace
+
+OverheadSender::OverheadSender(const Pacing& pacing, OverheadLine& line, FrameSource& source)
+    : pacing_(pacing), line_(line), source_(source) {}
+
+void OverheadSender::open(Time now, Duration settle) {
+  close();
+  padding_.on_reopened();
+  state_ = State::kSettling;
+  due_ = now + settle;
+}
+
+void OverheadSender::close() {
+  state_ = State::kClosed;
+  bytes_.clear();
+  handed_over_ = 0;
+  is_repeating_ = is_ready_ = has_stalled_ = false;
+}
+
+OverheadSender::Time OverheadSender::poll(Time now) {
+  for (;;) {
+    switch (state_) {
+      case State::kClosed:
+        return Time::max();
+      case State::kSettling:
+        if (now < due_) return due_;
+        put_on_line({stop_frame(), Duration(0)}, now);
+        break;
+      case State::kOnLine:
+        if (const Time later = wait_for_line(now); later > now) return later;
+        break;
+      case State::kSilent:
+        if (now < due_) return due_;
+        state_ = State::kFree;
+        is_ready_ = true;
+        break;
+      case State::kFree: {
+        const auto frame = take();
+        if (!frame) return Time::max();
+        put_on_line(*frame, now);
+        break;
+      }
+    }
+  }
+}
+
+// The source's next, else the end of a repetition.
+std::optional<TimedFrame> OverheadSender::take() {
+  while (auto frame = source_.next_frame()) {
+    if (frame_problem(frame->frame).empty()) return frame;
+    ++counters_.withheld_frames;
+  }
+  if (is_repeating_) return TimedFrame{stop_frame(), Duration(0)};
+  return std::nullopt;
+}
+
+void OverheadSender::put_on_line(const TimedFrame& frame, Time now) {
+  bytes_ = padding_.pad(frame.frame);
+  silence_ = pacing_.to_ours(pacing_.silence_after(frame.frame));
+  hold_ = std::max(silence_, pacing_.to_ours(frame.hold));
+  is_repeating_ = is_repeated(frame.frame);
+  ++counters_.frames;
+  counters_.padding_bytes += bytes_.size() - frame.frame.size();
+  handed_over_ = 0;
+  due_ = now + pacing_.to_ours(pacing_.line_time(bytes_.size()));
+  state_ = State::kOnLine;
+  push_bytes();
+}
+
+void OverheadSender::push_bytes() {
+  if (handed_over_ == bytes_.size()) return;
+  const auto rest = std::span<const std::uint8_t>(bytes_).subspan(handed_over_);
+  const std::size_t taken = std::min(line_.write_line(rest), rest.size());
+  padding_.on_written(rest.first(taken));
+  counters_.bytes += taken;
+  handed_over_ += taken;
+}
+
+// @return `now` when the line has taken everything and the silence has begun, else when to look
+OverheadSender::Time OverheadSender::wait_for_line(Time now) {
+  if (handed_over_ < bytes_.size()) {
+    push_bytes();
+    // The rest takes its time from here.
+    if (handed_over_ == bytes_.size()) {
+      due_ = std::max(due_, now + pacing_.to_ours(pacing_.line_time(bytes_.size())));
+    }
+  }
+  if (now < due_ && handed_over_ == bytes_.size()) return due_;
+  if (state_ != State::kOnLine) return Time::max();  // closed by what the write found
+  if (handed_over_ < bytes_.size() || !line_.is_drained()) {
+    has_stalled_ = now >= due_ + kStallLimit;
+    return has_stalled_ ? Time::max() : now + kLinePoll;
+  }
+  silent_until_ = now + silence_;
+  due_ = now + hold_;
+  state_ = State::kSilent;
+  return now;
+}
+
+void OverheadSender::cut_hold() {
+  hold_ = silence_;
+  if (state_ == State::kSilent) due_ = std::min(due_, silent_until_);
+}
+
+std::vector<std::uint8_t> OverheadSender::last_words() {
+  if (state_ == State::kClosed || state_ == State::kSettling) return {};
+  return padding_.pad(stop_frame());
+}
+
+}  // namespace swarmtalk::kilobot_bridge
