@@ -25,6 +25,8 @@ struct FrameReception {
   std::uint32_t frame_counter = 0;       // transmitter's count of frames in this epoch
   std::optional<frame::FramePose> pose;  // of the transmitter
   MonotonicTime received_at;             // kernel's stamp where there is one, else now
+  std::optional<float> distance_m =
+      {};  // measured by the medium itself; else it follows from poses
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.

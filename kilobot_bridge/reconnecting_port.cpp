@@ -1,0 +1,130 @@
+#include "kilobot_bridge/reconnecting_port.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "drivers/link_log.hpp"
+
+namespace swarmtalk::kilobot_bridge {
+namespace {
+
+constexpr int kReadsPerTurn = 16;
+constexpr std::size_t kReadBytes = 1024;
+
+}  // namespace
+
+ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig config, PortUser& user)
+    : io_(io), config_(std::move(config)), user_(user), watched_(io), retry_timer_(io) {
+  const OpenProblem problem = device_.open(config_.path, config_.baud);
+  if (problem.kind == OpenProblem::Kind::kNone) return;
+  problem_ = problem.text;
+  if (problem.kind == OpenProblem::Kind::kAbsent) return;
+  throw std::runtime_error("serial device '" + config_.path + "': " + problem.text);
+}
+
+ReconnectingPort::~ReconnectingPort() {
+  boost::system::error_code ignored;
+  watched_.close(ignored);
+}
+
+void ReconnectingPort::start() {
+  if (device_.is_open()) return on_open();
+  drivers::link_log()->warn("serial device '{}': {} Waiting for it", config_.path, problem_);
+  schedule_attempt();
+}
+
+std::size_t ReconnectingPort::write(std::span<const std::uint8_t> bytes) {
+  if (!device_.is_open() || is_failing_) return 0;
+  const std::ptrdiff_t count = device_.write(bytes);
+  if (count >= 0) return static_cast<std::size_t>(count);
+  fail_later(errno);
+  return 0;
+}
+
+void ReconnectingPort::fail(const std::string& reason) {
+  if (!device_.is_open()) return;
+  is_failing_ = false;
+  boost::system::error_code ignored;
+  watched_.close(ignored);
+  device_.discard_output();
+  device_.close();
+  ++losses_;
+  attempts_ = 0;
+  problem_ = reason;
+  drivers::link_log()->warn("serial device '{}' is lost: {}. Opening it again", config_.path,
+                            reason);
+  user_.on_port_lost(*this);
+  schedule_attempt();
+}
+
+void ReconnectingPort::on_open() {
+  problem_.clear();
+  attempts_ = 0;
+  const int duplicate = ::fcntl(device_.descriptor(), F_DUPFD_CLOEXEC, 0);
+  if (duplicate < 0) throw std::runtime_error(std::string("serial device: ") + strerror(errno));
+  watched_.assign(duplicate);
+  user_.on_port_open(*this);
+  wait_readable();
+}
+
+void ReconnectingPort::wait_readable() {
+  watched_.async_wait(
+      boost::asio::posix::stream_descriptor::wait_read,
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        on_readable();
+      });
+}
+
+void ReconnectingPort::on_readable() {
+  std::array<std::uint8_t, kReadBytes> bytes;
+  for (int i = 0; i < kReadsPerTurn && device_.is_open(); ++i) {
+    const std::ptrdiff_t count = device_.read(bytes);
+    if (count < 0) return fail(std::strerror(errno));
+    if (count == 0) break;
+    user_.on_port_bytes(
+        *this, std::span<const std::uint8_t>(bytes).first(static_cast<std::size_t>(count)));
+  }
+  if (device_.is_open()) wait_readable();
+}
+
+// Not at once: the caller is in the middle of something that on_port_lost() would undo.
+void ReconnectingPort::fail_later(int error) {
+  if (std::exchange(is_failing_, true)) return;
+  boost::asio::post(io_, [this, error, alive = std::weak_ptr<bool>(alive_)] {
+    if (!alive.expired() && is_failing_) fail(std::strerror(error));
+  });
+}
+
+void ReconnectingPort::schedule_attempt() {
+  const std::size_t last = config_.pauses.size() - 1;
+  retry_timer_.expires_after(config_.pauses[std::min(attempts_, last)]);
+  retry_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        attempt();
+      });
+}
+
+void ReconnectingPort::attempt() {
+  ++attempts_;
+  const OpenProblem problem = device_.open(config_.path, config_.baud);
+  if (problem.kind == OpenProblem::Kind::kNone) {
+    drivers::link_log()->info("serial device '{}' is open", config_.path);
+    return on_open();
+  }
+  if (problem.text != problem_ && problem.kind != OpenProblem::Kind::kAbsent) {
+    drivers::link_log()->warn("serial device '{}': {}", config_.path, problem.text);
+  }
+  problem_ = problem.text;
+  schedule_attempt();
+}
+
+}  // namespace swarmtalk::kilobot_bridge

@@ -1,0 +1,82 @@
+// ReconnectingPort: a serial device that may be unplugged and plugged in again: it is opened anew
+// with growing pauses, and what happens is told to its user. It opens the one path it was given and
+// no other. Runs on the io_context's thread.
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kilobot_bridge/serial_device.hpp"
+
+namespace swarmtalk::kilobot_bridge {
+
+class ReconnectingPort;
+
+class PortUser {
+ public:
+  virtual ~PortUser() = default;
+  virtual void on_port_open(ReconnectingPort& port) = 0;
+  virtual void on_port_bytes(ReconnectingPort& port, std::span<const std::uint8_t> bytes) = 0;
+  /// What was being sent is lost. Called once for each on_port_open().
+  virtual void on_port_lost(ReconnectingPort& port) = 0;
+};
+
+struct PortConfig {
+  std::string path;
+  unsigned baud = 38400;
+  /// Pauses before the first, second, ... new attempt; the last one from then on.
+  std::vector<std::chrono::milliseconds> pauses{std::chrono::seconds(1), std::chrono::seconds(2),
+                                                std::chrono::seconds(5)};
+};
+
+class ReconnectingPort {
+ public:
+  /// Opens the device; one that is not there is waited for from start() on.
+  /// @throws std::runtime_error  one line: no permission, in use, no serial device
+  ReconnectingPort(boost::asio::io_context& io, PortConfig config, PortUser& user);
+  ~ReconnectingPort();
+
+  void start();
+
+  bool is_open() const { return device_.is_open(); }
+  const std::string& path() const { return config_.path; }
+  /// "" while it is open, else why not and what is done about it.
+  const std::string& problem() const { return problem_; }
+  std::uint64_t losses() const { return losses_; }
+
+  /// @return bytes taken. When the device turns out to be gone, on_port_lost() follows later.
+  std::size_t write(std::span<const std::uint8_t> bytes);
+  bool is_drained() const { return device_.is_drained(); }
+
+  /// Gives the device up, for this reason, and opens it anew.
+  void fail(const std::string& reason);
+
+ private:
+  void on_open();
+  void wait_readable();
+  void on_readable();
+  void fail_later(int error);
+  void schedule_attempt();
+  void attempt();
+
+  boost::asio::io_context& io_;
+  PortConfig config_;
+  PortUser& user_;
+  SerialDevice device_;
+  boost::asio::posix::stream_descriptor watched_;  // a duplicate: readiness only
+  boost::asio::steady_timer retry_timer_;
+  std::string problem_;
+  std::size_t attempts_ = 0;
+  std::uint64_t losses_ = 0;
+  bool is_failing_ = false;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace swarmtalk::kilobot_bridge

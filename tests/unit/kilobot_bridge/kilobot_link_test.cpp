@@ -1,0 +1,332 @@
+// The link over pseudo terminals, in real time; the controller's pauses pass fifty times as fast.
+#include "kilobot_bridge/kilobot_link.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <deque>
+#include <random>
+
+#include "kilobot_bridge/gateway_frame.hpp"
+#include "tools/kilobot_emulator/pty.hpp"
+#include "tools/ohc_double/frame_finder.hpp"
+
+namespace swarmtalk::kilobot_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+using emulator::Pty;
+using Packet = std::vector<std::uint8_t>;
+
+class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public SequenceUser {
+ protected:
+  static std::string path(const std::string& name) {
+    return testing::TempDir() + "swarmtalk-" + name + "-" + std::to_string(::getpid());
+  }
+  KilobotLinkConfig config(const std::string& downlink, const std::string& uplink) {
+    KilobotLinkConfig made;
+    made.downlink = downlink;
+    made.uplink = uplink;
+    made.pacing.time_scale = 50;
+    made.settle = 20ms;
+    made.pauses = {20ms};
+    return made;
+  }
+  void make(const KilobotLinkConfig& link_config) {
+    link_.emplace(io_, link_config);
+    link_->start(*this);
+  }
+
+  // LinkUser
+  std::size_t pull_packet(std::span<std::uint8_t> out) override {
+    if (outgoing_.empty()) return 0;
+    const Packet packet = outgoing_.front();
+    if (!is_endless_) outgoing_.pop_front();
+    ++pulled_;
+    std::copy(packet.begin(), packet.end(), out.begin());
+    return packet.size();
+  }
+  void on_packet(std::span<const std::uint8_t> packet,
+                 const drivers::FrameReception& frame) override {
+    heard_.emplace_back(packet.begin(), packet.end());
+    distances_m_.push_back(frame.distance_m);
+  }
+  frame::FrameHeader frame_header() override { return {}; }
+
+  // SequenceUser
+  void on_sequence_frame(const Player&) override { ++sequence_frames_; }
+  void on_sequence_end(const Player&, SequenceEnd end, const std::string& text) override {
+    end_ = end;
+    end_text_ = text;
+  }
+
+  template <class Condition>
+  bool run_until(Condition condition) {
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    while (!condition() && std::chrono::steady_clock::now() < deadline) {
+      io_.run_for(2ms);
+      io_.restart();
+      if (ohc_) read_frames();
+    }
+    return condition();
+  }
+  void read_frames() {
+    std::vector<std::uint8_t> bytes;
+    while (ohc_->read_into(bytes) > 0) {
+    }
+    for (const std::uint8_t byte : bytes) {
+      const auto found = finder_.put(byte);
+      if (found && !found->is_false) frames_.push_back(found->frame);
+    }
+  }
+  static Packet report(std::uint8_t sequence, std::uint8_t ir_type, const Packet& data,
+                       std::uint8_t mm) {
+    GatewayFrame frame;
+    frame.begin(GatewayKind::kReception, sequence);
+    frame.append16(100);
+    for (std::size_t i = 0; i < 9; ++i) frame.append(i < data.size() ? data[i] : 0);
+    frame.append(ir_type);
+    frame.append16(600);
+    frame.append16(800);
+    frame.append(mm);
+    frame.end();
+    Packet bytes;
+    for (std::uint8_t i = 0; i < frame.size(); ++i) bytes.push_back(frame.byte(i));
+    return bytes;
+  }
+  std::uint64_t counter(const std::string& name) const {
+    for (const auto& [key, value] : link_->counters()) {
+      if (key == name) return value;
+    }
+    ADD_FAILURE() << "no counter " << name;
+    return 0;
+  }
+  static std::string failure(boost::asio::io_context& io, const KilobotLinkConfig& link_config) {
+    try {
+      KilobotLink link(io, link_config);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  boost::asio::io_context io_;
+  std::optional<Pty> ohc_{std::in_place, path("ohc")};
+  std::optional<Pty> gateway_{std::in_place, path("gateway")};
+  ohc_double::FrameFinder finder_;
+  std::vector<ohc_double::Frame> frames_;
+  std::deque<Packet> outgoing_;
+  bool is_endless_ = false;
+  unsigned pulled_ = 0;
+  std::vector<Packet> heard_;
+  std::vector<std::optional<float>> distances_m_;
+  unsigned sequence_frames_ = 0;
+  std::optional<SequenceEnd> end_;
+  std::string end_text_;
+  std::optional<KilobotLink> link_;
+};
+
+TEST_F(KilobotLinkTest, SaysStopFirstAndThenSendsPacketsAsMessagesOfTheOverheadController) {
+  outgoing_ = {{1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  make(config(path("ohc"), path("gateway")));
+  EXPECT_FALSE(link_->is_up());
+  ASSERT_TRUE(run_until([&] { return frames_.size() >= 3; }));
+  EXPECT_TRUE(link_->is_up());
+  EXPECT_EQ(frames_[0], stop_frame());
+  EXPECT_EQ(frames_[1], forward_frame(3, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  EXPECT_EQ(frames_[2], stop_frame());
+  EXPECT_EQ(counter("packets_sent"), 1u);
+}
+
+TEST_F(KilobotLinkTest, SendsPacketsOf2020UnderTheirOwnType) {
+  outgoing_ = {{1, 2, 3, 4, 5, 6, 7, 8}};
+  auto classic = config(path("ohc"), path("gateway"));
+  classic.profile = frame::ProfileId::kClassic2020;
+  classic.has_single = true;
+  make(classic);
+  ASSERT_TRUE(run_until([&] { return frames_.size() >= 2; }));
+  EXPECT_EQ(frames_[1], forward_single_frame(0, {1, 2, 3, 4, 5, 6, 7, 8}));
+  gateway_->write(Packet{0});
+  gateway_->write(report(0, 0, {9, 8, 7, 6, 5, 4, 3, 2}, 50));
+  ASSERT_TRUE(run_until([&] { return heard_.size() == 1; }));
+  EXPECT_EQ(heard_[0], (Packet{9, 8, 7, 6, 5, 4, 3, 2}));
+}
+
+TEST_F(KilobotLinkTest, HandsUpWhatTheGatewayHearsWithItsDistance) {
+  make(config(path("ohc"), path("gateway")));
+  gateway_->write(Packet{0});
+  gateway_->write(report(0, 2, {1, 2, 3, 4, 5, 6, 7, 8, 9}, 48));
+  gateway_->write(report(1, 2, {2}, 0xFF));
+  gateway_->write(report(2, 3, {3}, 60));  // an overhead controller's light
+  gateway_->write(report(3, 9, {4}, 60));  // a program's own message
+  ASSERT_TRUE(run_until([&] { return counter("gateway_other_messages") == 1; }));
+  ASSERT_EQ(heard_.size(), 3u);
+  EXPECT_EQ(heard_[0], (Packet{1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  EXPECT_FLOAT_EQ(*distances_m_[0], 0.048f);
+  EXPECT_FALSE(distances_m_[1]);
+  EXPECT_FALSE(distances_m_[2]);
+}
+
+TEST_F(KilobotLinkTest, WorksWithOneDeviceForBothWaysUnderTwoNames) {
+  outgoing_ = {{1}};
+  make(config(path("ohc"), ohc_->device()));
+  ohc_->write(Packet{0});
+  ohc_->write(report(0, 2, {7}, 40));
+  ASSERT_TRUE(run_until([&] { return heard_.size() == 1 && frames_.size() >= 2; }));
+  EXPECT_EQ(link_->device(), path("ohc"));
+}
+
+TEST_F(KilobotLinkTest, LosesNoneOfAHundredReportsPerSecond) {
+  make(config(path("ohc"), path("gateway")));
+  gateway_->write(Packet{0});
+  unsigned written = 0;
+  for (unsigned second = 0; second < 5; ++second) {
+    for (unsigned i = 0; i < 100; ++i, ++written) {
+      gateway_->write(
+          report(static_cast<std::uint8_t>(written), 2, {static_cast<std::uint8_t>(written)}, 40));
+    }
+    ASSERT_TRUE(run_until([&] { return heard_.size() == written; })) << heard_.size();
+  }
+  EXPECT_EQ(counter("gateway_frames_missing"), 0u);
+  gateway_->write(report(static_cast<std::uint8_t>(written + 5), 2, {0}, 40));
+  ASSERT_TRUE(run_until([&] { return heard_.size() == written + 1; }));
+  EXPECT_EQ(counter("gateway_frames_missing"), 5u);
+}
+
+TEST_F(KilobotLinkTest, TakesGarbageForNothing) {
+  make(config(path("ohc"), path("gateway")));
+  std::mt19937 random(5);
+  std::uint64_t written = 0;
+  for (unsigned i = 0; i < 50; ++i) {
+    Packet garbage(1000);
+    for (std::uint8_t& byte : garbage) byte = static_cast<std::uint8_t>(random());
+    gateway_->write(garbage);
+    written += garbage.size();
+    ASSERT_TRUE(run_until([&] { return counter("bytes_received") == written; }));
+  }
+  EXPECT_TRUE(heard_.empty());
+  EXPECT_GT(counter("gateway_frames_unreadable"), 100u);
+  gateway_->write(Packet{0});
+  gateway_->write(report(0, 2, {1}, 40));
+  EXPECT_TRUE(run_until([&] { return heard_.size() == 1; }));
+}
+
+TEST_F(KilobotLinkTest, ComesBackAfterItWasUnpluggedUnderLoad) {
+  outgoing_ = {{1, 2, 3}};
+  is_endless_ = true;
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return frames_.size() > 20; }));
+  ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
+  ASSERT_TRUE(run_until([&] { return sequence_frames_ == 1; }));
+  ohc_.reset();
+  ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
+  EXPECT_EQ(*end_, SequenceEnd::kFailed);
+  EXPECT_NE(end_text_.find(path("ohc")), std::string::npos);
+  EXPECT_FALSE(link_->is_up());
+  EXPECT_NE(link_->state().find("no overhead controller at " + path("ohc")), std::string::npos);
+  EXPECT_NE(link_->begin(stop_sequence(), *this), "");
+  const unsigned pulled = pulled_;
+  io_.run_for(60ms);
+  io_.restart();
+  EXPECT_EQ(pulled_, pulled) << "packets are thrown away";
+  ohc_.emplace(path("ohc"));
+  frames_.clear();
+  finder_ = {};
+  ASSERT_TRUE(run_until([&] { return frames_.size() > 20; }));
+  EXPECT_EQ(frames_[0], stop_frame());
+  EXPECT_EQ(frames_[1], forward_frame(3, {1, 2, 3})) << "the wakeup was taken up again";
+  EXPECT_EQ(counter("link_down_events"), 1u);
+}
+
+TEST_F(KilobotLinkTest, GivesUpADeviceThatTakesNoBytes) {
+  outgoing_ = {{1}};
+  is_endless_ = true;
+  auto slow = config(path("gateway"), "");  // read by nobody
+  make(slow);
+  ASSERT_TRUE(run_until([&] { return counter("link_down_events") == 1; }));
+  EXPECT_NE(link_->state().find("takes no bytes"), std::string::npos);
+}
+
+TEST_F(KilobotLinkTest, WaitsForADeviceThatIsNotThereYet) {
+  ohc_.reset();
+  make(config(path("ohc"), path("gateway")));
+  EXPECT_NE(link_->state().find("No such file"), std::string::npos) << link_->state();
+  EXPECT_FALSE(link_->is_up());
+  ohc_.emplace(path("ohc"));
+  EXPECT_TRUE(run_until([&] { return link_->is_up(); }));
+}
+
+TEST_F(KilobotLinkTest, RefusesADeviceThatAnotherProgramHasAndWhatIsNone) {
+  make(config(path("ohc"), path("gateway")));
+  EXPECT_NE(failure(io_, config(path("ohc"), "")).find("another program has it open"),
+            std::string::npos);
+  EXPECT_NE(failure(io_, config("/dev/null", "")).find("no serial device"), std::string::npos);
+  EXPECT_NE(failure(io_, config("", "")).find("neither"), std::string::npos);
+}
+
+TEST_F(KilobotLinkTest, OpensNothingThatItWasNotGiven) {
+  make(config("", path("gateway")));
+  io_.run_for(50ms);
+  SerialDevice other;
+  EXPECT_EQ(other.open(ohc_->device(), 38400).kind, OpenProblem::Kind::kNone);
+  EXPECT_NE(link_->begin(stop_sequence(), *this).find("no downlink"), std::string::npos);
+}
+
+TEST_F(KilobotLinkTest, LetsNoPacketBetweenTheFramesOfAProgram) {
+  outgoing_ = {{1, 2, 3}};
+  is_endless_ = true;
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return frames_.size() > 3; }));
+  const Packet image(3 * 128, 0x55);
+  ASSERT_EQ(link_->begin(program_sequence(image, 2, false), *this), "");
+  EXPECT_FALSE(link_->is_up());
+  EXPECT_NE(link_->begin(command_sequence(Command::kRun), *this).find("busy with 'program'"),
+            std::string::npos);
+  ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
+  EXPECT_EQ(*end_, SequenceEnd::kSent);
+  EXPECT_EQ(sequence_frames_, 3u + 2 * 4 + 1);
+  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(3, {1, 2, 3}); }));
+  const auto boot = std::find(frames_.begin(), frames_.end(), forward_frame(0x80));
+  const auto last_page = std::find_if(frames_.rbegin(), frames_.rend(),
+                                      [](const auto& frame) { return frame[1] == 4; });
+  ASSERT_NE(boot, frames_.end());
+  ASSERT_NE(last_page, frames_.rend());
+  EXPECT_EQ(std::find(boot, last_page.base(), forward_frame(3, {1, 2, 3})), last_page.base());
+}
+
+TEST_F(KilobotLinkTest, StopsAProgramAtOnceAndSaysStop) {
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(program_sequence(Packet(5000, 1), 0, true), *this), "");
+  ASSERT_TRUE(run_until([&] { return sequence_frames_ >= 1; }));
+  link_->stop();
+  ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
+  EXPECT_EQ(*end_, SequenceEnd::kStopped);
+  EXPECT_EQ(sequence_frames_, 2u) << "the WAKEUP and the STOP";
+  ASSERT_TRUE(run_until([&] { return !frames_.empty() && frames_.back() == stop_frame(); }));
+}
+
+TEST_F(KilobotLinkTest, LeavesAStopBehindWhenItGoes) {
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
+  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(0x85); }));
+  link_.reset();
+  read_frames();
+  EXPECT_EQ(frames_.back(), stop_frame());
+}
+
+TEST_F(KilobotLinkTest, HandsUpLinesOfATextUplink) {
+  auto text = config("", path("gateway"));
+  text.uplink_form = UplinkForm::kText;
+  make(text);
+  std::vector<std::string> lines;
+  link_->set_text_hook([&](const std::string& line) { lines.push_back(line); });
+  const std::string said = "hello\r\nworld\n";
+  gateway_->write({reinterpret_cast<const std::uint8_t*>(said.data()), said.size()});
+  ASSERT_TRUE(run_until([&] { return lines.size() == 2; }));
+  EXPECT_EQ(lines, (std::vector<std::string>{"hello", "world"}));
+}
+
+}  // namespace
+}  // namespace swarmtalk::kilobot_bridge
