@@ -56,6 +56,8 @@ int sub(const Common& common, const SubArguments& arguments);
 int status(const Common& common);
 int set_pose(const Common& common, const PoseArguments& arguments);
 int get_pose(const Common& common);
+/// Makes a swarm key. @param path  of a file that must not exist
+int keygen(const std::string& path);
 
 /// Prints "swarmtalk-cli: TEXT" to stderr. @return `exit_code`
 int fail(std::string_view text, int exit_code = kExitFailure);

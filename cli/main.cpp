@@ -135,6 +135,7 @@ struct Parsed {
   PubArguments pub;
   SubArguments sub;
   PoseArguments pose;
+  std::string key_file;
 };
 
 void add_pose(CLI::App& app, Parsed& parsed) {
@@ -157,6 +158,7 @@ int run(CLI::App& app, const Parsed& parsed) {
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
   if (app.got_subcommand("status")) return status(parsed.common);
+  if (app.got_subcommand("keygen")) return keygen(parsed.key_file);
   if (app.get_subcommand("pose")->got_subcommand("set")) {
     return set_pose(parsed.common, parsed.pose);
   }
@@ -241,6 +243,9 @@ int main(int argc, char** argv) {
   app.add_subcommand("status", "Print the daemon's links, channels and counters")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   add_pose(app, parsed);
+  app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
+      ->add_option("FILE", parsed.key_file, "where to; it must not exist")
+      ->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& call) {

@@ -68,6 +68,7 @@ struct LinkConfig {
   std::string file;                  // replay: capture to receive from
   std::string output;                // replay: capture to transmit to; empty: nowhere
   bool is_fastest = false;           // replay: not at the recorded pace
+  std::string key_file;              // raw_l2, udp, replay; empty: no swarm key
   double rate_hz = 0.0;              // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;

@@ -89,21 +89,29 @@ void read_address(const TableReader& table, LinkConfig& link) {
                             "239.255.83.84, or a broadcast address such as 192.168.1.255");
 }
 
+void read_key_file(const TableReader& table, LinkConfig& link) {
+  if (!table.has("key_file")) return;
+  table.read_text("key_file", link.key_file);
+  if (link.key_file.empty() || link.key_file.front() != '/') {
+    table.fail("key_file", "is no absolute path; begin it with '/'");
+  }
+}
+
 LinkConfig read_link(const TableReader& table, const std::string& name) {
   LinkConfig link;
   link.name = name;
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay"});
   if (type < 0) {
     table.expect_keys({"type", "profile", "interface", "ethertype", "address", "port", "file",
-                       "output", "pace", "rate_hz", "burst_frames", "jitter_us",
+                       "output", "pace", "key_file", "rate_hz", "burst_frames", "jitter_us",
                        "receive_buffer_bytes"});
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\" or \"replay\"");
   }
   link.type = static_cast<LinkType>(type);
   switch (link.type) {
     case LinkType::kRawL2:
-      table.expect_keys({"type", "profile", "interface", "ethertype", "rate_hz", "burst_frames",
-                         "jitter_us", "receive_buffer_bytes"});
+      table.expect_keys({"type", "profile", "interface", "ethertype", "key_file", "rate_hz",
+                         "burst_frames", "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -112,7 +120,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       read_pacing(table, link);
       break;
     case LinkType::kUdp:
-      table.expect_keys({"type", "profile", "interface", "address", "port", "rate_hz",
+      table.expect_keys({"type", "profile", "interface", "address", "port", "key_file", "rate_hz",
                          "burst_frames", "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       read_address(table, link);
@@ -120,7 +128,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       read_pacing(table, link);
       break;
     case LinkType::kReplay:
-      table.expect_keys({"type", "profile", "file", "output", "pace", "ethertype"});
+      table.expect_keys({"type", "profile", "file", "output", "pace", "ethertype", "key_file"});
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);
@@ -129,6 +137,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       break;
   }
   table.read_choice("profile", {"wifi"});
+  read_key_file(table, link);
   return link;
 }
 

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "daemon/key_file.hpp"
 #include "drivers/raw_l2.hpp"
 #include "drivers/replay.hpp"
 #include "drivers/udp.hpp"
@@ -74,8 +75,16 @@ std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
 std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,
                                          const KeyLines& lines, frame::ProfileId profile,
                                          std::size_t max_packet_bytes) {
+  std::shared_ptr<const frame::SwarmKey> key;
   try {
-    return open(io, config, profile, max_packet_bytes);
+    if (!config.key_file.empty()) key = load_key(config.key_file);
+  } catch (const std::exception& error) {
+    throw lines.error("links." + config.name + ".key_file", error.what());
+  }
+  try {
+    auto link = open(io, config, profile, max_packet_bytes);
+    if (key != nullptr) link->set_key(key);
+    return link;
   } catch (const std::exception& error) {
     throw lines.error(blamed_key(config, error.what()), error.what());
   }

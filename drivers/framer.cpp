@@ -25,6 +25,21 @@ void count(frame::ParseResult result, LinkCounters& counters) {
     case frame::ParseResult::kTruncated:
       ++counters.frames_truncated;
       break;
+    case frame::ParseResult::kSealed:
+      ++counters.frames_sealed;
+      break;
+    case frame::ParseResult::kWithoutKey:
+      ++counters.frames_without_key;
+      break;
+    case frame::ParseResult::kOtherKey:
+      ++counters.frames_other_key;
+      break;
+    case frame::ParseResult::kReplayed:
+      ++counters.frames_replayed;
+      break;
+    case frame::ParseResult::kNotAuthentic:
+      ++counters.frames_not_authentic;
+      break;
   }
 }
 
@@ -36,16 +51,20 @@ FrameBuilder::FrameBuilder(frame::ProfileId profile, std::size_t max_packet_byte
 }
 
 std::size_t FrameBuilder::buffer_bytes(std::size_t limit_bytes) const {
-  return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes) +
+  return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes + frame::kSealBytes) +
          frame::kLengthPrefixBytes + max_packet_bytes_;
 }
 
 BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
                                std::size_t limit_bytes, LinkCounters& counters) {
+  if (sealer_ && frames_built_ == UINT32_MAX) {  // no nonce twice
+    sealer_->draw_session();
+    frames_built_ = 0;
+  }
   frame::FrameHeader header = user.frame_header();
   header.profile = profile_;
   header.counter = frames_built_ + 1;
-  frame::FrameWriter writer(buffer, header, limit_bytes);
+  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
   if (!carried_.empty()) {
     if (!writer.append(carried_)) ++counters.packets_over_mtu;
     carried_.clear();
@@ -73,16 +92,16 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
 }
 
 void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
-                            LinkUser& user, LinkCounters& counters) const {
+                            LinkUser& user, LinkCounters& counters) {
   frame::Frame frame;
-  const frame::ParseResult result = frame::parse(bytes, frame);
+  const frame::ParseResult result = opener_.open(bytes, frame);
   if (result != frame::ParseResult::kOk) return count(result, counters);
   if (frame.header.profile != profile_) {
     ++counters.frames_other_profile;
     return;
   }
   ++counters.frames_received;
-  counters.bytes_received += frame.header.size_bytes() + frame.packets.size();
+  counters.bytes_received += frame.size_bytes;
   const FrameReception reception{frame.header.node, frame.header.epoch, frame.header.counter,
                                  frame.header.pose, received_at};
   frame::PacketReader reader(frame.packets);
@@ -91,6 +110,18 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime r
     user.on_packet(packet, reception);
   }
   if (reader.is_malformed()) ++counters.frames_bad_packet_length;
+}
+
+void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,
+             FrameReceiver& receiver) {
+  frame::Opener opener(key);
+  std::optional<frame::Sealer> sealer;
+  if (key != nullptr) {
+    sealer.emplace(key);
+    opener.refuse(sealer->session());
+  }
+  builder.set_sealer(std::move(sealer));
+  receiver.set_opener(std::move(opener));
 }
 
 }  // namespace swarmtalk::drivers

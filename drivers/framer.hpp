@@ -4,11 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "drivers/link.hpp"
 #include "drivers/link_counters.hpp"
+#include "frame/sealing.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -22,6 +25,9 @@ struct BuiltFrame {
 class FrameBuilder {
  public:
   FrameBuilder(frame::ProfileId profile, std::size_t max_packet_bytes);
+
+  /// From now on frames are sealed with it. None: they are not.
+  void set_sealer(std::optional<frame::Sealer> sealer) { sealer_ = std::move(sealer); }
 
   /// Buffer that build() needs for frames of at most `limit_bytes`: a packet's length is known
   /// only once it is pulled, so there is room for one that turns out not to fit.
@@ -37,6 +43,7 @@ class FrameBuilder {
   frame::ProfileId profile_;
   std::size_t max_packet_bytes_;
   std::uint32_t frames_built_ = 0;
+  std::optional<frame::Sealer> sealer_;
   std::vector<std::uint8_t> carried_;
 };
 
@@ -45,11 +52,19 @@ class FrameReceiver {
  public:
   explicit FrameReceiver(frame::ProfileId profile) : profile_(profile) {}
 
+  /// From now on frames are read with it.
+  void set_opener(frame::Opener opener) { opener_ = std::move(opener); }
+
   void receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at, LinkUser& user,
-               LinkCounters& counters) const;
+               LinkCounters& counters);
 
  private:
   frame::ProfileId profile_;
+  frame::Opener opener_;
 };
+
+/// Both ends of a link go over to a key; null: to none.
+void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,
+             FrameReceiver& receiver);
 
 }  // namespace swarmtalk::drivers

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "frame/air_frame.hpp"
+#include "frame/swarm_key.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -57,6 +59,11 @@ class Link {
 
   /// Something waits to be pulled. Cheap, may be called for every message.
   virtual void wake() = 0;
+
+  /// From now on frames are sealed with this key, and only such are taken; null: none. What was
+  /// sealed with the key before is no longer understood. Frames of a link that has no room for a
+  /// seal stay as they are; the configuration refuses keys there.
+  virtual void set_key(std::shared_ptr<const frame::SwarmKey> /*key*/) {}
 
   /// Longest packet that the medium carries now; a longer one is dropped and counted.
   virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }

@@ -22,6 +22,11 @@ struct LinkCounters {
   std::uint64_t frames_unknown_flags = 0;
   std::uint64_t frames_bad_packet_length = 0;  // its leading packets were kept
   std::uint64_t frames_not_ours = 0;           // not our magic
+  std::uint64_t frames_sealed = 0;             // with a swarm key, and we have none
+  std::uint64_t frames_without_key = 0;        // not sealed, and we have a key
+  std::uint64_t frames_other_key = 0;          // sealed with another
+  std::uint64_t frames_replayed = 0;           // heard before, or too late to tell
+  std::uint64_t frames_not_authentic = 0;      // damaged, or forged
   std::uint64_t own_echoes = 0;                // our own frames, heard back
   // On the way out.
   std::uint64_t send_retries = 0;      // the kernel's queue was full; the frames were kept

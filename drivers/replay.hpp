@@ -37,6 +37,9 @@ class ReplayLink final : public Link {
 
   void start(LinkUser& user) override;
   void wake() override;
+  void set_key(std::shared_ptr<const frame::SwarmKey> key) override {
+    use_key(key, builder_, receiver_);
+  }
   bool is_up() const override { return !is_finished_; }
   std::string state() const override;
   std::string type() const override { return "replay"; }

@@ -76,6 +76,12 @@ void SocketLink::wake() {
   });
 }
 
+void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
+  has_key_ = key != nullptr;
+  use_key(key, builder_, receiver_);
+  if (user_ != nullptr) refresh();  // longest packets may not fit any more
+}
+
 Counters SocketLink::counters() const {
   LinkCounters counters = counters_;
   counters.kernel_drops = kernel_drops();
@@ -88,7 +94,7 @@ void SocketLink::set_limits(std::size_t frame_bytes, std::size_t datagram_bytes)
 }
 
 std::string SocketLink::mtu_remark() const {
-  const std::size_t fits = frame::max_packet_bytes(frame_limit_bytes_);
+  const std::size_t fits = packet_limit_bytes();
   if (fits >= max_packet_bytes_) return {};
   return ", too small: packets of more than " + std::to_string(fits) +
          " bytes are dropped (up to " + std::to_string(max_packet_bytes_) + " occur)";

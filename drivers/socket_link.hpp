@@ -27,8 +27,9 @@ class SocketLink : public Link {
  public:
   void start(LinkUser& user) override;
   void wake() override;
+  void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
   std::size_t packet_limit_bytes() const override {
-    return frame::max_packet_bytes(frame_limit_bytes_);
+    return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
   }
   bool is_up() const override { return is_up_; }
   std::string state() const override { return state_; }
@@ -100,6 +101,7 @@ class SocketLink : public Link {
   std::uint64_t unlogged_changes_ = 0;
 
   std::size_t frame_limit_bytes_ = 0;
+  bool has_key_ = false;
   bool is_up_ = false;
   std::string state_ = "not started";
   bool is_flush_posted_ = false;

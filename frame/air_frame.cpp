@@ -5,6 +5,8 @@
 #include <cstring>
 #include <numbers>
 
+#include "frame/sealing.hpp"
+
 namespace swarmtalk::frame {
 namespace {
 
@@ -15,14 +17,12 @@ constexpr std::size_t kFlagsAt = 3;
 constexpr std::size_t kLengthAt = 4;
 constexpr std::size_t kProfileAt = 6;
 constexpr std::size_t kZeroAt = 7;
-constexpr std::size_t kNodeAt = 8;
-constexpr std::size_t kEpochAt = 10;
-constexpr std::size_t kCounterAt = 14;
 constexpr std::size_t kPoseAt = kHeaderBytes;
 
 constexpr std::uint16_t kMagic = 0x5354;  // "ST"
 constexpr std::uint8_t kFlagPose = 0x01;
-constexpr std::uint8_t kKnownFlags = kFlagPose;
+constexpr std::uint8_t kFlagSealed = 0x02;
+constexpr std::uint8_t kKnownFlags = kFlagPose | kFlagSealed;
 
 constexpr double kStepsPerTurn = 65536.0;
 
@@ -79,9 +79,10 @@ double FramePose::theta_rad() const {
 }
 
 FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header,
-                         std::size_t limit_bytes)
+                         std::size_t limit_bytes, const Sealer* sealer)
     : buffer_(buffer),
       limit_bytes_(std::min({limit_bytes, buffer.size(), kMaxFrameBytes})),
+      sealer_(sealer),
       size_bytes_(header.size_bytes()) {
   std::uint8_t* const at = buffer_.data();
   put_u16(at + kMagicAt, kMagic);
@@ -92,7 +93,14 @@ FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& head
   put_u16(at + kNodeAt, header.node);
   put_u32(at + kEpochAt, header.epoch);
   put_u32(at + kCounterAt, header.counter);
-  if (header.pose) put_pose(at + kPoseAt, *header.pose);
+  std::size_t pose_at = kPoseAt;
+  if (sealer_ != nullptr) {
+    at[kFlagsAt] |= kFlagSealed;
+    pose_at = kSealedHeaderBytes;
+    size_bytes_ += kSealedHeaderBytes - kHeaderBytes;
+    limit_bytes_ -= std::min(limit_bytes_, kTagBytes);
+  }
+  if (header.pose) put_pose(at + pose_at, *header.pose);
 }
 
 std::span<std::uint8_t> FrameWriter::room() const {
@@ -117,8 +125,11 @@ bool FrameWriter::append(std::span<const std::uint8_t> packet) {
 }
 
 std::span<const std::uint8_t> FrameWriter::finish() {
-  put_u16(buffer_.data() + kLengthAt, static_cast<std::uint16_t>(size_bytes_));
-  return buffer_.first(size_bytes_);
+  const std::size_t total_bytes = size_bytes_ + (sealer_ != nullptr ? kTagBytes : 0);
+  put_u16(buffer_.data() + kLengthAt, static_cast<std::uint16_t>(total_bytes));
+  const std::span<std::uint8_t> frame = buffer_.first(total_bytes);
+  if (sealer_ != nullptr) sealer_->seal(frame);
+  return frame;
 }
 
 std::string_view counter_name(ParseResult result) {
@@ -133,11 +144,27 @@ std::string_view counter_name(ParseResult result) {
       return "frames_unknown_flags";
     case ParseResult::kTruncated:
       return "frames_truncated";
+    case ParseResult::kSealed:
+      return "frames_sealed";
+    case ParseResult::kWithoutKey:
+      return "frames_without_key";
+    case ParseResult::kOtherKey:
+      return "frames_other_key";
+    case ParseResult::kReplayed:
+      return "frames_replayed";
+    case ParseResult::kNotAuthentic:
+      return "frames_not_authentic";
   }
   return {};
 }
 
-ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame) {
+void SealedFrame::read_plaintext(std::span<const std::uint8_t> plaintext, Frame& frame) const {
+  frame.header.pose.reset();
+  if (has_pose) frame.header.pose = get_pose(plaintext.data());
+  frame.packets = plaintext.subspan(has_pose ? kPoseBytes : 0);
+}
+
+ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame* sealed) {
   const std::uint8_t* const at = bytes.data();
   if (bytes.size() < kVersionAt || get_u16(at + kMagicAt) != kMagic) return ParseResult::kNotOurs;
   // Version and flags first: they say whether this code knows what the rest means.
@@ -148,7 +175,9 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame) {
   if ((flags & ~kKnownFlags) != 0) return ParseResult::kUnknownFlags;
   if (bytes.size() < kHeaderBytes) return ParseResult::kTruncated;
   const bool has_pose = (flags & kFlagPose) != 0;
-  const std::size_t header_bytes = kHeaderBytes + (has_pose ? kPoseBytes : 0);
+  const bool is_sealed = (flags & kFlagSealed) != 0;
+  const std::size_t header_bytes =
+      kHeaderBytes + (has_pose ? kPoseBytes : 0) + (is_sealed ? kSealBytes : 0);
   const std::size_t length = get_u16(at + kLengthAt);
   if (length < header_bytes || length > bytes.size()) return ParseResult::kTruncated;
 
@@ -156,7 +185,17 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame) {
   frame.header.node = get_u16(at + kNodeAt);
   frame.header.epoch = get_u32(at + kEpochAt);
   frame.header.counter = get_u32(at + kCounterAt);
+  frame.size_bytes = length;
   frame.header.pose.reset();
+  if (is_sealed) {
+    const std::size_t plain_bytes = length - kSealedHeaderBytes - kTagBytes;
+    frame.packets = {};
+    if (sealed != nullptr) {
+      *sealed = {bytes.subspan(kSealedHeaderBytes, plain_bytes),
+                 bytes.subspan(length - kTagBytes, kTagBytes), has_pose};
+    }
+    return ParseResult::kSealed;
+  }
   if (has_pose) frame.header.pose = get_pose(at + kPoseAt);
   frame.packets = bytes.subspan(header_bytes, length - header_bytes);
   return ParseResult::kOk;

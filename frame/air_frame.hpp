@@ -16,6 +16,18 @@ inline constexpr std::uint8_t kVersion = 1;
 inline constexpr std::size_t kHeaderBytes = 18;
 inline constexpr std::size_t kPoseBytes = 7;
 inline constexpr std::size_t kLengthPrefixBytes = 2;  // in front of each packet
+// Of a sealed frame (sealing.hpp).
+inline constexpr std::size_t kKeyIdBytes = 2;
+inline constexpr std::size_t kSessionBytes = 6;
+inline constexpr std::size_t kTagBytes = 16;
+inline constexpr std::size_t kSealedHeaderBytes = kHeaderBytes + kKeyIdBytes + kSessionBytes;
+inline constexpr std::size_t kSealBytes = kKeyIdBytes + kSessionBytes + kTagBytes;
+// Offsets that the nonce is made of, in bytes from the magic.
+inline constexpr std::size_t kNodeAt = 8;
+inline constexpr std::size_t kEpochAt = 10;
+inline constexpr std::size_t kCounterAt = 14;
+inline constexpr std::size_t kKeyIdAt = kHeaderBytes;
+inline constexpr std::size_t kSessionAt = kKeyIdAt + kKeyIdBytes;
 inline constexpr std::size_t kMaxFrameBytes = 65535;  // what the length field can say
 
 /// Wire format of the packets in a frame; the numbers are on the air.
@@ -59,11 +71,15 @@ struct FrameHeader {
   bool operator==(const FrameHeader&) const = default;
 };
 
-/// Largest packet that fits into a frame of `frame_bytes` beside a header with a pose; 0: none.
-constexpr std::size_t max_packet_bytes(std::size_t frame_bytes) {
+/// Largest packet that fits into a frame of `frame_bytes` beside a header with a pose, and the seal
+/// if there is one; 0: none.
+constexpr std::size_t max_packet_bytes(std::size_t frame_bytes, bool is_sealed = false) {
   constexpr std::size_t kOverheadBytes = kHeaderBytes + kPoseBytes + kLengthPrefixBytes;
-  return frame_bytes > kOverheadBytes ? frame_bytes - kOverheadBytes : 0;
+  const std::size_t around = kOverheadBytes + (is_sealed ? kSealBytes : 0);
+  return frame_bytes > around ? frame_bytes - around : 0;
 }
+
+class Sealer;
 
 /// Builds one frame in a buffer of the caller. Packets are written in place: take room(), write a
 /// packet to its beginning, commit() its size.
@@ -74,7 +90,10 @@ class FrameWriter {
  public:
   /// Writes the header. @param buffer  kept by reference; at least header.size_bytes()
   /// @param limit_bytes  the finished frame's greatest size, cut to the buffer and kMaxFrameBytes
-  FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header, std::size_t limit_bytes);
+  /// @param sealer  the frame is sealed with it; kept by reference. Null: it is not sealed. With
+  ///   one the buffer has at least kSealBytes more
+  FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header, std::size_t limit_bytes,
+              const Sealer* sealer = nullptr);
 
   /// Where the next packet goes, to the end of the buffer. Empty: not even a length fits.
   std::span<std::uint8_t> room() const;
@@ -87,19 +106,31 @@ class FrameWriter {
   bool append(std::span<const std::uint8_t> packet);
 
   std::size_t packets() const { return packets_; }
-  std::size_t size_bytes() const { return size_bytes_; }
+  std::size_t size_bytes() const { return size_bytes_; }  // without a tag
 
-  /// Writes the length. @return the frame
+  /// Writes the length, and seals. Once only. @return the frame
   std::span<const std::uint8_t> finish();
 
  private:
   std::span<std::uint8_t> buffer_;
   std::size_t limit_bytes_;
+  const Sealer* sealer_;
   std::size_t size_bytes_;
   std::size_t packets_ = 0;
 };
 
-enum class ParseResult : std::uint8_t { kOk, kNotOurs, kOtherVersion, kUnknownFlags, kTruncated };
+enum class ParseResult : std::uint8_t {
+  kOk,
+  kNotOurs,
+  kOtherVersion,
+  kUnknownFlags,
+  kTruncated,
+  kSealed,        // and we have no key
+  kWithoutKey,    // and we have one
+  kOtherKey,      // sealed with another
+  kReplayed,      // heard before
+  kNotAuthentic,  // damaged, or forged
+};
 
 /// Name of the counter that such a frame is counted under ("frames_truncated"); kOk: empty.
 std::string_view counter_name(ParseResult result);
@@ -108,11 +139,23 @@ std::string_view counter_name(ParseResult result);
 struct Frame {
   FrameHeader header;
   std::span<const std::uint8_t> packets;
+  std::size_t size_bytes = 0;  // without padding
+};
+
+/// What parse() finds in a sealed frame, for the Opener.
+struct SealedFrame {
+  std::span<const std::uint8_t> ciphertext;
+  std::span<const std::uint8_t> tag;
+  bool has_pose = false;
+
+  /// @param plaintext  of the ciphertext's size; frame.packets will point into it
+  void read_plaintext(std::span<const std::uint8_t> plaintext, Frame& frame) const;
 };
 
 /// Reads a frame's header. Bytes beyond its length (Ethernet padding) are ignored.
 /// @param frame  filled when kOk. header.profile may be a number that ProfileId does not name.
-ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame);
+/// @param sealed  filled when kSealed, if not null; then `frame` has all but pose and packets
+ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame* sealed = nullptr);
 
 /// Walks the packets of a parsed frame.
 class PacketReader {

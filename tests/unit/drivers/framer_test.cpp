@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "tests/unit/drivers/test_link_user.hpp"
 
 namespace swarmtalk::drivers {
@@ -135,6 +137,62 @@ TEST_F(FramerTest, KeepsThePacketsBeforeABadLength) {
   receive(buffer_);
   EXPECT_EQ(hearer_.received.size(), 1U);
   EXPECT_EQ(counters_.frames_bad_packet_length, 1U);
+}
+
+class SealedFramerTest : public FramerTest {
+ protected:
+  SealedFramerTest() {
+    use_key(key_, builder_, other_receiver_);
+    use_key(key_, other_builder_, receiver_);
+  }
+
+  static std::shared_ptr<const frame::SwarmKey> new_key(std::uint8_t fill) {
+    const Bytes bytes(frame::SwarmKey::kBytes, fill);
+    return std::make_shared<frame::SwarmKey>(std::span(bytes).first<frame::SwarmKey::kBytes>());
+  }
+
+  std::shared_ptr<const frame::SwarmKey> key_ = new_key(1);
+  FrameBuilder other_builder_{frame::ProfileId::kKilobot, kMaxPacketBytes};
+  FrameReceiver other_receiver_{frame::ProfileId::kKilobot};
+};
+
+TEST_F(SealedFramerTest, PacketsCrossWithinTheLimit) {
+  for (std::uint32_t i = 0; i < 5; ++i) sender_.waiting.push_back(numbered_packet(i, 200));
+  while (build().size_bytes > 0) {
+    EXPECT_LE(buffer_.size(), kLimitBytes);
+    receive(buffer_);
+  }
+  ASSERT_EQ(hearer_.received.size(), 5U);
+  EXPECT_EQ(hearer_.received[4], numbered_packet(4, 200));
+}
+
+TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {
+  sender_.waiting.push_back(numbered_packet(0, 20));
+  build();
+  const Bytes good = buffer_;
+  Bytes damaged = good;
+  damaged.back() ^= 1;
+  receive(damaged);
+  EXPECT_EQ(counters_.frames_not_authentic, 1U);
+  receive(good);
+  receive(good);
+  EXPECT_EQ(counters_.frames_replayed, 1U);
+  other_receiver_.receive(good, {}, hearer_, counters_);
+  EXPECT_EQ(counters_.frames_replayed, 2U) << "its own session";
+  use_key(new_key(2), other_builder_, receiver_);
+  receive(good);
+  EXPECT_EQ(counters_.frames_other_key, 1U);
+  use_key(nullptr, other_builder_, receiver_);
+  receive(good);
+  EXPECT_EQ(counters_.frames_sealed, 1U);
+  use_key(key_, other_builder_, receiver_);
+  use_key(nullptr, builder_, other_receiver_);
+  sender_.waiting.push_back(numbered_packet(1, 20));
+  build();
+  receive(buffer_);
+  EXPECT_EQ(counters_.frames_without_key, 1U);
+  EXPECT_EQ(hearer_.received.size(), 1U);
+  EXPECT_EQ(counters_.frames_received, 1U);
 }
 
 }  // namespace

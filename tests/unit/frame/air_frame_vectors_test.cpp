@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "frame/air_frame.hpp"
+#include "frame/sealing.hpp"
 
 namespace swarmtalk::frame {
 namespace {
@@ -16,6 +18,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 struct Vector {
   std::string name;
+  std::shared_ptr<const SwarmKey> key;  // sealed, refused
+  Session session{};
   std::string counter;  // empty: good
   FrameHeader header;
   std::vector<Bytes> packets;
@@ -38,12 +42,26 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-Vector parse_good(std::istream& line) {
+std::shared_ptr<const SwarmKey> key_from_hex(const std::string& text) {
+  const Bytes bytes = from_hex(text);
+  if (bytes.size() != SwarmKey::kBytes) return nullptr;
+  return std::make_shared<SwarmKey>(std::span(bytes).first<SwarmKey::kBytes>());
+}
+
+Vector parse_good(std::istream& line, bool is_sealed) {
   Vector vector;
   unsigned profile = 0;
   std::string pose, packets, frame;
-  line >> vector.name >> profile >> vector.header.node >> vector.header.epoch >>
-      vector.header.counter >> pose >> packets >> frame;
+  line >> vector.name;
+  if (is_sealed) {
+    std::string key, session;
+    line >> key >> session;
+    vector.key = key_from_hex(key);
+    const Bytes bytes = from_hex(session);
+    std::copy_n(bytes.begin(), std::min(bytes.size(), kSessionBytes), vector.session.begin());
+  }
+  line >> profile >> vector.header.node >> vector.header.epoch >> vector.header.counter >> pose >>
+      packets >> frame;
   vector.header.profile = static_cast<ProfileId>(profile);
   if (const std::vector<std::string> parts = split(pose); parts.size() == 4) {
     vector.header.pose = FramePose{static_cast<std::int16_t>(std::stoi(parts[0])),
@@ -64,12 +82,15 @@ std::vector<Vector> read_vectors(const std::string& kind_wanted) {
     std::string kind;
     line >> kind;
     if (kind != kind_wanted) continue;
-    if (kind == "good") {
-      vectors.push_back(parse_good(line));
+    if (kind == "good" || kind == "sealed") {
+      vectors.push_back(parse_good(line, kind == "sealed"));
     } else {
       Vector vector;
-      std::string frame;
-      line >> vector.name >> vector.counter >> frame;
+      std::string key, frame;
+      line >> vector.name >> vector.counter;
+      if (kind == "refused") line >> key;
+      line >> frame;
+      vector.key = key_from_hex(key);
       vector.frame = from_hex(frame);
       vectors.push_back(vector);
     }
@@ -128,6 +149,50 @@ TEST(AirFrameVectors, BadFramesAreRefusedUnderTheCounterOfThePage) {
       EXPECT_EQ(packet.size(), 3U) << "what came before the flaw is kept";
     }
     EXPECT_TRUE(reader.is_malformed());
+  }
+}
+
+TEST(AirFrameVectors, SealedFramesAreOpenedFieldByField) {
+  const std::vector<Vector> vectors = read_vectors("sealed");
+  ASSERT_GE(vectors.size(), 5U);
+  for (const Vector& vector : vectors) {
+    SCOPED_TRACE(vector.name);
+    Frame frame;
+    ASSERT_EQ(Opener(vector.key).open(vector.frame, frame), ParseResult::kOk);
+    EXPECT_EQ(frame.header, vector.header);
+    Opener opener(vector.key);
+    ASSERT_EQ(opener.open(vector.frame, frame), ParseResult::kOk);
+    std::vector<Bytes> packets;
+    PacketReader reader(frame.packets);
+    for (std::span<const std::uint8_t> packet; reader.next(packet);) {
+      packets.emplace_back(packet.begin(), packet.end());
+    }
+    EXPECT_EQ(packets, vector.packets);
+  }
+}
+
+TEST(AirFrameVectors, SealedFramesAreWrittenByteForByte) {
+  for (const Vector& vector : read_vectors("sealed")) {
+    SCOPED_TRACE(vector.name);
+    const Sealer sealer(vector.key, vector.session);
+    Bytes buffer(2000, 0xEE);
+    FrameWriter writer(buffer, vector.header, 1500, &sealer);
+    for (const Bytes& packet : vector.packets) ASSERT_TRUE(writer.append(packet));
+    const std::span<const std::uint8_t> written = writer.finish();
+    Bytes expected = vector.frame;
+    ASSERT_LE(written.size(), expected.size());
+    expected.resize(written.size());  // without padding
+    EXPECT_EQ(Bytes(written.begin(), written.end()), expected);
+  }
+}
+
+TEST(AirFrameVectors, FramesAgainstTheKeysRulesAreRefusedUnderTheCounterOfThePage) {
+  const std::vector<Vector> vectors = read_vectors("refused");
+  ASSERT_GE(vectors.size(), 15U);
+  for (const Vector& vector : vectors) {
+    SCOPED_TRACE(vector.name);
+    Frame frame;
+    EXPECT_EQ(counter_name(Opener(vector.key).open(vector.frame, frame)), vector.counter);
   }
 }
 

@@ -1,0 +1,157 @@
+"""A swarm key on real links: who has it understands, all others are refused, counted by cause."""
+import json
+import os
+import random
+import socket
+import struct
+import subprocess
+
+import pytest
+from conftest import one_line, program, run, wait_for
+
+GROUP = "239.255.83.84"
+
+
+class Robot:
+    def __init__(self, folder, name, port, key=None):
+        self.path = folder / f"{name}.sock"
+        config = folder / f"{name}.toml"
+        config.write_text('[links.w]\ntype = "udp"\ninterface = "lo"\n' + f"port = {port}\n"
+                          + (f'key_file = "{key}"\n' if key else ""))
+        self.daemon = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket",
+                                        self.path], stderr=subprocess.PIPE, text=True)
+        wait_for(lambda: self.path.exists() or self.daemon.poll() is not None, what="socket")
+        assert self.daemon.poll() is None, self.daemon.stderr.read()
+
+    def cli(self, *words):
+        return run(program("swarmtalk-cli"), "--socket", self.path, *words)
+
+    def counter(self, name):
+        return json.loads(self.cli("status", "--json").stdout)["links"][0]["counters"][name]
+
+    def expect(self, name, count):
+        wait_for(lambda: self.counter(name) >= count, what=f"{name} to be {count}")
+        assert self.counter(name) == count
+
+    def subscribe(self, *words):
+        process = subprocess.Popen([program("swarmtalk-cli"), "--socket", self.path, "sub", *words],
+                                   stdout=subprocess.PIPE, text=True)
+        wait_for(lambda: json.loads(self.cli("status", "--json").stdout)["channels"],
+                 what="subscription")
+        return process
+
+    def end(self):
+        self.daemon.terminate()
+        self.daemon.communicate(timeout=10)
+
+
+@pytest.fixture
+def swarm(tmp_path):
+    """Makes robots that share a UDP port of their own: swarm(name, key file or None)."""
+    port = random.Random(os.getpid()).randrange(20000, 60000)
+    robots = []
+
+    def make(name, key=None):
+        robots.append(Robot(tmp_path, name, port, key))
+        return robots[-1]
+
+    make.port = port
+    yield make
+    for robot in robots:
+        robot.end()
+
+
+def keygen(path):
+    done = run(program("swarmtalk-cli"), "keygen", path)
+    assert done.returncode == 0, done.stderr
+    return path
+
+
+class Ether:
+    """Hears every frame of the group, and sends frames of its own."""
+
+    def __init__(self, port):
+        self.port = port
+        self.ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.ear.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.ear.bind((GROUP, port))
+        self.ear.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                            socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
+        self.ear.settimeout(10)
+        self.mouth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.mouth.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF,
+                              socket.inet_aton("127.0.0.1"))
+
+    def hear(self):
+        return self.ear.recv(4096)
+
+    def send(self, frame):
+        self.mouth.sendto(frame, (GROUP, self.port))
+
+
+def test_who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
+    key = keygen(tmp_path / "swarm.key")
+    with_key, friend = swarm("a", key), swarm("b", key)
+    stranger, other = swarm("c"), swarm("d", keygen(tmp_path / "other.key"))
+    heard = friend.subscribe("c", "-C", "1", "-W", "20", "--json")
+    assert with_key.cli("pub", "c", "a secret").returncode == 0
+    assert json.loads(heard.communicate(timeout=20)[0])["text"] == "a secret"
+    stranger.expect("frames_sealed", 1)
+    other.expect("frames_other_key", 1)
+    assert stranger.cli("pub", "c", "in the clear").returncode == 0
+    with_key.expect("frames_without_key", 1)
+    assert with_key.counter("frames_received") == 0
+
+
+def test_replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, tmp_path):
+    key = keygen(tmp_path / "swarm.key")
+    sender, receiver = swarm("a", key), swarm("b", key)
+    ether = Ether(swarm.port)
+    heard = receiver.subscribe("c", "-W", "2", "--json")
+    assert sender.cli("pub", "c", "once only").returncode == 0
+    frame = ether.hear()
+    assert b"once only" not in frame
+    receiver.expect("frames_received", 1)
+    for _ in range(3):
+        ether.send(frame)
+    receiver.expect("frames_replayed", 3)
+    fresh = bytearray(frame)
+    struct.pack_into(">I", fresh, 14, 1000)  # as if it were a new frame
+    ether.send(fresh)
+    receiver.expect("frames_not_authentic", 1)
+    for at in (20, 30, len(frame) - 1):  # session, ciphertext, tag
+        flipped = bytearray(fresh)
+        flipped[at] ^= 1
+        ether.send(flipped)
+    receiver.expect("frames_not_authentic", 4)
+    ether.send(frame[:-1])
+    receiver.expect("frames_truncated", 1)
+    ether.send(frame[:2] + bytes([frame[2] + 1]) + frame[3:])
+    receiver.expect("frames_other_version", 1)
+    assert receiver.counter("frames_received") == 1
+    out, _ = heard.communicate(timeout=20)
+    assert [json.loads(line)["text"] for line in out.splitlines()] == ["once only"]
+
+
+@pytest.mark.parametrize("mode,patterns", [(0o644, ["mode 0644", "chmod 600"]),
+                                           (None, ["No such file", "swarmtalk-cli keygen"])])
+def test_a_key_file_that_is_not_safe_is_refused_in_one_line(tmp_path, mode, patterns):
+    key = tmp_path / "swarm.key"
+    if mode is not None:
+        keygen(key).chmod(mode)
+    config = tmp_path / "d.toml"
+    config.write_text(f'[links.w]\ntype = "udp"\ninterface = "lo"\nkey_file = "{key}"\n')
+    done = run(program("swarmtalkd"), "--config", config, "--socket", tmp_path / "s")
+    assert done.returncode == 1
+    one_line(done.stderr, "d.toml:4: key 'links.w.key_file'", *patterns)
+
+
+def test_keygen_never_writes_over_a_key(tmp_path):
+    key = keygen(tmp_path / "swarm.key")
+    assert key.stat().st_mode & 0o777 == 0o600
+    before = key.read_text()
+    done = run(program("swarmtalk-cli"), "keygen", key)
+    assert done.returncode == 1
+    one_line(done.stderr, "File exists", "never written over")
+    assert key.read_text() == before
+    assert keygen(tmp_path / "second.key").read_text() != before
