@@ -57,7 +57,9 @@ void pass(uint16_t passed) {  // a robot's calls go on meanwhile
 
 int main() {
   node.set_node_id(250);
-  publisher = node.new_channel(0, 0, false)->new_publisher(nullptr, nullptr);
+  core::Channel<Profile>* const one_hop = node.new_channel(0, 0, false);
+  publisher = one_hop->new_publisher(nullptr, nullptr);
+  one_hop->new_subscriber(100, &on_message, nullptr);
   node.new_channel(1, 5, false)->new_subscriber(100, &on_message, nullptr);
   uint8_t message[40];
   memset(message, 7, sizeof message);
@@ -102,6 +104,25 @@ int main() {
     make(from, 3, 0, true, 1, 0);
     hear(9);
   }
+  pass(400);
+  // One-hop messages begun by many, most slots taken, and messages usually have 8 packets: whether
+  // one more would become whole takes a look at each.
+  for (uint8_t i = 0; i < 2; ++i) {
+    make(80, 1, i, i == 1, 0, 0);
+    hear(8);
+  }
+  for (uint8_t from = 81; from < 97; ++from) {
+    for (uint8_t i = 0; i < 2; ++i) {
+      make(from, 2, i, false, 0, 0);
+      hear(8);
+    }
+  }
+  for (uint8_t i = 0; i < 8; ++i) {
+    make(97, 1, i, i == 7, 0, 0);
+    hear(8);
+  }
+  make(98, 2, 0, false, 0, 0);
+  hear(13);
   cli();
   sleep_mode();  // ends the emulation
 }

@@ -2,7 +2,7 @@
 // message, and how long messages are, forgets nothing and counts only fragments; it does not know
 // which packets will be lost. Two policies, both online; the bound is the better one.
 //   greedy:   begin a message when a slot is free; when none is, drop the one that has come least
-//   far forecast: begin a message only if all begun ones will fit until they end, sent at one pace
+//   forecast: begin a message only if all begun ones will fit until they end, sent at one pace
 // A message is dropped as soon as a gap shows that it cannot be completed.
 #pragma once
 

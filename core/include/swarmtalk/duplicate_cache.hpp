@@ -115,13 +115,15 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
 
   /// Whether any record of the last minutes is of node `node`: an id to avoid.
   bool knows_node(typename W::NodeId node) const {
-    for (const Entry* record = records_; record != records_ + used_; ++record) {
-      if (record->key.node() == node && record->flags != 0) return true;
+    for (const Entry& record : *this) {
+      if (record.key.node() == node && record.flags != 0) return true;
     }
     return false;
   }
 
   Index used() const { return used_; }
+  const Entry* begin() const { return records_; }
+  const Entry* end() const { return records_ + used_; }
   /// Steps `hand` to the next record that has been used, round and round. REQUIRES used() != 0
   Entry* next_after(Index& hand) {
     if (++hand >= used_) hand = 0;

@@ -8,25 +8,28 @@
 #include <stdint.h>
 
 #include "swarmtalk/port.hpp"
+#include "swarmtalk/record_index.hpp"
 #include "swarmtalk/wire.hpp"
 
 namespace swarmtalk {
 namespace core {
 
 template <class P>
-class NodeIdentity {
+class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
+  using MyEpoch = KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)>;
+
  public:
   using W = Wire<P>;
   using NodeId = typename W::NodeId;
   using Epoch = typename W::Epoch;
 
-  NodeIdentity() : id_(W::kNoNode), epoch_(0), is_fixed_(false) {}
+  NodeIdentity() : id_(W::kNoNode), is_fixed_(false) { MyEpoch::set(0); }
 
   bool is_drawn() const { return id_ != W::kNoNode; }
   bool is_fixed() const { return is_fixed_; }
   NodeId id() const { return id_; }
-  Epoch epoch() const { return epoch_; }
-  void set_epoch(Epoch epoch) { epoch_ = epoch; }
+  Epoch epoch() const { return MyEpoch::get(); }
+  void set_epoch(Epoch epoch) { MyEpoch::set(epoch); }
 
   /// Takes this id for good.
   void fix(NodeId id) {
@@ -52,7 +55,6 @@ class NodeIdentity {
  private:
   static constexpr uint8_t kDraws = 8;
   NodeId id_;
-  Epoch epoch_;
   bool is_fixed_;
 };
 

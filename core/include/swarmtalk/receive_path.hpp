@@ -85,6 +85,11 @@ SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record)
   if (!record.is_open()) {
     reassembler_.begin(record);
     cache_.open(record);
+    if (!is_finishable(arrival, record)) {
+      give_up(record);
+      count(counters_.no_memory);
+      return;
+    }
   }
   const Ticks elapsed = cache_.since_last_packet(record);
   Outcome outcome;
@@ -117,6 +122,7 @@ template <class P>
 void Swarmtalk<P>::complete(const Arrival& arrival, Entry& record, Ticks elapsed) {
   uint8_t message[W::kMessageBytes];
   typename W::Timestamp delay = 0;
+  this->set_usual_packets(worth(record, 0));
   const uint16_t size = reassembler_.take(record, arrival.fragment, elapsed, message, &delay);
   cache_.close(record, Entry::kDelivered);
   deliver(arrival, message, size, delay);
@@ -165,6 +171,29 @@ uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) {
     return 0;
   }
   return static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
+}
+
+template <class P>
+bool Swarmtalk<P>::is_finishable(const Arrival& arrival, const Entry& record) const {
+  using Slots = UintFor<bits_for(UINT32_C(1) * P::kRecords * W::kMaxPackets + P::kFragmentSlots)>;
+  const uint8_t packets = this->usual_packets();
+  if (packets < 2 || (record.flags & Entry::kFlood) != 0) return true;
+  if (arrival.fragment.bit != 1) return false;
+  uint8_t messages = 0;  // that can still become whole, this one included
+  Slots held = 1;
+  uint8_t most = 2;
+  const Entry* const end = cache_.end();
+  for (const Entry* begun = cache_.begin(); begun != end; begun = in_register(begun + 1)) {
+    if (!begun->is_open()) continue;
+    const uint8_t its_worth = worth(*begun, 0);
+    if (its_worth == 0 || its_worth >= packets) return true;  // packets get lost, or it ends
+    ++messages;
+    held = static_cast<Slots>(held + its_worth - 1u);
+    if (its_worth > most) most = its_worth;
+  }
+  // When the farthest is about to end, each has grown by as much as it.
+  return static_cast<Slots>(messages * static_cast<uint8_t>(packets - most) + held) <=
+         P::kFragmentSlots;
 }
 
 template <class P>

@@ -38,8 +38,25 @@ class NumberFloor<Number, false> {
   Number floor() const { return 0; }
 };
 
+/// How many packets messages have, judged by the last one put together; 0: unknown. Kept where a
+/// short scan of the records tells what that means (see is_finishable).
+template <bool kPresent>
+class UsualPackets {
+ protected:
+  void set_usual_packets(uint8_t packets) { usual_packets_ = packets; }
+  uint8_t usual_packets() const { return usual_packets_; }
+  uint8_t usual_packets_ = 0;
+};
+template <>
+class UsualPackets<false> {
+ protected:
+  void set_usual_packets(uint8_t) {}
+  uint8_t usual_packets() const { return 0; }
+};
+
 template <class P>
-class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
+class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
+                  private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
  public:
   using Profile = P;
   using W = Wire<P>;
@@ -345,6 +362,12 @@ class Swarmtalk : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMess
                              typename W::Timestamp delay);
   static uint8_t hops_of(const Arrival& arrival);
   void give_up(Entry& record);
+  /// Whether memory will do for the one-hop message that this packet begins: if all that are begun
+  /// go on at one pace and have the usual number of packets. Where nothing is lost that completes
+  /// up to a fifth more than to begin whatever there is a slot for; where packets are lost, and
+  /// many messages end early, it is less: one such message among those begun, and there is no
+  /// forecast. Cost: a look at each record of a node without buckets, for a first packet only.
+  bool is_finishable(const Arrival& arrival, const Entry& record) const;
   /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
   /// with each packet held. To finish what has come farthest takes the least memory for a message.
   /// @param bit  a packet that would be held as well, or 0; it is not counted
