@@ -72,19 +72,5 @@ TEST(Wire, RefusesWrongLengthsAndDamage) {
   EXPECT_EQ(Wire<Wifi>::check(packet, 16), Error::kBadPacket);
 }
 
-TEST(Checksum, MatchesKnownValues) {
-  const uint8_t digits[] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
-  EXPECT_EQ(crc8(digits, 9), 0xFB);  // CRC-8 with start 0xFF ("CRC-8/ROHC" is its reflection)
-  EXPECT_EQ(sum8(digits, 9), 0xDD);
-}
-
-TEST(Checksum, Crc8FindsSwappedBytesAndTheAllZeroPacket) {
-  const uint8_t ab[] = {1, 2};
-  const uint8_t ba[] = {2, 1};
-  const uint8_t zeros[9] = {};
-  EXPECT_NE(crc8(ab, 2), crc8(ba, 2));
-  EXPECT_NE(crc8(zeros, 8), 0);
-}
-
 }  // namespace
 }  // namespace swarmtalk::core

@@ -1,4 +1,4 @@
-// Foot-bot (ARGoS range and bearing, 10 bytes): one link byte, which is the driver's and tells new
+// Foot-bot (ARGoS range and bearing, 10 bytes): one link byte (footbot_frame.hpp), which tells new
 // from old and the packet's length, and a packet of up to 9 bytes: 3 header, 5 payload, 1 checksum.
 // Because the link tells lengths, messages keep theirs exactly.
 #pragma once

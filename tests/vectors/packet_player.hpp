@@ -1,18 +1,17 @@
-// Reads packets_2020.txt (its head explains the lines) and plays it against the core, both ways.
+// Plays the lines of a packet file (packets_2020.txt explains them) against a node, both ways.
+#pragma once
+
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <memory>
 #include <sstream>
 #include <string>
 
-#include "swarmtalk/profiles/classic2020.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core::testing {
-namespace {
 
-Bytes from_hex(const std::string& hex) {
+inline Bytes from_hex(const std::string& hex) {
   Bytes bytes;
   for (size_t i = 0; i + 1 < hex.size(); i += 2) {
     bytes.push_back(static_cast<uint8_t>(std::stoul(hex.substr(i, 2), nullptr, 16)));
@@ -39,7 +38,9 @@ class Player {
     } else if (word == "hear") {
       node_->port.now = number(line, "clock");
       node_->received.clear();
-      node_->hear(rest(line), DistanceSensing{7});
+      typename P::Sensing sensing{};
+      sensing.distance = 7;
+      node_->hear(rest(line), sensing);
     } else if (word == "deliver") {
       deliver(line);
     } else if (word == "forward") {
@@ -64,7 +65,7 @@ class Player {
     std::string hex;
     line >> hex;
     if (hex == "bytes") line >> hex;
-    return from_hex(hex);
+    return hex == "-" ? Bytes{} : from_hex(hex);
   }
 
   void send(std::istringstream& line) {
@@ -87,7 +88,8 @@ class Player {
   void too_long(std::istringstream& line) {
     line >> name_;
     node_ = std::make_unique<TestNode<P>>(1);
-    node_->open(number(line, "channel"));
+    const uint32_t channel = number(line, "channel");
+    node_->open(channel, 0, channel >= P::kTimestampedFrom);
     const Bytes body = rest(line);
     EXPECT_EQ(node_->publisher->send(body.data(), static_cast<uint16_t>(body.size())),
               Error::kTooLong);
@@ -115,30 +117,4 @@ class Player {
   std::unique_ptr<TestNode<P>> node_;
 };
 
-TEST(Packets2020, AreSentAndUnderstoodBitForBit) {
-  std::ifstream file(SWARMTALK_VECTORS "/packets_2020.txt");
-  ASSERT_TRUE(file.good());
-  Player<Classic2020Format<2>> template8;
-  Player<Classic2020> shipped8;
-  Player<Classic2020Paper> paper9;
-  std::string format;
-  for (std::string text; std::getline(file, text);) {
-    std::istringstream line(text);
-    std::string word;
-    if (!(line >> word) || word[0] == '#') continue;
-    if (word == "format") {
-      line >> format;
-      continue;
-    }
-    const bool known = format == "template8"  ? template8.play(word, line)
-                       : format == "shipped8" ? shipped8.play(word, line)
-                                              : paper9.play(word, line);
-    ASSERT_TRUE(known) << text;
-  }
-  EXPECT_GT(template8.checked, 25);
-  EXPECT_GT(shipped8.checked, 25);
-  EXPECT_GT(paper9.checked, 25);
-}
-
-}  // namespace
 }  // namespace swarmtalk::core::testing
