@@ -17,6 +17,7 @@ class Timed_control {
     ticks_ = ticks;
     is_running_ = true;
   }
+  void cancel() { is_running_ = false; }
   /// @return true once, when the time is over
   bool is_over(uint32_t now) {
     if (!is_running_ || static_cast<uint32_t>(now - since_) < ticks_) return false;
@@ -42,9 +43,12 @@ class Led_control {
     if (driver_ != nullptr) driver_(red, green, blue);
     timer_.begin(now(), static_cast<uint32_t>(time));
   }
-  void turn_off() {
-    status_ = Off;
-    if (driver_ != nullptr) driver_(0, 0, 0);
+  void turn_off() { stay(0, 0, 0); }
+  /// The same without an end.
+  void stay(int red, int green, int blue) {
+    status_ = red != 0 || green != 0 || blue != 0 ? On : Off;
+    timer_.cancel();
+    if (driver_ != nullptr) driver_(red, green, blue);
   }
   int current_status() const { return status_; }
   void update() {
@@ -71,6 +75,7 @@ class Motor_control {
   void turn_right(unsigned long time) { go(Turn_right, time); }
   void stop_motor() {
     status_ = Stop;
+    timer_.cancel();
     if (driver_ != nullptr) driver_(Stop);
   }
   int current_status() const { return status_; }

@@ -23,7 +23,9 @@
 #ifndef TIMER_BITS
 #define TIMER_BITS 32
 #endif
+#ifndef CHAN_TYPE_MAX
 #define CHAN_TYPE_MAX 15
+#endif
 
 namespace SwarmTalk {
 
@@ -43,6 +45,7 @@ struct Profile : swarmtalk::core::Classic2020 {
 #ifdef SWARMTALK_CLASSIC_CHECKSUM
   static constexpr swarmtalk::core::Checksum kChecksum = swarmtalk::core::Checksum::kSum8;
 #endif
+  static constexpr uint8_t kChannelBits = swarmtalk::core::bits_for(CHAN_TYPE_MAX);
   static constexpr uint8_t kTimestampBits = TIMER_BITS;
   static constexpr uint16_t kChannels = TOTAL_CHAN_NUM;
   static constexpr uint8_t kPublishers = MAX_PUB_PER_CHAN;

@@ -178,6 +178,11 @@ class Swarmtalk {
   void* controls_ = nullptr;
 };
 
+/// Of macros that differ (PKT_SIZE, TOTAL_CHAN_NUM ...) the program's node would have another size
+/// than the one its home knows. The program defines it, the home calls it, the linker compares.
+template <unsigned kBytes>
+void program_and_home_were_given_different_macros();
+
 }  // namespace SwarmTalk
 
 using namespace SwarmTalk;
@@ -190,6 +195,10 @@ extern SwarmTalk::Swarmtalk swarmtalk_instance;
 extern SwarmTalk::Led_control* LED_control;
 extern SwarmTalk::Motor_control* motor_control;
 #else
+namespace SwarmTalk {
+template <>
+void program_and_home_were_given_different_macros<sizeof(Swarmtalk)>() {}
+}  // namespace SwarmTalk
 SwarmTalk::Swarmtalk swarmtalk_instance;
 SwarmTalk::Led_control* LED_control = &swarmtalk_instance.led;
 SwarmTalk::Motor_control* motor_control = &swarmtalk_instance.motor;

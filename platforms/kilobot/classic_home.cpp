@@ -1,6 +1,6 @@
 // Home of programs written for the SwarmTalk release of 2020 (core/classic/swarmtalk.h): link this
-// with a program that includes "swarmtalk.h" and defines setup() and loop(), with core/classic in
-// the include path and the program's macros (PKT_SIZE, TOTAL_CHAN_NUM, ...) given to both.
+// with a program that includes "swarmtalk.h" and defines setup() and loop(), with platforms/classic
+// in the include path and the program's macros (PKT_SIZE, TOTAL_CHAN_NUM, ...) given to both.
 #include "platforms/kilobot/board.hpp"
 #include "platforms/kilobot/clock.hpp"
 #include "platforms/kilobot/kilobot_robot.hpp"
@@ -48,6 +48,7 @@ void move(int status) {
 }
 
 void start_program() {
+  SwarmTalk::program_and_home_were_given_different_macros<sizeof(SwarmTalk::Swarmtalk)>();
   swarmtalk_instance.sys.set_common_sys_get_clock(&read_clock);
   swarmtalk_instance.sys.set_common_sys_random_func(&draw);
   swarmtalk_instance.led.set_driver(&show, &read_clock);

@@ -1,0 +1,195 @@
+"""Programs in the style of 2020 and before, as they would come to us, on Linux and for AVR.
+
+Each is compiled with nothing but the folder of "swarmtalk.h" and a home, and several of it run as
+processes that hear each other through a folder.
+"""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+INCLUDES = [f"-I{ROOT}", f"-I{ROOT}/core/include", f"-I{ROOT}/platforms/classic"]
+
+# Of the release: globals, C casts, free setup() and loop(), and what its config.h would define.
+MACROS = ["-DTOTAL_CHAN_NUM=3", "-DMAX_SUB_PER_CHAN=2"]
+HOPS = """
+#include "swarmtalk.h"
+
+typedef struct gradient { int hop; } gradient_t;
+Channel *channel;
+Publisher *publisher;
+gradient_t mine;
+int told = -1;
+
+void sent() { publisher->send((unsigned char *)&mine, sizeof(mine)); }
+void heard(unsigned char *msg, int size, int ttl, Meta_t *meta) {
+  gradient_t *theirs = (gradient_t *)msg;
+  if (theirs->hop + 1 < mine.hop) mine.hop = theirs->hop + 1;
+  if (size < (int)sizeof(gradient_t) || ttl != 0 || meta->dist > 60) mine.hop = -1000;
+}
+void never(unsigned char *, int, int, Meta_t *) { mine.hop = -2000; }
+void setup() {
+  const char *seed = getenv("SEED");
+  mine.hop = seed != NULL ? 0 : 99;
+  channel = swarmtalk.new_channel(5, 0, false);
+  publisher = channel->new_publisher(sent);
+  channel->new_subscriber(100, heard);
+  channel->new_subscriber(1, never);
+  sent();
+}
+void loop() {
+  if (told == mine.hop) return;
+  told = mine.hop;
+  printf("hop %d\\n", told);
+  LED_control->turn_on(told & 1, 0, 1, 2000);
+  if (motor_control->current_status() == Stop) motor_control->turn_left(3);
+}
+"""
+
+# Before the release: pointers to a node and a system, kilolib's colours, the C library's functions.
+OLDER = """
+#include "swarmtalk.h"
+START_USER_PROGRAM
+Channel *channel;
+Publisher *publisher;
+char text[20];
+unsigned int drawn;
+int motor_state = 0;
+
+void sent() { publisher->send((unsigned char *)text, (int)strlen(text) + 1); }
+void heard(unsigned char *msg, int size, int, Meta_t *meta) {
+  char theirs[20];
+  strncpy(theirs, (char *)msg, sizeof(theirs) - 1);
+  theirs[19] = 0;
+  printf("heard %s of %d after %d\\n", theirs, size, meta->msg_delay);
+  set_color(RGB(0, 3, 1));
+  if (motor_state++ == 0) motor_control->move_forward(2);
+}
+void setup() {
+  drawn = swarmos.random_func() ^ (unsigned int)rand();
+  strncpy(text, "good morning", sizeof(text));
+  channel = swarmnet->new_channel(1, 3, true);
+  publisher = channel->new_publisher(sent);
+  channel->new_subscriber(1000, heard);
+  sent();
+}
+void loop() {
+  if (swarmos.get_clock() % 1000 == 999) set_color(RGB(0, 0, 0));
+}
+END_USER_PROGRAM
+"""
+
+
+def compile_linux(folder: pathlib.Path, source: str, *flags: str) -> pathlib.Path:
+    path = folder / "program.cpp"
+    path.write_text(source)
+    for unit in (path, ROOT / "platforms/classic/linux_home.cpp"):
+        subprocess.run(["g++", "-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", *flags,
+                        *INCLUDES, "-c", unit, "-o", folder / f"{unit.stem}.o"], check=True)
+    subprocess.run(["g++", folder / "program.o", folder / "linux_home.o", "-o", folder / "program"],
+                   check=True)
+    return folder / "program"
+
+
+class Robots:
+    """Processes in one air, ended by SIGTERM; what each prints goes to a file."""
+
+    def __init__(self, folder: pathlib.Path, program: pathlib.Path):
+        self.folder, self.program, self.processes = folder, program, []
+        self.air = folder / "air"
+
+    def start(self, name: str, **environment: str) -> None:
+        with open(self.folder / name, "w", encoding="utf-8") as out:
+            self.processes.append(subprocess.Popen(
+                [self.program], stdout=out,
+                env={**os.environ, "SWARMTALK_AIR": str(self.air), "SWARMTALK_SPEED": "40",
+                     **environment}))
+
+    def text(self, name: str) -> str:
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    def wait_for(self, name: str, pattern: str) -> None:
+        end = time.monotonic() + 30
+        while not re.search(pattern, self.text(name), re.M):
+            assert time.monotonic() < end, f"{name} has no '{pattern}':\n{self.text(name)}"
+            assert all(process.poll() is None for process in self.processes)
+            time.sleep(0.02)
+
+    def stop(self) -> None:
+        for process in self.processes:
+            process.send_signal(signal.SIGTERM)
+        codes = [process.wait(10) for process in self.processes]
+        assert codes == [0] * len(codes)
+        assert not list(self.air.iterdir()), "each takes its socket with it"
+
+
+def test_a_program_of_the_release_counts_hops_in_a_line(tmp_path):
+    robots = Robots(tmp_path, compile_linux(tmp_path, HOPS, *MACROS))
+    robots.start("r0", SEED="1", SWARMTALK_RANGE_MM="60")
+    for place in (1, 2, 3):
+        robots.start(f"r{place}", SWARMTALK_X_MM=str(50 * place), SWARMTALK_RANGE_MM="60")
+    for place in (1, 2, 3):
+        robots.wait_for(f"r{place}", f"^hop {place}$")
+        robots.wait_for(f"r{place}", f"^led {place & 1} 0 1$")
+        robots.wait_for(f"r{place}", "^motor left\nmotor stop|^motor left\n.*\n*motor stop")
+    robots.stop()
+    assert not re.search("hop -", robots.text("r1") + robots.text("r2") + robots.text("r3"))
+
+
+def test_a_program_from_before_the_release_runs_unchanged(tmp_path):
+    # 16 of time, so that a packet has room for three characters beside it.
+    robots = Robots(tmp_path, compile_linux(tmp_path, OLDER, "-DTIMER_BITS=16"))
+    robots.start("r0")
+    robots.start("r1", SWARMTALK_X_MM="30", SWARMTALK_Y_MM="40")
+    for name in ("r0", "r1"):
+        robots.wait_for(name, r"^heard good morning of 15 after \d+$")
+        robots.wait_for(name, "^led 0 255 85$")
+        robots.wait_for(name, "^motor forward$")
+    robots.stop()
+
+
+def test_a_bad_place_is_refused_in_one_line(tmp_path):
+    program = compile_linux(tmp_path, HOPS, *MACROS)
+    run = subprocess.run([program], env={"SWARMTALK_X_MM": "far"}, capture_output=True, text=True,
+                         timeout=10, check=False)
+    assert run.returncode == 1
+    assert run.stderr == "SWARMTALK_X_MM is 'far': give it a number\n"
+
+
+def test_a_home_with_other_macros_is_not_linked(tmp_path):
+    compile_linux(tmp_path, HOPS, *MACROS)
+    subprocess.run(["g++", "-std=c++20", *INCLUDES, "-DPKT_SIZE=9", "-c",
+                    ROOT / "platforms/classic/linux_home.cpp", "-o", tmp_path / "linux_home.o"],
+                   check=True)
+    link = subprocess.run(["g++", tmp_path / "program.o", tmp_path / "linux_home.o", "-o",
+                           tmp_path / "program"], capture_output=True, text=True, check=False)
+    assert link.returncode != 0
+    assert "program_and_home_were_given_different_macros" in link.stderr
+
+
+@pytest.mark.parametrize("bits", [3, 15])
+def test_the_macros_of_a_config_decide_the_packet(tmp_path, bits):
+    """CHAN_TYPE_MAX 3 is the template's format of 2-bit channels, 15 the shipped one."""
+    source = tmp_path / "packet.cpp"
+    source.write_text(f"""
+#define CHAN_TYPE_MAX {bits}
+#include "swarmtalk.h"
+void setup() {{}}
+void loop() {{}}
+int main() {{
+  unsigned char message[] = {{1}}, packet[PKT_SIZE];
+  if (swarmtalk.new_channel(CHAN_TYPE_MAX + 1, 0, false) != NULL) return 1;
+  swarmtalk.new_channel(2, 7, false)->new_publisher(NULL)->send(message, 1);
+  swarmtalk.next_pkt(packet);
+  printf("%02x", packet[2]);
+}}
+""")
+    program = tmp_path / "packet"
+    subprocess.run(["g++", "-std=c++20", *INCLUDES, source, "-o", program], check=True)
+    out = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    assert out == {3: "9c", 15: "27"}[bits]
