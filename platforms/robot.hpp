@@ -5,7 +5,9 @@
 //   class SomeRobot {
 //     using Profile = ...;                        // wire format, swarmtalk/profiles/
 //     static constexpr uint16_t kBodyMm = 33;     // body diameter
-//     core::Swarmtalk<Profile>& swarmtalk();      // its node
+//     static constexpr uint16_t kSpeedMmPerS = 10;  // ahead; only for programs that move
+//     static constexpr uint16_t kTurnDegPerS = 45;  // left and right; dito
+//     core::Swarmtalk<Profile>& swarmtalk();      // its node, or what has its new_channel()
 //     uint32_t clock();                           // ticks, wrapping
 //     static constexpr uint32_t kTicksPerSecond;  // of that clock
 //     uint32_t random();                          // uniform bits
@@ -16,7 +18,7 @@
 //     void right(uint32_t ticks);
 //     void stop();
 //     bool is_moving();
-//     void log(const char* text, int32_t number); // for people; may do nothing
+//     void log(const char* name, int32_t number); // a value to record; may do nothing
 //   };
 //
 // The owner calls the program's setup() once and loop() over and over, on the same thread as the
@@ -52,6 +54,33 @@ template <class Robot>
 constexpr int32_t scaled_mm(int32_t kilobot_mm) {
   return kilobot_mm * Robot::kBodyMm / kKilobotBodyMm;
 }
+
+/// Ticks in which this robot moves `kilobot_mm` ahead, at least one.
+template <class Robot>
+constexpr uint16_t forward_ticks(int32_t kilobot_mm) {
+  return static_cast<uint16_t>(1 + scaled_mm<Robot>(kilobot_mm) *
+                                       static_cast<int32_t>(Robot::kTicksPerSecond) /
+                                       Robot::kSpeedMmPerS);
+}
+
+/// Ticks in which it turns by `degrees`, at least one.
+template <class Robot>
+constexpr uint16_t turn_ticks(int32_t degrees) {
+  return static_cast<uint16_t>(1 + degrees * static_cast<int32_t>(Robot::kTicksPerSecond) /
+                                       Robot::kTurnDegPerS);
+}
+
+template <class T>
+T& any();  // for decltype only
+
+/// What new_publisher() returns: the core's where the node is in the program, a proxy's where a
+/// daemon has it.
+template <class Robot>
+using PublisherPointer =
+    decltype(any<Robot>()
+                 .swarmtalk()
+                 .new_channel(0, 0, false)
+                 ->new_publisher(static_cast<core::SentFn>(nullptr), static_cast<void*>(nullptr)));
 
 }  // namespace platforms
 }  // namespace swarmtalk

@@ -1,5 +1,6 @@
 // Hop count from one or two seeds: every robot tells its neighbours how many hops it is from each
-// seed and takes the smallest number heard plus one; the LED shows whether it is odd or even.
+// seed and takes the smallest number heard plus one; the LED shows whether it is odd or even. A
+// count falls at once, and rises period by period when the way it was counted on is lost.
 // Source: Zhang et al., AAMAS 2020, sec. 4.1 (figures 4 and 5).
 #pragma once
 
@@ -13,33 +14,37 @@ namespace suite {
 /// What a robot is in this program; the runner (or the robot's uid) says which.
 enum class HopCountRole : uint8_t { kFollower, kSeed1, kSeed2 };
 
-template <class Robot>
-class HopCount {
+/// @tparam kSeeds  1 or 2: channel 0 counts from seed 1, channel 1 from seed 2
+template <class Robot, uint8_t kSeeds>
+class BasicHopCount {
  public:
-  static constexpr uint8_t kSeeds = 2;        // channel 0 counts from seed 1, channel 1 from seed 2
-  static constexpr uint8_t kUnreached = 100;  // hops before anything is heard
-  static constexpr int32_t kRangeMm = 250;    // farther neighbours are not heard, in Kilobot mm
+  static constexpr uint8_t kUnreached = 100;    // hops before anything is heard
+  static constexpr int32_t kRangeMm = 250;      // farther neighbours are not heard, in Kilobot mm
+  static constexpr uint8_t kPeriodTicks = 245;  // 8 s: time to hear each neighbour several times
 
-  HopCount(Robot& robot, HopCountRole role) : robot_(robot), role_(role) {}
+  BasicHopCount(Robot& robot, HopCountRole role) : robot_(robot), role_(role) {}
 
   void setup() {
     for (uint8_t i = 0; i < kSeeds; ++i) {
       Gradient& gradient = gradients_[i];
       gradient.is_seed = role_ == (i == 0 ? HopCountRole::kSeed1 : HopCountRole::kSeed2);
       gradient.hops = gradient.is_seed ? 0 : kUnreached;
-      core::Channel<Profile>* channel = robot_.swarmtalk().new_channel(i, 0, false);
+      gradient.least = kUnreached;
+      auto* channel = robot_.swarmtalk().new_channel(i, 0, false);
       gradient.publisher = channel->new_publisher(&Gradient::on_sent, &gradient);
       channel->new_subscriber(range(), &Gradient::on_message, &gradient);
       Gradient::on_sent(&gradient);
     }
+    period_start_ = static_cast<uint8_t>(robot_.clock());
   }
 
-  /// Shows the parity of both counts: figure 5 of the paper.
   void loop() {
-    const bool odd_1 = (gradients_[0].hops & 1) != 0;
-    const bool odd_2 = (gradients_[1].hops & 1) != 0;
-    robot_.led(odd_1 ? (odd_2 ? platforms::kYellow : platforms::kRed)
-                     : (odd_2 ? platforms::kGreen : platforms::kBlue));
+    const uint8_t now = static_cast<uint8_t>(robot_.clock());
+    if (static_cast<uint8_t>(now - period_start_) >= kPeriodTicks) {
+      period_start_ = now;
+      for (uint8_t i = 0; i < kSeeds; ++i) gradients_[i].end_period();
+    }
+    show();
   }
 
   /// Hops from seed 0 or 1; kUnreached if it was not heard of.
@@ -48,9 +53,11 @@ class HopCount {
  private:
   using Profile = typename Robot::Profile;
   using Distance = typename Profile::Sensing::Distance;
+  using PublisherPointer = platforms::PublisherPointer<Robot>;
 
   struct Gradient {
-    core::Publisher<Profile>* publisher;
+    PublisherPointer publisher;
+    uint8_t least;  // heard in this period, plus one
     uint8_t hops;
     bool is_seed;
 
@@ -61,18 +68,42 @@ class HopCount {
     static void on_message(void* self, const uint8_t* bytes, uint16_t size,
                            const core::Reception<Profile>&) {
       Gradient* gradient = static_cast<Gradient*>(self);
-      if (size == 0 || gradient->is_seed) return;
+      if (size == 0 || gradient->is_seed || bytes[0] >= kUnreached) return;
       const uint8_t hops = static_cast<uint8_t>(bytes[0] + 1);
-      if (bytes[0] < kUnreached && hops < gradient->hops) gradient->hops = hops;
+      if (hops < gradient->least) gradient->least = hops;
+      if (hops < gradient->hops) gradient->hops = hops;
+    }
+    void end_period() {
+      if (!is_seed) hops = least;
+      least = kUnreached;
     }
   };
 
   static Distance range() { return Robot::distance(platforms::scaled_mm<Robot>(kRangeMm)); }
 
+  /// One seed: red is odd, blue even (figure 4). Two: the four colours of figure 5.
+  void show() {
+    const bool odd_1 = (gradients_[0].hops & 1) != 0;
+    const bool odd_2 = kSeeds == 2 && (gradients_[kSeeds - 1].hops & 1) != 0;
+    robot_.led(odd_1 ? (odd_2 ? platforms::kYellow : platforms::kRed)
+                     : (odd_2 ? platforms::kGreen : platforms::kBlue));
+    robot_.log("hops_1", gradients_[0].hops);
+    if (kSeeds == 2) robot_.log("hops_2", gradients_[kSeeds - 1].hops);
+  }
+
   Robot& robot_;
   HopCountRole role_;
+  uint8_t period_start_;
   Gradient gradients_[kSeeds];
 };
+
+/// Figure 4 of the paper.
+template <class Robot>
+using HopCountOneSeed = BasicHopCount<Robot, 1>;
+
+/// Figure 5.
+template <class Robot>
+using HopCount = BasicHopCount<Robot, 2>;
 
 }  // namespace suite
 }  // namespace swarmtalk

@@ -13,7 +13,7 @@ ROWS = COLUMNS = 3
 SPACING_MM = 50
 RANGE_MM = 60  # four neighbours
 SECONDS = 14
-HOPS = ("joined-6:1", "joined-2:1")  # of seed 1 and seed 2: the last members of the program
+HOPS = ("joined-7:1", "joined-2:1")  # of seed 1 and seed 2: the last members of the program
 
 
 def expected_hops(robot: int, seed: int, other_seed: int) -> int:
