@@ -182,7 +182,10 @@ class RecordIndex<P, true> {
   bool is_valid(const Entry* records, const Entry* record, Index used) const {
     return record != records + used;
   }
-  Index& hand();  // not used
+  Index& hand() {  // for code that is not reached
+    static Index none;
+    return none;
+  }
 };
 
 }  // namespace core
