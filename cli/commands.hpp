@@ -40,7 +40,8 @@ struct SubArguments {
   std::vector<std::string> channels;
   std::uint64_t count = 0;  // 0: no end
   double timeout_s = 0;     // 0: no end
-  SubscriberOptions options;
+  Policy policy;
+  double max_age_s = 0;  // 0: any
   bool is_timestamped = false;
 };
 
@@ -54,6 +55,7 @@ struct PoseArguments {
 int pub(const Common& common, const PubArguments& arguments);
 int sub(const Common& common, const SubArguments& arguments);
 int status(const Common& common);
+int stats(const Common& common);
 int set_pose(const Common& common, const PoseArguments& arguments);
 int get_pose(const Common& common);
 /// Makes a swarm key. @param path  of a file that must not exist

@@ -77,6 +77,14 @@ Json to_json(const std::optional<Pose>& pose) {
           {"age_ms", pose->age.count()}};
 }
 
+Json to_json(const Loss& loss) {
+  return {{"air", loss.air},
+          {"kernel", loss.kernel},
+          {"daemon", loss.daemon},
+          {"client", loss.client},
+          {"late", loss.late}};
+}
+
 Json to_json(const std::string& channel, const Message& message) {
   Json json;
   json["channel"] = channel;
@@ -97,7 +105,7 @@ Json to_json(const std::string& channel, const Message& message) {
     json["received_at_ns"] = std::chrono::duration_cast<std::chrono::nanoseconds>(at).count();
   }
   json["local"] = message.local;
-  json["dropped_before"] = message.dropped_before;
+  json["lost_before"] = to_json(message.lost_before);
   json["size_bytes"] = message.payload.size();
   json["text"] = nullptr;
   if (client::is_utf8(message.payload)) json["text"] = message.payload;
@@ -134,7 +142,23 @@ Json to_json(const DaemonStatus& status) {
                                 {"name", channel.name},
                                 {"publishers", channel.publishers},
                                 {"subscribers", channel.subscribers},
-                                {"timestamped", channel.timestamped}});
+                                {"timestamped", channel.timestamped},
+                                {"received", channel.received},
+                                {"lost", to_json(channel.lost)}});
+  }
+  json["clients_served"] = Json::array();
+  for (const ClientStatus& client : status.clients_served) {
+    json["clients_served"].push_back({{"name", client.name},
+                                      {"pid", client.pid},
+                                      {"uid", client.uid},
+                                      {"subscriptions", client.subscriptions},
+                                      {"publishers", client.publishers},
+                                      {"queued_messages", client.queued_messages},
+                                      {"queued_bytes", client.queued_bytes},
+                                      {"deliveries_sent", client.deliveries_sent},
+                                      {"lost_daemon", client.lost_daemon},
+                                      {"lost_client", client.lost_client},
+                                      {"messages_published", client.messages_published}});
   }
   json["counters"] = to_json(status.counters);
   return json;
@@ -168,10 +192,55 @@ std::string to_line(const std::string& channel, const Message& message) {
   if (message.buffering_delay) {
     line += "  delay " + std::to_string(message.buffering_delay->count()) + " us";
   }
-  if (message.dropped_before != 0) {
-    line += "  (" + std::to_string(message.dropped_before) + " dropped before it)";
-  }
+  if (message.lost_before) line += "  (lost before it: " + loss_text(message.lost_before) + ")";
   return line;
+}
+
+std::string loss_text(const Loss& loss) {
+  std::string places;
+  const auto add = [&places](std::uint64_t count, const char* place) {
+    if (count == 0) return;
+    places += (places.empty() ? "" : ", ") + std::to_string(count) + " " + place;
+  };
+  add(loss.air, "on the air");
+  add(loss.kernel, "in the kernel");
+  add(loss.daemon, "in the daemon");
+  add(loss.client, "in this program");
+  if (loss.late > 0) {
+    places += (places.empty() ? "none; " : "; ") + std::to_string(loss.late) +
+              " of those before came after all";
+  }
+  return places;
+}
+
+std::string to_stats(const DaemonStatus& status) {
+  const auto text_of = [](std::uint64_t value) { return std::to_string(value); };
+  std::string text;
+  std::vector<Row> channels{
+      {"CHANNEL", "RECEIVED", "LOST ON THE AIR", "IN THE KERNEL", "FOR MEMORY", "CAME LATE"}};
+  for (const ChannelStatus& channel : status.channels) {
+    const std::string name = channel.name.empty() ? text_of(channel.number) : channel.name;
+    channels.push_back({name, text_of(channel.received), text_of(channel.lost.air),
+                        text_of(channel.lost.kernel), text_of(channel.lost.daemon),
+                        text_of(channel.lost.late)});
+  }
+  text += table(channels);
+  std::vector<Row> clients{{"PROGRAM", "PID", "PUBLISHED", "DELIVERED", "WAITING", "BYTES",
+                            "LOST IN THE DAEMON", "IN THE PROGRAM"}};
+  for (const ClientStatus& client : status.clients_served) {
+    clients.push_back({client.name, text_of(client.pid), text_of(client.messages_published),
+                       text_of(client.deliveries_sent), text_of(client.queued_messages),
+                       text_of(client.queued_bytes), text_of(client.lost_daemon),
+                       text_of(client.lost_client)});
+  }
+  text += "\n" + table(clients);
+  for (const LinkStatus& link : status.links) {
+    const std::string list = counters(link.counters, "  ");
+    if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
+  }
+  const std::string list = counters(status.counters, "  ");
+  if (!list.empty()) text += "\nCounters of the daemon\n" + list;
+  return text;
 }
 
 std::string to_line(const Pose& pose) {

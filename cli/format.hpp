@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;
 /// Metres or radians, rounded to a millionth so that float noise is not printed; null if unknown.
 Json number(float value);
 Json to_json(const std::optional<Pose>& pose);
+Json to_json(const Loss& loss);
 Json to_json(const std::string& channel, const Message& message);
 Json to_json(const DaemonStatus& status);
 
@@ -27,5 +28,9 @@ std::string to_line(const std::string& channel, const Message& message);
 std::string to_line(const Pose& pose);
 /// Several lines.
 std::string to_text(const DaemonStatus& status);
+/// Where messages are lost: tables of channels and programs, and the counters. Several lines.
+std::string to_stats(const DaemonStatus& status);
+/// "2 on the air, 1 in the daemon".
+std::string loss_text(const Loss& loss);
 
 }  // namespace swarmtalk::cli

@@ -119,14 +119,20 @@ void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
       ->add_option("-W,--timeout", arguments.timeout_s,
                    "end after so many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
-  command->add_option("--max-distance", arguments.options.max_distance_m, "metres")
+  command->add_option("--max-distance", arguments.policy.max_distance_m, "metres")
       ->check(distance());
-  command->add_flag("--drop-unknown-distance", arguments.options.drop_unknown_distance,
+  command->add_flag("--drop-unknown-distance", arguments.policy.drop_unknown_distance,
                     "with --max-distance: also leave out what has no distance");
   command
-      ->add_option("--keep-last", arguments.options.keep_last,
-                   "messages the daemon queues for us; 1: only the newest")
+      ->add_option("--keep-last", arguments.policy.keep_last,
+                   "messages that wait while we are busy; 1: only the newest")
       ->check(whole_number());
+  command->add_flag("--latest-from-each", arguments.policy.latest_of_each,
+                    "of these only the newest of each sender");
+  command
+      ->add_option("--max-age", arguments.max_age_s,
+                   "seconds since the message was received; older ones are dropped and counted")
+      ->check(above_zero());
   command->add_flag("--timestamped", arguments.is_timestamped, "register it as timestamped");
 }
 
@@ -159,6 +165,7 @@ int run(CLI::App& app, const Parsed& parsed) {
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
   if (app.got_subcommand("status")) return status(parsed.common);
   if (app.got_subcommand("keygen")) return keygen(parsed.key_file);
+  if (app.got_subcommand("stats")) return stats(parsed.common);
   if (app.get_subcommand("pose")->got_subcommand("set")) {
     return set_pose(parsed.common, parsed.pose);
   }
@@ -241,6 +248,8 @@ int main(int argc, char** argv) {
   add_pub(app, parsed.pub);
   add_sub(app, parsed.sub, parsed.common);
   app.add_subcommand("status", "Print the daemon's links, channels and counters")
+      ->add_flag("--json", parsed.common.is_json, "one JSON object");
+  app.add_subcommand("stats", "Print where messages are lost: by channel, by program, by counter")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   add_pose(app, parsed);
   app.add_subcommand("keygen", "Make a swarm key, which seals what links send")

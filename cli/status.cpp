@@ -3,12 +3,24 @@
 
 namespace swarmtalk::cli {
 
-int status(const Common& common) {
+namespace {
+
+int show(const Common& common, std::string (*text_of)(const DaemonStatus&)) {
   Client client = make_client(common);
   if (const Status connection = client.connect(); !connection) return fail(connection);
   DaemonStatus daemon;
   if (const Status answer = client.get_status(daemon); !answer) return fail(answer);
-  return print(common.is_json ? to_json(daemon).dump() + "\n" : to_text(daemon));
+  return print(common.is_json ? to_json(daemon).dump() + "\n" : text_of(daemon));
+}
+
+}  // namespace
+
+int status(const Common& common) {
+  return show(common, &to_text);
+}
+
+int stats(const Common& common) {
+  return show(common, &to_stats);
 }
 
 }  // namespace swarmtalk::cli

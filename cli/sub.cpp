@@ -36,9 +36,14 @@ int sub(const Common& common, const SubArguments& arguments) {
   tell_connection(client);
   client.on_error([](const Status& status) { fail(status.text()); });
 
+  Policy policy = arguments.policy;
+  if (arguments.max_age_s > 0) {
+    policy.max_age = std::chrono::ceil<std::chrono::milliseconds>(seconds(arguments.max_age_s));
+  }
   ChannelOptions options;
   if (arguments.is_timestamped) options.timestamped = true;
   std::uint64_t heard = 0;
+  Loss lost;
   bool is_enough = false;
   int written = kExitOk;
   std::vector<Subscriber> subscribers;
@@ -46,12 +51,12 @@ int sub(const Common& common, const SubArguments& arguments) {
     const auto receive = [&, channel](const Message& message) {
       if (is_enough) return;
       ++heard;
+      lost += message.lost_before;
       written = print(
           (common.is_json ? to_json(channel, message).dump() : to_line(channel, message)) + "\n");
       is_enough = written != kExitOk || (arguments.count != 0 && heard == arguments.count);
     };
-    subscribers.push_back(
-        open_channel(client, channel, options).subscriber(receive, arguments.options));
+    subscribers.push_back(open_channel(client, channel, options).subscriber(receive, policy));
     if (const Status status = subscribers.back().status(); !status) return fail(status);
   }
 
@@ -61,6 +66,7 @@ int sub(const Common& common, const SubArguments& arguments) {
     if (!wait_for_work(client, deadline)) return end_without_reader();
     client.process();
   }
+  if (lost) fail("heard " + std::to_string(heard) + " messages, lost " + loss_text(lost));
   if (caught_signal() != 0) return kExitSignal + caught_signal();
   if (written != kExitOk) return written;
   if (!is_enough && arguments.count != 0) {

@@ -90,9 +90,9 @@ Publisher Channel::publisher(SentCallback sent) const {
   return Publisher(std::move(state));
 }
 
-Subscriber Channel::subscriber(ReceiveCallback receive, SubscriberOptions options) const {
+Subscriber Channel::subscriber(ReceiveCallback receive, Policy policy) const {
   if (const auto session = session_.lock()) {
-    return Subscriber(session->add_subscriber(key_, std::move(receive), options));
+    return Subscriber(session->add_subscriber(key_, std::move(receive), policy));
   }
   auto state = std::make_shared<client::SubscriberState>();
   state->status = gone();

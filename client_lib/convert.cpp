@@ -31,6 +31,10 @@ StatusCode convert_code(ipc::ErrorCode code) {
       return StatusCode::kLinkDown;
     case ipc::ERROR_BAD_DISTANCE:
       return StatusCode::kBadArgument;
+    case ipc::ERROR_DROPPED:
+      return StatusCode::kDropped;
+    case ipc::ERROR_RATE:
+      return StatusCode::kRate;
     default:
       return StatusCode::kProtocol;
   }
@@ -56,8 +60,31 @@ LinkStatus convert_link(const ipc::LinkStatus& from) {
 }
 
 ChannelStatus convert_channel(const ipc::ChannelStatus& from) {
-  return {static_cast<std::uint16_t>(from.number()), from.name(), from.publishers(),
-          from.subscribers(), from.timestamped()};
+  ChannelStatus to;
+  to.number = static_cast<std::uint16_t>(from.number());
+  to.name = from.name();
+  to.publishers = from.publishers();
+  to.subscribers = from.subscribers();
+  to.timestamped = from.timestamped();
+  to.received = from.received();
+  to.lost = {from.lost_air(), from.lost_kernel(), from.lost_daemon(), 0, from.late()};
+  return to;
+}
+
+ClientStatus convert_client(const ipc::ClientStatus& from) {
+  ClientStatus to;
+  to.name = from.name();
+  to.pid = from.pid();
+  to.uid = from.uid();
+  to.subscriptions = from.subscriptions();
+  to.publishers = from.publishers();
+  to.queued_messages = from.queued_messages();
+  to.queued_bytes = from.queued_bytes();
+  to.deliveries_sent = from.deliveries_sent();
+  to.lost_daemon = from.lost_daemon();
+  to.lost_client = from.lost_client();
+  to.messages_published = from.messages_published();
+  return to;
 }
 
 }  // namespace
@@ -84,7 +111,8 @@ void convert(const ipc::Deliver& deliver, Message& message) {
         std::chrono::steady_clock::time_point(std::chrono::nanoseconds(deliver.received_at_ns()));
   }
   message.local = deliver.local();
-  message.dropped_before = deliver.dropped_before();
+  const ipc::LostBefore& lost = deliver.lost_before();
+  message.lost_before = {lost.air(), lost.kernel(), lost.daemon(), 0, lost.late()};
 }
 
 std::optional<Pose> convert(const ipc::Pose& pose) {
@@ -103,6 +131,9 @@ void convert(const ipc::Status& from, DaemonStatus& to) {
   if (from.has_pose()) to.pose = convert(from.pose());
   for (const auto& link : from.links()) to.links.push_back(convert_link(link));
   for (const auto& channel : from.channels()) to.channels.push_back(convert_channel(channel));
+  for (const auto& client : from.clients_served()) {
+    to.clients_served.push_back(convert_client(client));
+  }
   for (const auto& counter : from.counters()) to.counters.push_back(convert_counter(counter));
   to.config_file = from.config_file();
 }

@@ -52,8 +52,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<PublisherState> add_publisher(std::shared_ptr<const ChannelKey> key,
                                                 SentCallback sent);
   std::shared_ptr<SubscriberState> add_subscriber(std::shared_ptr<const ChannelKey> key,
-                                                  ReceiveCallback receive,
-                                                  SubscriberOptions options);
+                                                  ReceiveCallback receive, Policy policy);
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl);
   void remove(PublisherState& publisher);

@@ -118,7 +118,7 @@ void Session::post(Event event) {
   if (events_.size() >= kEventsMax && event.kind == Event::Kind::kMessage) {
     for (auto old = events_.begin(); old != events_.end(); ++old) {
       if (old->kind != Event::Kind::kMessage) continue;
-      event.message.dropped_before += 1;
+      event.message.lost_before.client += 1;
       events_.erase(old);
       break;
     }

@@ -1,4 +1,5 @@
 // What goes out to the daemon: registrations, publications, poses, questions.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -137,13 +138,12 @@ std::shared_ptr<PublisherState> Session::add_publisher(std::shared_ptr<const Cha
 }
 
 std::shared_ptr<SubscriberState> Session::add_subscriber(std::shared_ptr<const ChannelKey> key,
-                                                         ReceiveCallback receive,
-                                                         SubscriberOptions options) {
+                                                         ReceiveCallback receive, Policy policy) {
   auto subscriber = std::make_shared<SubscriberState>();
   subscriber->session = weak_from_this();
   subscriber->key = std::move(key);
   subscriber->receive = std::move(receive);
-  subscriber->options = options;
+  subscriber->policy = policy;
   if (is_impossible(*subscriber)) return subscriber;
   subscribers_.push_back(subscriber);
   register_new(*subscriber, [&] { register_subscriber(subscriber); });
@@ -213,10 +213,15 @@ void Session::register_subscriber(const std::shared_ptr<SubscriberState>& subscr
   outgoing_.Clear();
   ipc::Subscribe& body = *outgoing_.mutable_subscribe();
   fill(*body.mutable_channel(), *subscriber->key);
-  const SubscriberOptions& options = subscriber->options;
-  if (options.keep_last) body.set_keep_last(*options.keep_last);
-  if (options.max_distance_m) body.set_max_distance_m(*options.max_distance_m);
-  if (options.drop_unknown_distance) body.set_drop_unknown_distance(true);
+  const Policy& policy = subscriber->policy;
+  if (policy.keep_last) body.set_keep_last(*policy.keep_last);
+  if (policy.max_distance_m) body.set_max_distance_m(*policy.max_distance_m);
+  if (policy.drop_unknown_distance) body.set_drop_unknown_distance(true);
+  if (policy.latest_of_each) body.set_latest_of_each(true);
+  if (policy.max_age) {
+    body.set_max_age_ms(static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(policy.max_age->count(), 0, UINT32_MAX)));
+  }
   if (subscriber->key->options.timestamped) {
     body.set_timestamped(*subscriber->key->options.timestamped);
   }

@@ -46,7 +46,7 @@ struct PublisherState : HandleState {
 
 struct SubscriberState : HandleState {
   ReceiveCallback receive;
-  SubscriberOptions options;
+  Policy policy;
 };
 
 }  // namespace swarmtalk::client

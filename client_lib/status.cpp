@@ -39,6 +39,10 @@ std::string_view Status::text() const {
       return "no link could take the message";
     case StatusCode::kProtocol:
       return "swarmtalkd sent something that is not the protocol";
+    case StatusCode::kDropped:
+      return "a newer message of this publisher took its place in the queue";
+    case StatusCode::kRate:
+      return "this program publishes faster than limits.publish_rate_hz of the daemon";
     case StatusCode::kBadArgument:
       return "bad argument";
     case StatusCode::kSystem:

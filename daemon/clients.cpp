@@ -5,9 +5,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
+#include <tuple>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -15,6 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kAcceptsPerTurn = 16;
+constexpr int kMostListed = 128;            // clients in a status, so that it fits a frame
 constexpr std::size_t kRefusedAtOnce = 16;  // refused clients that still read why
 constexpr auto kHelloTimeout = std::chrono::seconds(10);
 constexpr auto kAcceptRetry = std::chrono::seconds(1);
@@ -123,6 +126,17 @@ void Clients::close_all(const std::string& reason) {
     session->close(reason);
   }
   to_flush_.clear();
+}
+
+void Clients::fill(google::protobuf::RepeatedPtrField<ipc::ClientStatus>& statuses) const {
+  for (const auto& [session, shared] : sessions_) {
+    if (session->has_greeted()) session->fill(*statuses.Add());
+  }
+  std::sort(statuses.begin(), statuses.end(), [](const auto& a, const auto& b) {
+    return std::make_tuple(~a.queued_bytes(), a.pid()) <
+           std::make_tuple(~b.queued_bytes(), b.pid());
+  });
+  while (statuses.size() > kMostListed) statuses.RemoveLast();
 }
 
 void Clients::schedule_flush(const std::shared_ptr<Session>& session) {

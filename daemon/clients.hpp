@@ -40,6 +40,9 @@ class Clients final : public SessionHost {
   /// Those that are served.
   std::size_t size() const { return sessions_.size() - refused_; }
 
+  /// One entry for each that is served, those with most to read first; at most 128.
+  void fill(google::protobuf::RepeatedPtrField<ipc::ClientStatus>& statuses) const;
+
   void schedule_flush(const std::shared_ptr<Session>& session) override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
   void fill_hello(ipc::Hello& hello) override { status_.fill_hello(hello); }

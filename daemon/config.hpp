@@ -85,6 +85,7 @@ struct LimitsConfig {
   std::uint32_t reply_bytes = 256 << 10;         // replies that wait for one client
   std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
   std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
+  std::uint32_t tracked_senders = 4096;          // senders and channels followed for lost messages
 };
 
 struct Config {

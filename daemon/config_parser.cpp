@@ -202,7 +202,7 @@ void read_channels(const TableReader& root, KeyLines& lines,
 void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.expect_keys({"clients", "subscriptions_per_client", "publishers_per_client",
                      "queue_messages", "queue_messages_max", "queue_bytes", "reply_bytes",
-                     "socket_buffer_bytes", "waiting_messages"});
+                     "socket_buffer_bytes", "waiting_messages", "tracked_senders"});
   table.read_integer("clients", {1, 1000}, limits.clients);
   table.read_integer("subscriptions_per_client", {1, 10'000}, limits.subscriptions_per_client);
   table.read_integer("publishers_per_client", {1, 10'000}, limits.publishers_per_client);
@@ -213,6 +213,7 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
   table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
   table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
+  table.read_integer("tracked_senders", {1, 1'000'000}, limits.tracked_senders);
 }
 
 void read_log(const TableReader& table, std::string& level) {

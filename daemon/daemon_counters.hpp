@@ -22,12 +22,19 @@ struct DaemonCounters {
   std::uint64_t messages_link_down = 0;     // refused or given up: no link up
   std::uint64_t messages_over_mtu = 0;      // refused: an interface's MTU is too small
   std::uint64_t messages_received = 0;      // whole messages from links, for a local subscription
+  std::uint64_t messages_lost_air = 0;      // gaps in a sender's numbers that nothing else explains
+  std::uint64_t messages_lost_kernel = 0;   // gaps put down to drops of the kernel
+  std::uint64_t messages_lost_memory = 0;   // gaps put down to a node's want of memory
+  std::uint64_t messages_late = 0;          // counted as lost in the air or kernel, came after all
   std::uint64_t deliveries_queued = 0;      // one for each subscription that a message goes to
   std::uint64_t deliveries_sent = 0;        // written to clients
   std::uint64_t deliveries_too_far = 0;     // beyond a subscription's max_distance
   std::uint64_t deliveries_unknown_distance = 0;  // dropped by drop_unknown_distance
   std::uint64_t deliveries_dropped_full = 0;      // the oldest, when keep_last were waiting
   std::uint64_t deliveries_dropped_bytes = 0;     // for limits.queue_bytes
+  std::uint64_t deliveries_dropped_old = 0;       // for a subscription's max_age
+  std::uint64_t deliveries_dropped_closed = 0;    // waited for a client that went away
+  std::uint64_t deliveries_lost_in_client = 0;    // dropped by a client's own queue, as it says
   std::uint64_t duplicate_node_ids = 0;           // frames of another transmitter under our id
   std::uint64_t node_id_changes = 0;
 

@@ -20,7 +20,11 @@ std::uint64_t monotonic_ns() {
 
 Hub::Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
          NodeIdentity& identity)
-    : names_(names), limits_(limits), counters_(counters), identity_(identity) {}
+    : names_(names),
+      limits_(limits),
+      counters_(counters),
+      identity_(identity),
+      losses_(limits.tracked_senders) {}
 
 Hub::~Hub() = default;
 
@@ -44,6 +48,7 @@ void Hub::unsubscribe(Subscription& subscription) {
   std::erase(channel.subscriptions, &subscription);
   names_.release(channel.number, subscription.held_name);
   if (!channel.subscriptions.empty()) return;
+  losses_.forget(channel.number);
   for (Station* station : stations_) station->set_listening(channel.number, false);
 }
 
@@ -185,10 +190,26 @@ void Hub::deliver_locally(Publication& publication, Channel& channel, std::uint3
   deliver(channel, message, publication.client);
 }
 
-void Hub::on_message(Station&, const MessageHead& head, std::span<const std::uint8_t> payload) {
+void Hub::note_losses(Channel& channel, const Station& station, const MessageHead& head) {
+  const auto index = static_cast<std::uint16_t>(index_of(station));
+  const Loss lost =
+      losses_.note({index, head.channel, head.sender, head.epoch}, head.number, head.drops);
+  if (lost == Loss{}) return;
+  channel.lost += lost;
+  counters_.messages_lost_air += lost.air;
+  counters_.messages_lost_kernel += lost.kernel;
+  counters_.messages_lost_memory += lost.daemon;
+  counters_.messages_late += lost.late;
+  for (Subscription* subscription : channel.subscriptions) subscription->lost += lost;
+}
+
+void Hub::on_message(Station& station, const MessageHead& head,
+                     std::span<const std::uint8_t> payload) {
   const auto found = channels_.find(head.channel);
   if (found == channels_.end() || found->second.subscriptions.empty()) return;
   ++counters_.messages_received;
+  ++found->second.received;
+  if (head.has_wide_number) note_losses(found->second, station, head);
   MessageRef message = pool_.take();
   message->payload.assign(reinterpret_cast<const char*>(payload.data()), payload.size());
   message->channel = head.channel;
@@ -249,7 +270,7 @@ std::vector<Hub::ChannelView> Hub::channels() const {
     if (!channel.has_users()) continue;
     views.push_back({number, names_.name_of(number), channel.publishers,
                      static_cast<std::uint32_t>(channel.subscriptions.size()),
-                     channel.is_timestamped});
+                     channel.is_timestamped, channel.received, channel.lost});
   }
   std::sort(views.begin(), views.end(),
             [](const auto& a, const auto& b) { return a.number < b.number; });

@@ -18,6 +18,7 @@
 #include "daemon/daemon_counters.hpp"
 #include "daemon/hub_client.hpp"
 #include "daemon/log_limiter.hpp"
+#include "daemon/loss_tracker.hpp"
 #include "daemon/node_identity.hpp"
 #include "daemon/station.hpp"
 
@@ -47,6 +48,8 @@ class Hub final : public StationUser {
     std::uint32_t publishers;
     std::uint32_t subscribers;
     bool is_timestamped;
+    std::uint64_t received;
+    Loss lost;
   };
 
   Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
@@ -98,7 +101,9 @@ class Hub final : public StationUser {
     std::uint32_t publishers = 0;
     std::uint32_t publications = 0;  // not yet sent everywhere
     std::vector<Subscription*> subscriptions;
-    std::vector<Slot> slots;      // one for each station
+    std::vector<Slot> slots;     // one for each station
+    std::uint64_t received = 0;  // from stations, for a subscription
+    Loss lost;
     std::uint64_t last_used = 0;  // by use_count_
 
     bool is_idle() const { return publishers == 0 && publications == 0 && subscriptions.empty(); }
@@ -120,6 +125,7 @@ class Hub final : public StationUser {
   void finish(Publication& publication, Channel& channel, bool was_sent);
   void deliver_locally(Publication& publication, Channel& channel, std::uint32_t number);
   void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
+  void note_losses(Channel& channel, const Station& station, const MessageHead& head);
   std::size_t index_of(const Station& station) const;
   Publication& new_publication();
 
@@ -131,6 +137,7 @@ class Hub final : public StationUser {
   std::vector<Station*> stations_;
   std::unordered_map<std::uint16_t, Channel> channels_;
   MessagePool pool_;
+  LossTracker losses_;
   std::vector<std::unique_ptr<Publication>> publications_;  // all there are
   std::vector<Publication*> free_publications_;
   std::uint32_t waiting_ = 0;  // accepted, not finished

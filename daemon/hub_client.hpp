@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/loss.hpp"
 #include "daemon/message.hpp"
 #include "daemon/refusal.hpp"
 
@@ -40,6 +41,7 @@ struct Subscription {
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;
+  Loss lost;  // before the next on_message(), which takes it
 };
 
 struct Publisher {

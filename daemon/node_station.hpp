@@ -220,6 +220,8 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
   head.ttl = reception.ttl;
   head.received_at_ns =
       static_cast<std::uint64_t>(duration_cast<std::chrono::nanoseconds>(stamp).count());
+  head.has_wide_number = P::kMessageBits == 32;
+  head.drops = {frame_->kernel_drops, node_->counters().no_memory};
   if (reception.has_delay) {
     // The time from the kernel's stamp to here is a wait in a buffer too.
     const auto waited = std::chrono::steady_clock::now() - frame_->received_at;

@@ -63,6 +63,8 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   /// reason.
   void refuse_connection(const Refusal& refusal);
 
+  void fill(ipc::ClientStatus& status) const;
+
   bool is_refused() const { return is_refused_; }
   bool has_greeted() const { return has_greeted_; }
   Time connected_at() const { return connected_at_; }
@@ -75,8 +77,10 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
 
  private:
   struct QueuedSubscription : Subscription {
-    explicit QueuedSubscription(std::size_t keep_last) : queue(keep_last) {}
+    QueuedSubscription(std::size_t keep_last, bool latest_of_each)
+        : queue(keep_last, latest_of_each) {}
     SubscriptionQueue queue;
+    std::optional<std::uint32_t> max_age_ms;
     bool is_ready = false;  // listed in ready_
   };
 
@@ -95,6 +99,7 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   void unsubscribe(std::uint32_t id);
   void advertise(const ipc::Advertise& request);
   void unadvertise(std::uint32_t id);
+  void note_loss(const ipc::ClientLoss& loss);
   void publish(ipc::Publish& request);
   void set_pose(const ipc::SetPose& request);
   void get_pose();
@@ -105,7 +110,9 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   // session_output.cpp: answers and deliveries to bytes
   void wait_writable();
   void fill_output();
+  void drop_old(QueuedSubscription& subscription, std::uint64_t now_ns);
   void append_delivery(QueuedSubscription& subscription);
+  void put_replies_ahead();
   void forget(QueuedSubscription& subscription);
   bool write_once();  // false: the client's buffer is full, or the session is closed
 
@@ -119,6 +126,12 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   std::unordered_map<std::uint32_t, std::unique_ptr<Publisher>> publishers_;
   std::deque<QueuedSubscription*> ready_;  // with messages queued; served in turn
   std::size_t queued_bytes_ = 0;           // payload in all queues
+  std::uint64_t deliveries_sent_ = 0;
+  std::uint64_t lost_here_ = 0;       // of deliveries, by our queues
+  std::uint64_t lost_in_client_ = 0;  // as it says
+  std::uint64_t published_ = 0;
+  std::uint32_t pid_ = 0;  // 0: not known
+  std::uint32_t uid_ = 0;
   std::uint32_t last_id_ = 0;
   std::uint32_t request_id_ = 0;  // of the request in hand
   std::string client_name_;

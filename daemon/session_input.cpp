@@ -17,7 +17,13 @@ constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
 }  // namespace
 
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
-    : host_(host), socket_(io, descriptor), connected_at_(std::chrono::steady_clock::now()) {}
+    : host_(host), socket_(io, descriptor), connected_at_(std::chrono::steady_clock::now()) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return;
+  pid_ = static_cast<std::uint32_t>(peer.pid);
+  uid_ = peer.uid;
+}
 
 Session::~Session() = default;
 
@@ -27,7 +33,10 @@ void Session::start() {
 
 void Session::close(const std::string& reason, bool is_malformed) {
   if (std::exchange(is_closed_, true)) return;
-  for (auto& [id, subscription] : subscriptions_) host_.hub.unsubscribe(*subscription);
+  for (auto& [id, subscription] : subscriptions_) {
+    host_.hub.unsubscribe(*subscription);
+    host_.counters.deliveries_dropped_closed += subscription->queue.size();
+  }
   for (auto& [id, publisher] : publishers_) host_.hub.unadvertise(*publisher);
   ready_.clear();
   subscriptions_.clear();

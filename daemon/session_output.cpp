@@ -18,6 +18,23 @@ std::uint32_t age_ms(const frame::FramePose& pose) {
   return pose.age_10ms * 10u;
 }
 
+std::uint64_t monotonic_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+}
+
+std::uint32_t cut(std::uint64_t count) {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(count, UINT32_MAX));
+}
+
+void fill_loss(ipc::LostBefore& to, const Loss& from) {
+  if (from.air > 0) to.set_air(cut(from.air));
+  if (from.kernel > 0) to.set_kernel(cut(from.kernel));
+  if (from.daemon > 0) to.set_daemon(cut(from.daemon));
+  if (from.late > 0) to.set_late(cut(from.late));
+}
+
 }  // namespace
 
 void Session::send_reply() {
@@ -37,19 +54,25 @@ void Session::send_reply() {
 void Session::on_message(Subscription& subscription, const MessageRef& message) {
   auto& queued = static_cast<QueuedSubscription&>(subscription);
   const std::size_t size_bytes = message->payload.size();
+  queued.queue.note(std::exchange(subscription.lost, {}));
   while (!queued.queue.is_empty() && queued_bytes_ + size_bytes > host_.limits.queue_bytes) {
     queued_bytes_ -= queued.queue.payload_bytes();
     queued.queue.drop_oldest();
     queued_bytes_ += queued.queue.payload_bytes();
     ++host_.counters.deliveries_dropped_bytes;
+    ++lost_here_;
   }
   if (queued_bytes_ + size_bytes > host_.limits.queue_bytes) {
     queued.queue.count_dropped();
     ++host_.counters.deliveries_dropped_bytes;
+    ++lost_here_;
     return;
   }
   queued_bytes_ -= queued.queue.payload_bytes();
-  if (queued.queue.push(message)) ++host_.counters.deliveries_dropped_full;
+  if (queued.queue.push(message)) {
+    ++host_.counters.deliveries_dropped_full;
+    ++lost_here_;
+  }
   queued_bytes_ += queued.queue.payload_bytes();
   if (!std::exchange(queued.is_ready, true)) ready_.push_back(&queued);
   if (is_flush_scheduled_ || is_waiting_writable_) return;
@@ -58,6 +81,7 @@ void Session::on_message(Subscription& subscription, const MessageRef& message) 
 }
 
 void Session::forget(QueuedSubscription& subscription) {
+  host_.counters.deliveries_dropped_closed += subscription.queue.size();
   queued_bytes_ -= subscription.queue.payload_bytes();
   std::erase(ready_, &subscription);
 }
@@ -67,6 +91,7 @@ void Session::flush() {
   if (is_closed_) return;
   if (!doom_.empty() && !closes_when_written_) return close(doom_);
   if (is_waiting_writable_) return;
+  put_replies_ahead();
   for (int i = 0; i < kWritesPerTurn; ++i) {
     if (written_ == output_.size()) {
       fill_output();
@@ -85,17 +110,46 @@ void Session::flush() {
   host_.schedule_flush(shared_from_this());
 }
 
+// Deliveries that the socket has not taken yet go behind the replies; only the rest of a frame that
+// has been begun stays in front.
+void Session::put_replies_ahead() {
+  if (replies_.empty() || written_ == output_.size()) return;
+  if (output_.size() > kOutputBytes + host_.limits.reply_bytes) return;  // they wait in replies_
+  std::size_t boundary = 0;
+  while (boundary < written_) boundary += ipc::frame_bytes(output_.data() + boundary);
+  output_.insert(boundary, replies_);
+  replies_.clear();
+}
+
 void Session::fill_output() {
   output_.clear();
   written_ = 0;
   output_.swap(replies_);
+  const std::uint64_t now_ns = ready_.empty() ? 0 : monotonic_ns();
   while (!ready_.empty() && output_.size() < kOutputBytes) {
     QueuedSubscription& subscription = *ready_.front();
     ready_.pop_front();
-    append_delivery(subscription);
+    if (subscription.max_age_ms) drop_old(subscription, now_ns);
+    if (!subscription.queue.is_empty()) append_delivery(subscription);
     subscription.is_ready = !subscription.queue.is_empty();
     if (subscription.is_ready) ready_.push_back(&subscription);
   }
+}
+
+// Old by the time since the kernel received it, and on the way before where that is known.
+void Session::drop_old(QueuedSubscription& subscription, std::uint64_t now_ns) {
+  const std::uint64_t limit_ns = std::uint64_t{*subscription.max_age_ms} * 1'000'000;
+  SubscriptionQueue& queue = subscription.queue;
+  queued_bytes_ -= queue.payload_bytes();
+  while (!queue.is_empty()) {
+    const Message& oldest = queue.front();
+    const std::uint64_t before_ns = std::uint64_t{oldest.buffering_delay_us.value_or(0)} * 1000;
+    if (now_ns <= oldest.received_at_ns + limit_ns - std::min(limit_ns, before_ns)) break;
+    queue.drop_oldest();
+    ++host_.counters.deliveries_dropped_old;
+    ++lost_here_;
+  }
+  queued_bytes_ += queue.payload_bytes();
 }
 
 void Session::append_delivery(QueuedSubscription& subscription) {
@@ -124,9 +178,10 @@ void Session::append_delivery(QueuedSubscription& subscription) {
   if (message.buffering_delay_us) deliver.set_buffering_delay_us(*message.buffering_delay_us);
   deliver.set_received_at_ns(message.received_at_ns);
   if (message.is_local) deliver.set_local(true);
-  if (taken.dropped_before > 0) deliver.set_dropped_before(taken.dropped_before);
+  if (taken.lost_before != Loss{}) fill_loss(*deliver.mutable_lost_before(), taken.lost_before);
   ipc::append_frame(host_.delivery, output_);  // 16 KiB of payload always fit
   ++host_.counters.deliveries_sent;
+  ++deliveries_sent_;
 }
 
 bool Session::write_once() {

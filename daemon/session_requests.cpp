@@ -14,6 +14,8 @@ ChannelRequest channel_request(const ipc::Channel& channel) {
   return request;
 }
 
+constexpr std::size_t kShownNameBytes = 64;  // of a client, in the status
+
 Refusal unknown_id(const char* what, std::uint32_t id) {
   return {ipc::ERROR_UNKNOWN_ID,
           "this connection has no " + std::string(what) + " " + std::to_string(id), std::nullopt};
@@ -51,6 +53,8 @@ void Session::handle(ipc::Envelope& request) {
     fail_stream(ipc::ERROR_MALFORMED, "the first frame must be Hello");
   } else if (request.has_publish()) {
     publish(*request.mutable_publish());
+  } else if (request.has_client_loss()) {
+    note_loss(request.client_loss());
   } else if (request.has_set_pose()) {
     set_pose(request.set_pose());
   } else if (request.has_subscribe()) {
@@ -101,7 +105,8 @@ void Session::subscribe(const ipc::Subscribe& request) {
                    "max_distance_m is metres, 0 or more; leave it out for any distance",
                    std::nullopt});
   }
-  auto subscription = std::make_unique<QueuedSubscription>(keep_last);
+  auto subscription = std::make_unique<QueuedSubscription>(keep_last, request.latest_of_each());
+  if (request.has_max_age_ms()) subscription->max_age_ms = request.max_age_ms();
   subscription->client = this;
   subscription->id = ++last_id_;
   if (request.has_max_distance_m()) subscription->max_distance_m = request.max_distance_m();
@@ -174,7 +179,30 @@ void Session::publish(ipc::Publish& request) {
   std::optional<std::uint32_t> ttl;
   if (request.has_ttl()) ttl = request.ttl();
   const auto refusal = host_.hub.publish(*found->second, number, *request.mutable_payload(), ttl);
-  if (refusal) on_unsent(found->first, number, *refusal);
+  if (refusal) return on_unsent(found->first, number, *refusal);
+  ++published_;
+}
+
+// No answer: it goes with messages, not with requests.
+void Session::note_loss(const ipc::ClientLoss& loss) {
+  host_.counters.deliveries_lost_in_client += loss.messages();
+  lost_in_client_ += loss.messages();
+}
+
+void Session::fill(ipc::ClientStatus& status) const {
+  status.set_name(client_name_.substr(0, kShownNameBytes));
+  status.set_pid(pid_);
+  status.set_uid(uid_);
+  status.set_subscriptions(static_cast<std::uint32_t>(subscriptions_.size()));
+  status.set_publishers(static_cast<std::uint32_t>(publishers_.size()));
+  std::size_t waiting = 0;
+  for (const auto& [id, subscription] : subscriptions_) waiting += subscription->queue.size();
+  status.set_queued_messages(static_cast<std::uint32_t>(waiting));
+  status.set_queued_bytes(queued_bytes_ + (output_.size() - written_) + replies_.size());
+  status.set_deliveries_sent(deliveries_sent_);
+  status.set_lost_daemon(lost_here_);
+  status.set_lost_client(lost_in_client_);
+  status.set_messages_published(published_);
 }
 
 void Session::set_pose(const ipc::SetPose& request) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "daemon/loss.hpp"
 #include "daemon/message.hpp"
 #include "drivers/link.hpp"
 
@@ -26,6 +27,8 @@ struct MessageHead {
   std::uint8_t ttl = 0;
   std::optional<std::uint32_t> buffering_delay_us;
   std::uint64_t received_at_ns = 0;
+  DropTotals drops;             // of the station, until the message came
+  bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
 };
 
 class Station;

@@ -50,7 +50,13 @@ void StatusReport::fill_status(ipc::Status& status) {
     channel.set_publishers(view.publishers);
     channel.set_subscribers(view.subscribers);
     channel.set_timestamped(view.is_timestamped);
+    channel.set_received(view.received);
+    channel.set_lost_air(view.lost.air);
+    channel.set_lost_kernel(view.lost.kernel);
+    channel.set_lost_daemon(view.lost.daemon);
+    channel.set_late(view.lost.late);
   }
+  if (clients_ != nullptr) clients_->fill(*status.mutable_clients_served());
   add_counters(counters_.list(), *status.mutable_counters());
 }
 

@@ -6,30 +6,49 @@
 namespace swarmtalk::daemon {
 
 bool SubscriptionQueue::push(MessageRef message) {
-  const bool is_full = size_ == keep_last_;
-  if (is_full) drop_oldest();
+  bool has_dropped = latest_of_each_ && drop_same_sender(*message);
+  if (size_ == keep_last_) {
+    drop_oldest();
+    has_dropped = true;
+  }
   if (size_ == ring_.size()) grow();
   payload_bytes_ += message->payload.size();
-  ring_[(first_ + size_) % ring_.size()] = std::move(message);
+  at(size_) = {std::move(message), std::exchange(arriving_, {})};
   ++size_;
-  return is_full;
+  return has_dropped;
+}
+
+// Cost: a look at each that waits, at most keep_last.
+bool SubscriptionQueue::drop_same_sender(const Message& message) {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (at(i).message->sender != message.sender || at(i).message->epoch != message.epoch) continue;
+    Taken dropped = std::move(at(i));
+    payload_bytes_ -= dropped.message->payload.size();
+    for (std::size_t k = i; k + 1 < size_; ++k) at(k) = std::move(at(k + 1));
+    --size_;
+    ++dropped.lost_before.daemon;
+    (i < size_ ? at(i).lost_before : arriving_) += dropped.lost_before;
+    return true;
+  }
+  return false;
 }
 
 void SubscriptionQueue::drop_oldest() {
-  take_front().reset();
-  ++dropped_;
+  Taken dropped = take_front();
+  ++dropped.lost_before.daemon;
+  (is_empty() ? arriving_ : at(0).lost_before) += dropped.lost_before;
 }
 
 SubscriptionQueue::Taken SubscriptionQueue::pop() {
-  return {take_front(), std::exchange(dropped_, 0)};
+  return take_front();
 }
 
-MessageRef SubscriptionQueue::take_front() {
-  MessageRef message = std::move(ring_[first_]);
+SubscriptionQueue::Taken SubscriptionQueue::take_front() {
+  Taken taken = std::move(ring_[first_]);
   first_ = (first_ + 1) % ring_.size();
   --size_;
-  payload_bytes_ -= message->payload.size();
-  return message;
+  payload_bytes_ -= taken.message->payload.size();
+  return taken;
 }
 
 void SubscriptionQueue::grow() {

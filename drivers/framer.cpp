@@ -92,7 +92,7 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
 }
 
 void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
-                            LinkUser& user, LinkCounters& counters) {
+                            std::uint64_t kernel_drops, LinkUser& user, LinkCounters& counters) {
   frame::Frame frame;
   const frame::ParseResult result = opener_.open(bytes, frame);
   if (result != frame::ParseResult::kOk) return count(result, counters);
@@ -103,7 +103,8 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime r
   ++counters.frames_received;
   counters.bytes_received += frame.size_bytes;
   const FrameReception reception{frame.header.node, frame.header.epoch, frame.header.counter,
-                                 frame.header.pose, received_at};
+                                 frame.header.pose, received_at,        {},
+                                 kernel_drops};
   frame::PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) {
     ++counters.packets_received;

@@ -55,8 +55,9 @@ class FrameReceiver {
   /// From now on frames are read with it.
   void set_opener(frame::Opener opener) { opener_ = std::move(opener); }
 
-  void receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at, LinkUser& user,
-               LinkCounters& counters);
+  /// @param kernel_drops  see FrameReception
+  void receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
+               std::uint64_t kernel_drops, LinkUser& user, LinkCounters& counters);
 
  private:
   frame::ProfileId profile_;

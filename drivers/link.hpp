@@ -28,7 +28,8 @@ struct FrameReception {
   std::optional<frame::FramePose> pose;  // of the transmitter
   MonotonicTime received_at;             // kernel's stamp where there is one, else now
   std::optional<float> distance_m =
-      {};  // measured by the medium itself; else it follows from poses
+      {};                          // measured by the medium itself; else it follows from poses
+  std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.

@@ -67,6 +67,7 @@ void prepare_socket(int socket, const RawL2Config& config) {
     throw std::runtime_error("raw_l2 '" + config.interface + "': PACKET_IGNORE_OUTGOING: " +
                              std::strerror(errno) + " (Linux 4.20 or newer is needed)");
   }
+  enable_drop_counts(socket);
   enable_receive_stamps(socket);  // without them reception is timed when it is read
   set_receive_buffer(socket, config.receive_buffer_bytes);
 }

@@ -26,6 +26,11 @@ bool enable_receive_stamps(int socket) {
   return setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0;
 }
 
+void enable_drop_counts(int socket) {
+  const int on = 1;  // every Linux since 2.6.33 can
+  setsockopt(socket, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+}
+
 void set_receive_buffer(int socket, std::size_t size_bytes) {
   const int size = static_cast<int>(std::min<std::size_t>(size_bytes, kLargestBufferBytes));
   if (setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) == 0) return;
@@ -66,15 +71,23 @@ int ReceiveBatch::read(int socket) {
 Datagram ReceiveBatch::operator[](std::size_t index) const {
   const mmsghdr& message = messages_[index];
   MonotonicTime received_at = monotonic_now_;
+  std::uint32_t drops = 0;  // the kernel leaves it out while it is 0
   // CMSG_NXTHDR wants a header it may write to; it only reads.
   msghdr header = message.msg_hdr;
   for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr; part = CMSG_NXTHDR(&header, part)) {
-    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
-    timespec stamp;
-    std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-    received_at = monotonic_from_stamp(stamp, real_now_, monotonic_now_);
+    if (part->cmsg_level != SOL_SOCKET) continue;
+    if (part->cmsg_type == SO_RXQ_OVFL) {
+      std::memcpy(&drops, CMSG_DATA(part), sizeof drops);
+    } else if (part->cmsg_type == SCM_TIMESTAMPNS) {
+      timespec stamp;
+      std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+      received_at = monotonic_from_stamp(stamp, real_now_, monotonic_now_);
+    }
   }
-  return {{bytes_.data() + index * datagram_bytes_, message.msg_len}, sources_[index], received_at};
+  return {{bytes_.data() + index * datagram_bytes_, message.msg_len},
+          sources_[index],
+          received_at,
+          drops};
 }
 
 }  // namespace swarmtalk::drivers

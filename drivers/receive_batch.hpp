@@ -25,6 +25,9 @@ MonotonicTime monotonic_from_stamp(const timespec& stamp, const timespec& real_n
 /// Asks the kernel for receive times. @return false, errno set: it has none
 bool enable_receive_stamps(int socket);
 
+/// Asks the kernel to tell with each datagram how many its full buffer has lost before it.
+void enable_drop_counts(int socket);
+
 /// Sets the kernel's receive buffer, beyond the machine's limit where we may (CAP_NET_ADMIN).
 void set_receive_buffer(int socket, std::size_t size_bytes);
 
@@ -32,6 +35,7 @@ struct Datagram {
   std::span<const std::uint8_t> bytes;
   const sockaddr_storage& source;
   MonotonicTime received_at;
+  std::uint32_t drops;  // of the socket before this one, wraps; 0 without enable_drop_counts()
 };
 
 class ReceiveBatch {
@@ -50,7 +54,8 @@ class ReceiveBatch {
 
  private:
   struct alignas(cmsghdr) Control {
-    std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec))> bytes;
+    std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t))>
+        bytes;
   };
 
   void prepare(std::size_t index);

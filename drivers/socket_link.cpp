@@ -149,9 +149,10 @@ void SocketLink::receive() {
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     const Datagram datagram = batch_[i];
+    kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
     const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
     if (bytes) {
-      receiver_.receive(*bytes, datagram.received_at, *user_, counters_);
+      receiver_.receive(*bytes, datagram.received_at, kernel_drops_, *user_, counters_);
     } else {
       ++counters_.own_echoes;
     }

@@ -100,6 +100,7 @@ class SocketLink : public Link {
   boost::asio::steady_timer state_timer_;  // until the next change of state may be logged
   std::uint64_t unlogged_changes_ = 0;
 
+  std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
   std::size_t frame_limit_bytes_ = 0;
   bool has_key_ = false;
   bool is_up_ = false;

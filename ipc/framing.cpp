@@ -63,13 +63,17 @@ bool append_frame(const Envelope& envelope, std::string& buffer) {
   return true;
 }
 
+std::size_t frame_bytes(const char* buffer) {
+  return kLengthBytes + read_length(buffer);
+}
+
 int count_bodies(const Envelope& envelope) {
   return int{envelope.has_hello()} + envelope.has_failure() + envelope.has_done() +
          envelope.has_subscribe() + envelope.has_subscribed() + envelope.has_unsubscribe() +
          envelope.has_advertise() + envelope.has_advertised() + envelope.has_unadvertise() +
          envelope.has_publish() + envelope.has_sent() + envelope.has_deliver() +
          envelope.has_get_status() + envelope.has_status() + envelope.has_set_pose() +
-         envelope.has_get_pose() + envelope.has_pose();
+         envelope.has_get_pose() + envelope.has_pose() + envelope.has_client_loss();
 }
 
 }  // namespace swarmtalk::ipc

@@ -13,7 +13,7 @@
 namespace swarmtalk::ipc {
 
 inline constexpr std::uint32_t kProtocolMajor = 1;
-inline constexpr std::uint32_t kProtocolMinor = 0;
+inline constexpr std::uint32_t kProtocolMinor = 1;
 inline constexpr std::size_t kLengthBytes = 4;
 inline constexpr std::size_t kMaxEnvelopeBytes = 64 * 1024;
 inline constexpr const char* kDefaultSocketPath = "/run/swarmtalk/swarmtalkd.sock";
@@ -46,6 +46,9 @@ class FrameReader {
 /// Appends `envelope` with its length to `buffer`.
 /// @return false, and `buffer` unchanged, when it is longer than kMaxEnvelopeBytes.
 bool append_frame(const Envelope& envelope, std::string& buffer);
+
+/// Bytes of the frame at the start of `buffer`, its length included. @pre it is whole
+std::size_t frame_bytes(const char* buffer);
 
 /// How many of the Envelope's submessages are set; every legal frame has exactly one.
 int count_bodies(const Envelope& envelope);

@@ -39,12 +39,13 @@ TEST(Format, JsonHasSiUnitsWithoutFloatNoise) {
   message.distance_m = 0.45F;
   message.sender_pose = Pose{1, 2, 3, std::chrono::milliseconds(40)};
   message.buffering_delay = std::chrono::microseconds(1500);
-  EXPECT_EQ(to_json("hello", message).dump(),
-            R"({"channel":"hello","channel_number":0,"sender":1,"epoch":0,"message_number":0,)"
-            R"("distance_m":0.45,"bearing_rad":-1.5708,)"
-            R"("sender_pose":{"x_m":1.0,"y_m":2.0,"theta_rad":3.0,"age_ms":40},)"
-            R"("hops":0,"ttl":0,"buffering_delay_us":1500,"received_at_ns":null,"local":false,)"
-            R"("dropped_before":0,"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
+  EXPECT_EQ(
+      to_json("hello", message).dump(),
+      R"({"channel":"hello","channel_number":0,"sender":1,"epoch":0,"message_number":0,)"
+      R"("distance_m":0.45,"bearing_rad":-1.5708,)"
+      R"("sender_pose":{"x_m":1.0,"y_m":2.0,"theta_rad":3.0,"age_ms":40},)"
+      R"("hops":0,"ttl":0,"buffering_delay_us":1500,"received_at_ns":null,"local":false,)"
+      R"("lost_before":{"air":0,"kernel":0,"daemon":0,"client":0,"late":0},"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
 }
 
 TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {

@@ -92,7 +92,7 @@ TEST_F(ClientPubSub, DeliveryKeepsExactBytesAndAllSensing) {
   deliver.set_buffering_delay_us(1500);
   deliver.set_received_at_ns(123456);
   deliver.set_local(true);
-  deliver.set_dropped_before(4);
+  deliver.mutable_lost_before()->set_air(4);
   daemon.deliver(deliver);
   ASSERT_TRUE(run_until(client, [&] { return heard.has_value(); }));
   EXPECT_EQ(heard->payload, std::string("a\0b", 3));
@@ -111,7 +111,7 @@ TEST_F(ClientPubSub, DeliveryKeepsExactBytesAndAllSensing) {
   EXPECT_EQ(heard->buffering_delay, std::chrono::microseconds(1500));
   EXPECT_EQ(heard->received_at->time_since_epoch(), std::chrono::nanoseconds(123456));
   EXPECT_TRUE(heard->local);
-  EXPECT_EQ(heard->dropped_before, 4u);
+  EXPECT_EQ(heard->lost_before, (Loss{4, 0, 0, 0, 0}));
 }
 
 TEST_F(ClientPubSub, UnknownSensingIsUnknownAlsoAfterAKnownOne) {
@@ -177,7 +177,7 @@ TEST_F(ClientPubSub, AnImpossibleChannelIsRefusedAtOnceAndTheRestGoesOn) {
 
 TEST_F(ClientPubSub, ADistanceThatIsRefusedIsABadArgument) {
   daemon.refuse_channels.set_code(ipc::ERROR_BAD_DISTANCE);
-  SubscriberOptions options;
+  Policy options;
   options.max_distance_m = -1.0F;
   auto subscriber = client.channel("hello").subscriber({}, options);
   EXPECT_EQ(subscriber.status().code(), StatusCode::kBadArgument);

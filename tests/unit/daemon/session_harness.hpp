@@ -132,13 +132,19 @@ class SessionTest : public testing::Test {
     io_.restart();
     io_.poll();
   }
+  static std::uint64_t monotonic_ns() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return static_cast<std::uint64_t>(std::chrono::nanoseconds(now).count());
+  }
   void receive_on_air(const std::string& channel, const std::string& payload,
-                      std::uint32_t number = 1) {
+                      std::uint32_t number = 1, float distance_m = 2.0f,
+                      std::uint64_t received_at_ns = monotonic_ns()) {
     MessageHead head;
     head.channel = names_.find(channel).number;
     head.sender = 9;
     head.number = number;
-    head.distance_m = 2.0f;
+    head.distance_m = distance_m;
+    head.received_at_ns = received_at_ns;
     head.bearing_rad = 0.5f;
     station_.receive(head, payload);
   }

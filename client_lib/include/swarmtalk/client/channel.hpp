@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include <swarmtalk/client/message.hpp>
+#include <swarmtalk/client/policy.hpp>
 #include <swarmtalk/client/status.hpp>
 
 namespace swarmtalk {
@@ -31,12 +32,6 @@ using SentCallback = std::function<void(const Status&)>;
 struct ChannelOptions {
   std::optional<std::uint32_t> ttl;  // hops after the first; unset: 0
   std::optional<bool> timestamped;   // carries the buffering delay; unset: as registered, else no
-};
-
-struct SubscriberOptions {
-  std::optional<float> max_distance_m;     // unset: any distance
-  bool drop_unknown_distance = false;      // with max_distance_m: drop where distance is unknown
-  std::optional<std::uint32_t> keep_last;  // messages the daemon queues; 1: only the newest
 };
 
 class Publisher {
@@ -112,7 +107,7 @@ class Channel {
   Publisher publisher(SentCallback sent = {}) const;
 
   /// The same for a subscriber. `receive` is called from Client::process() and run*() only.
-  Subscriber subscriber(ReceiveCallback receive, SubscriberOptions options = {}) const;
+  Subscriber subscriber(ReceiveCallback receive, Policy policy = {}) const;
 
  private:
   friend class Client;

@@ -35,6 +35,23 @@ struct ChannelStatus {
   std::uint32_t publishers = 0;
   std::uint32_t subscribers = 0;
   bool timestamped = false;
+  std::uint64_t received = 0;  // from the air, while somebody on this robot subscribes
+  Loss lost;                   // of these, before they came to any subscription's queue
+};
+
+/// A program that the daemon serves.
+struct ClientStatus {
+  std::string name;
+  std::uint32_t pid = 0;
+  std::uint32_t uid = 0;
+  std::uint32_t subscriptions = 0;
+  std::uint32_t publishers = 0;
+  std::uint32_t queued_messages = 0;  // that wait for it in the daemon
+  std::uint64_t queued_bytes = 0;
+  std::uint64_t deliveries_sent = 0;
+  std::uint64_t lost_daemon = 0;  // dropped by the daemon because they waited for this program
+  std::uint64_t lost_client = 0;  // dropped in the program, as it says
+  std::uint64_t messages_published = 0;
 };
 
 struct DaemonStatus {
@@ -47,6 +64,7 @@ struct DaemonStatus {
   std::optional<Pose> pose;
   std::vector<LinkStatus> links;
   std::vector<ChannelStatus> channels;
+  std::vector<ClientStatus> clients_served;  // those with most to read first, at most 128
   std::vector<Counter> counters;
   std::string config_file;
 };

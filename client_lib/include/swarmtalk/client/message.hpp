@@ -22,6 +22,27 @@ struct Pose {
   std::chrono::milliseconds age{0};
 };
 
+/// Messages that did not come, by the place where they were lost.
+struct Loss {
+  std::uint64_t air = 0;     // gaps in a sender's message numbers that nothing else explains
+  std::uint64_t kernel = 0;  // of such gaps: at most what the kernel dropped meanwhile
+  std::uint64_t daemon = 0;  // dropped by the daemon: queue full, too old, no memory
+  std::uint64_t client = 0;  // dropped in this program, which reads too slowly: queue full, too old
+  std::uint64_t late = 0;    // told as lost on the air or in the kernel before, came after all
+
+  std::uint64_t total() const { return air + kernel + daemon + client; }
+  explicit operator bool() const { return total() + late != 0; }
+  Loss& operator+=(const Loss& other) {
+    air += other.air;
+    kernel += other.kernel;
+    daemon += other.daemon;
+    client += other.client;
+    late += other.late;
+    return *this;
+  }
+  bool operator==(const Loss&) const = default;
+};
+
 struct Message {
   /// An unknown distance or bearing is NaN: every comparison with it is false, so a program that
   /// asks `distance_m < 0.5` never takes an unknown distance for a short one.
@@ -31,16 +52,18 @@ struct Message {
   std::uint16_t channel = 0;         // number
   std::uint32_t sender = 0;          // node id of the origin
   std::uint32_t epoch = 0;           // tells two runs of one sender apart
-  std::uint32_t message_number = 0;  // per sender, channel and epoch; a gap is a loss
+  std::uint32_t message_number = 0;  // per sender, channel and epoch
   float distance_m = kUnknown;       // to the last transmitter
   float bearing_rad = kUnknown;     // of it, counter-clockwise from this robot's heading, -pi to pi
   std::optional<Pose> sender_pose;  // of the last transmitter
   std::uint32_t hops = 0;           // 0: heard from the sender itself
   std::uint32_t ttl = 0;            // hops still allowed
-  std::optional<std::chrono::microseconds> buffering_delay;          // timestamped channels only
+  /// Timestamped channels only: from send() in the sender's program to this callback, without the
+  /// time on the air.
+  std::optional<std::chrono::microseconds> buffering_delay;
   std::optional<std::chrono::steady_clock::time_point> received_at;  // by the kernel
-  bool local = false;                // published on this robot by another program
-  std::uint32_t dropped_before = 0;  // messages lost in this subscription's queue just before
+  bool local = false;  // published on this robot by another program
+  Loss lost_before;    // messages of the channel, since this subscription's message before
 
   bool has_distance() const { return !std::isnan(distance_m); }
   bool has_bearing() const { return !std::isnan(bearing_rad); }

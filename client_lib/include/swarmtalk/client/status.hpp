@@ -27,6 +27,8 @@ enum class StatusCode {
   kUnsupported,      // an older daemon that does not know the request
   kLinkDown,         // no link could take the message
   kProtocol,         // the daemon sent something that is not the protocol
+  kDropped,          // a newer message of this publisher took its place in the queue
+  kRate,             // this program publishes faster than the daemon's configuration allows
   kBadArgument,      // the call makes no sense; the text says why
   kSystem,           // an error of the operating system, in the text
 };

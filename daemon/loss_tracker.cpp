@@ -1,0 +1,79 @@
+#include "daemon/loss_tracker.hpp"
+
+#include <algorithm>
+
+namespace swarmtalk::daemon {
+namespace {
+
+/// Takes from `gap` what was dropped since the source's last message and not explained yet.
+std::uint64_t take(std::uint64_t& gap, std::uint64_t before, std::uint64_t now,
+                   std::uint64_t& explained) {
+  const std::uint64_t since = now - std::min(before, now);
+  const std::uint64_t unexplained = now - std::min(explained, now);
+  const std::uint64_t taken = std::min({gap, since, unexplained});
+  explained += taken;
+  gap -= taken;
+  return taken;
+}
+
+}  // namespace
+
+Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops) {
+  const auto found = sources_.find(source);
+  if (found == sources_.end()) {
+    if (sources_.size() >= max_sources_) {
+      ++evicted_;
+      sources_.erase(entries_.back().source);
+      entries_.pop_back();
+    }
+    entries_.push_front({source, number, {}, drops});
+    sources_.emplace(source, entries_.begin());
+    return {};
+  }
+  Entry& entry = *found->second;
+  entries_.splice(entries_.begin(), entries_, found->second);
+  const std::uint32_t ahead = number - entry.highest;  // wraps as the numbers do
+  Loss loss;
+  if (ahead == 0) return loss;
+  if (ahead - 1 <= kLongestGap) {
+    const std::size_t step = std::min<std::size_t>(ahead, kWindow);
+    entry.missing <<= step;
+    for (std::size_t i = 0; i + 1 < step; ++i) entry.missing.set(i);
+    if (ahead - 1 >= kWindow) entry.missing.set(kWindow - 1);
+    loss = locate(entry, ahead - 1, drops);
+    entry.highest = number;
+    entry.drops = drops;
+  } else if (const std::uint32_t behind = entry.highest - number; behind - 1 < kWindow) {
+    if (entry.missing.test(behind - 1)) loss.late = 1;
+    entry.missing.reset(behind - 1);
+  } else if (behind - 1 > kLongestGap) {
+    entry.missing.reset();
+    entry.highest = number;
+    entry.drops = drops;
+  }
+  return loss;
+}
+
+Loss LossTracker::locate(const Entry& entry, std::uint64_t gap, const DropTotals& drops) {
+  Loss loss;
+  if (gap == 0) return loss;
+  const std::size_t station = entry.source.station;
+  if (explained_.size() <= station) explained_.resize(station + 1);
+  loss.kernel = take(gap, entry.drops.kernel, drops.kernel, explained_[station].kernel);
+  loss.daemon = take(gap, entry.drops.node, drops.node, explained_[station].node);
+  loss.air = gap;
+  return loss;
+}
+
+void LossTracker::forget(std::uint16_t channel) {
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    if (entry->source.channel != channel) {
+      ++entry;
+      continue;
+    }
+    sources_.erase(entry->source);
+    entry = entries_.erase(entry);
+  }
+}
+
+}  // namespace swarmtalk::daemon
