@@ -21,6 +21,7 @@ class BareRobot {
   uint32_t clock() { return read_clock(nullptr); }
   uint32_t random() { return read_random(nullptr); }
   static int16_t distance(int32_t mm) { return static_cast<int16_t>(mm); }
+  void log(const char*, int32_t) {}
   void led(platforms::Colour colour) { PORTC = static_cast<uint8_t>(colour.red | colour.green); }
 
  private:

@@ -70,9 +70,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     } else if (choice.score != kOver && !kScans) {
       choose_cheapest(insist, choice);
       if (choice.record == nullptr) return nullptr;
-      Lookup::unlink(records_, choice.record);
-      choice.record->key = key;
-      Lookup::link(records_, choice.record);
+      replace(*choice.record, key, flood);
+      return choice.record;
     }
     if (choice.record == nullptr) return nullptr;
     choice.record->key = key;  // an expired one of the chain stays in it
@@ -80,6 +79,13 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     return choice.record;
   }
 
+  /// Makes a closed record one of another message.
+  void replace(Entry& record, const Key& key, bool flood) {
+    Lookup::unlink(records_, &record);
+    record.key = key;
+    Lookup::link(records_, &record);
+    renew(record, flood);
+  }
   /// Makes a record that is there new: nothing forwarded or delivered.
   void renew(Entry& record, bool flood) {
     record.forwarded = 0;

@@ -22,7 +22,7 @@ SWARMTALK_HOT void Swarmtalk<P>::receive(const Arrival& arrival) {
   if (!wanted && header.ttl == 0) return;
   const bool flood = header.ttl != 0 || arrival.channel->ttl_ != 0;
   const bool whole = header.end && header.sequence == 0;
-  Entry* const record = record_of(arrival.key, flood, flood || !whole);
+  Entry* const record = record_of(arrival.key, flood, whole);
   if (header.ttl != 0) forward(arrival, record);
   if (!wanted) return;
   if (record == nullptr) {
@@ -45,7 +45,7 @@ SWARMTALK_HOT void Swarmtalk<P>::receive(const Arrival& arrival) {
 
 template <class P>
 SWARMTALK_HOT typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& key, bool flood,
-                                                                    bool insist) {
+                                                                    bool whole) {
   Entry* record = cache_.find(key);
   if (record != nullptr) {
     if (record->is_open() && cache_.is_expired(*record)) {
@@ -55,10 +55,13 @@ SWARMTALK_HOT typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& k
     }
     return record;
   }
-  // While all are open, one that cannot become whole makes place.
-  do {
-    record = cache_.insert(key, flood, insist);
-  } while (record == nullptr && give_up_less_than(1, nullptr));
+  record = cache_.insert(key, flood, flood || !whole);
+  if (record == nullptr) {
+    // While all are open, one that cannot become whole makes place; for a flooded message that is
+    // whole at once any does, because without a record its copies would be delivered again.
+    record = give_up_less_than(flood && whole ? kAnyWorth : 1, nullptr);
+    if (record != nullptr) cache_.replace(*record, key, flood);
+  }
   return record;
 }
 
@@ -96,7 +99,7 @@ SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record)
   do {
     outcome = reassembler_.add(record, arrival.fragment, elapsed);
   } while (outcome == Outcome::kNoSlot &&
-           give_up_less_than(worth(record, arrival.fragment.bit), &record));
+           give_up_less_than(worth(record, arrival.fragment.bit), &record) != nullptr);
   switch (outcome) {
     case Outcome::kHeld:
       cache_.open(record);
@@ -166,7 +169,7 @@ template <class P>
 uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) {
   // One hop means in order: a gap is a loss, and so is the sender's next message.
   if ((record.flags & Entry::kFlood) == 0 &&
-      ((record.flags & Entry::kOvertaken) != 0 || Reassembler<P>::has_gap(record.held) ||
+      ((record.flags & Entry::kOvertaken) != 0 ||
        Reassembler<P>::has_gap(static_cast<Mask>(record.held | bit)))) {
     return 0;
   }
@@ -197,22 +200,24 @@ bool Swarmtalk<P>::is_finishable(const Arrival& arrival, const Entry& record) co
 }
 
 template <class P>
-bool Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
   Entry* victim = nullptr;
+  const uint8_t enough = limit == kAnyWorth ? 3 : 0;
   const auto used = cache_.used();
   for (uint8_t n = 0; n < 32 && n < used; ++n) {
     Entry* const record = in_register(cache_.next_after(victim_hand_));
     if (!record->is_open() || record == kept) continue;
     const uint8_t its_worth = worth(*record, 0);
     if (its_worth < limit) {
-      limit = its_worth;
       victim = record;
+      limit = its_worth;
+      if (limit <= enough) break;
     }
   }
-  if (victim == nullptr) return false;
+  if (victim == nullptr) return nullptr;
   give_up(*victim);
   count(counters_.no_memory);
-  return true;
+  return victim;
 }
 
 }  // namespace core

@@ -351,7 +351,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
   SWARMTALK_HOT void receive(const Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
-  SWARMTALK_HOT Entry* record_of(const Key& key, bool flood, bool insist);
+  SWARMTALK_HOT Entry* record_of(const Key& key, bool flood, bool whole);
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
   /// then.
   void forward(const Arrival& arrival, Entry* record);
@@ -373,8 +373,9 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// @param bit  a packet that would be held as well, or 0; it is not counted
   static uint8_t worth(const Entry& record, Mask bit);
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
-  /// `worth`.
-  bool give_up_less_than(uint8_t limit, const Entry* kept);
+  /// `limit`; of any worth, the next that holds few packets. @return it, now closed, or null
+  static constexpr uint8_t kAnyWorth = 255;
+  Entry* give_up_less_than(uint8_t limit, const Entry* kept);
 
   Port port_;
   mutable NodeIdentity<P> identity_;

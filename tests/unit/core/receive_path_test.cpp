@@ -35,6 +35,62 @@ class TightNode {
   TestNode<Slots20> receiver_{99};
 };
 
+/// The first packet of a message from `sender`, or all of it if it has one.
+Bytes packet_of(uint16_t sender, size_t size, uint32_t ttl) {
+  TestNode<Kilobot> node(sender);
+  node.open(0, ttl);
+  node.publisher->send(pattern(size).data(), static_cast<uint16_t>(size));
+  return node.pull();
+}
+
+TEST(ReceivePath, DeliversAFloodedMessageOnceWhileEveryRecordIsOpen) {
+  TestNode<Kilobot> sut(99);
+  sut.open(0);
+  for (uint16_t sender = 1; sender <= Kilobot::kRecords; ++sender) {
+    sut.hear(packet_of(sender, 10, 0));
+  }
+  ASSERT_EQ(sut.node.counters().no_memory, 0) << "all are being put together";
+  const Bytes flooded = packet_of(50, 5, 3);
+  for (int copy = 0; copy < 3; ++copy) sut.hear(flooded);
+  EXPECT_EQ(sut.received.size(), 1u);
+  EXPECT_EQ(sut.node.counters().duplicates, 2);
+  EXPECT_EQ(sut.node.counters().no_memory, 1) << "one that was begun made place";
+  EXPECT_EQ(sut.pull_all().size(), 1u) << "and it is sent on, once";
+}
+
+TEST(ReceivePath, DeliversAOneHopMessageWithoutARecordWhileEveryRecordIsOpen) {
+  TestNode<Kilobot> sut(99);
+  sut.open(0);
+  for (uint16_t sender = 1; sender <= Kilobot::kRecords; ++sender) {
+    sut.hear(packet_of(sender, 10, 0));
+  }
+  sut.hear(packet_of(50, 5, 0));
+  EXPECT_EQ(sut.received.size(), 1u);
+  EXPECT_EQ(sut.node.counters().no_memory, 0) << "nothing had to make place";
+}
+
+/// The bound of docs/decisions/0012: a copy is known as long as fewer other flooded messages came
+/// in between than there are records that are not open.
+TEST(ReceivePath, KnowsAFloodsCopyUntilAsManyOthersCameAsRecordsAreNotOpen) {
+  for (uint16_t open : {uint16_t{0}, uint16_t{5}, uint16_t{19}}) {
+    const uint16_t closed = static_cast<uint16_t>(Kilobot::kRecords - open);
+    for (uint16_t others : {static_cast<uint16_t>(closed - 1), closed}) {
+      TestNode<Kilobot> sut(99);
+      sut.open(0);
+      for (uint16_t sender = 1; sender <= open; ++sender) sut.hear(packet_of(sender, 10, 0));
+      const Bytes flooded = packet_of(100, 5, 3);
+      sut.hear(flooded);
+      for (uint16_t other = 1; other <= others; ++other) {
+        sut.port.now += 8;  // a record's age is counted in steps of eight ticks
+        sut.hear(packet_of(static_cast<uint16_t>(100 + other), 5, 3));
+      }
+      const size_t before = sut.received.size();
+      sut.hear(flooded);
+      EXPECT_EQ(sut.received.size() - before, others < closed ? 0u : 1u) << open << " " << others;
+    }
+  }
+}
+
 TEST(ReceivePath, BeginsWhateverFitsWhileLengthsAreUnknown) {
   TightNode sut;
   for (uint16_t sender = 1; sender <= 4; ++sender) sut.hear(sender, 0, 0);
