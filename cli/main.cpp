@@ -8,6 +8,7 @@
 #include <string>
 
 #include "cli/commands.hpp"
+#include "cli/kilobot.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -142,6 +143,7 @@ struct Parsed {
   SubArguments sub;
   PoseArguments pose;
   std::string key_file;
+  KilobotArguments kilobot;
 };
 
 void add_pose(CLI::App& app, Parsed& parsed) {
@@ -160,12 +162,13 @@ void add_pose(CLI::App& app, Parsed& parsed) {
   get->add_flag("--json", parsed.common.is_json);
 }
 
-int run(CLI::App& app, const Parsed& parsed) {
+int run(CLI::App& app, Parsed& parsed) {
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
   if (app.got_subcommand("status")) return status(parsed.common);
   if (app.got_subcommand("keygen")) return keygen(parsed.key_file);
   if (app.got_subcommand("stats")) return stats(parsed.common);
+  if (app.got_subcommand("kilobot")) return kilobot(parsed.common, parsed.kilobot);
   if (app.get_subcommand("pose")->got_subcommand("set")) {
     return set_pose(parsed.common, parsed.pose);
   }
@@ -255,6 +258,7 @@ int main(int argc, char** argv) {
   app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
       ->add_option("FILE", parsed.key_file, "where to; it must not exist")
       ->required();
+  add_kilobot(app, parsed.kilobot);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& call) {

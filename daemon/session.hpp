@@ -14,6 +14,7 @@
 #include <unordered_map>
 
 #include "daemon/hub.hpp"
+#include "daemon/kilobot_control.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/subscription_queue.hpp"
 #include "ipc/framing.hpp"
@@ -40,13 +41,16 @@ class SessionHost {
   PoseKeeper& poses;
   const LimitsConfig& limits;
   DaemonCounters& counters;
+  KilobotControl* kilobots = nullptr;  // none: no link of that type
   // Reused by every session, one at a time: parsing and building allocate nothing.
   ipc::Envelope request;
   ipc::Envelope reply;
   ipc::Envelope delivery;
 };
 
-class Session final : public HubClient, public std::enable_shared_from_this<Session> {
+class Session final : public HubClient,
+                      public KilobotClient,
+                      public std::enable_shared_from_this<Session> {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
@@ -74,6 +78,8 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) override;
   void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                  const Refusal& refusal) override;
+  void on_kilobot_progress(const ipc::KilobotProgress& progress) override;
+  void on_kilobot_ended(const ipc::KilobotEnded& ended) override;
 
  private:
   struct QueuedSubscription : Subscription {
@@ -106,6 +112,10 @@ class Session final : public HubClient, public std::enable_shared_from_this<Sess
   void refuse(const Refusal& refusal);
   ipc::Envelope& new_reply();  // to the request in hand
   void send_reply();
+
+  // session_kilobot.cpp
+  void begin_kilobot(const ipc::KilobotCommand& command);
+  void cancel_kilobot(std::uint32_t operation_id);
 
   // session_output.cpp: answers and deliveries to bytes
   void wait_writable();

@@ -38,6 +38,7 @@ void Session::close(const std::string& reason, bool is_malformed) {
     host_.counters.deliveries_dropped_closed += subscription->queue.size();
   }
   for (auto& [id, publisher] : publishers_) host_.hub.unadvertise(*publisher);
+  if (host_.kilobots != nullptr) host_.kilobots->forget(*this);
   ready_.clear();
   subscriptions_.clear();
   publishers_.clear();

@@ -70,6 +70,10 @@ void Session::handle(ipc::Envelope& request) {
   } else if (request.has_get_status()) {
     host_.fill_status(*new_reply().mutable_status());
     send_reply();
+  } else if (request.has_kilobot_command()) {
+    begin_kilobot(request.kilobot_command());
+  } else if (request.has_kilobot_cancel()) {
+    cancel_kilobot(request.kilobot_cancel().operation_id());
   } else {
     refuse({ipc::ERROR_UNSUPPORTED, "this daemon does not know this request", std::nullopt});
   }

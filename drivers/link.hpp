@@ -27,8 +27,8 @@ struct FrameReception {
   std::uint32_t frame_counter = 0;       // transmitter's count of frames in this epoch
   std::optional<frame::FramePose> pose;  // of the transmitter
   MonotonicTime received_at;             // kernel's stamp where there is one, else now
-  std::optional<float> distance_m =
-      {};                          // measured by the medium itself; else it follows from poses
+  // Of a link whose receiver measures the transmitter itself; others leave it to the poses.
+  std::optional<float> measured_distance_m = {};
   std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
 };
 

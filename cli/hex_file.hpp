@@ -1,0 +1,23 @@
+// Intel HEX: a program's bytes out of the file that a linker makes of it. Strict: what is not
+// exactly right is an error with its line, for a program that is loaded half may need a programmer
+// to get rid of.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::cli {
+
+/// Where programs of Kilobots end: 220 pages of 128 bytes.
+inline constexpr std::size_t kProgramBytesMax = 220 * 128;
+
+struct HexImage {
+  std::vector<std::uint8_t> bytes;  // from address 0; gaps are 0xFF, as erased flash
+  std::string problem;              // not empty: one sentence, and no bytes
+};
+
+/// @param text  the whole file; lines end with LF or CR LF
+HexImage parse_hex_file(const std::string& text);
+
+}  // namespace swarmtalk::cli

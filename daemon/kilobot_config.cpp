@@ -1,0 +1,74 @@
+#include "daemon/kilobot_config.hpp"
+
+#include "daemon/table_reader.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr IntegerLimits kBaudLimits{1200, 1'000'000};
+constexpr IntegerLimits kCopiesLimits{1, 100};
+constexpr IntegerLimits kSettleMsLimits{0, 60'000};
+constexpr double kLeastTimeScale = 0.001;
+constexpr double kMostTimeScale = 1000;
+constexpr std::size_t kMostPathBytes = 4095;
+
+void read_device(const TableReader& table, const std::string& key, std::string& path) {
+  table.read_text(key, path);
+  if (!table.has(key)) return;
+  if (path.empty() || path.front() != '/' || path.size() > kMostPathBytes) {
+    table.fail(key,
+               "is no path of a serial device; write it whole, best as it is listed by "
+               "`ls /dev/serial/by-id/*`");
+  }
+}
+
+bool read_flag(const TableReader& table, const std::string& key) {
+  if (!table.has(key)) return false;
+  if (!table.node(key).is_boolean()) table.fail_type(key, "true or false");
+  return *table.node(key).value<bool>();
+}
+
+}  // namespace
+
+void read_kilobot(const TableReader& table, KilobotConfig& config) {
+  read_device(table, "downlink", config.downlink);
+  read_device(table, "uplink", config.uplink);
+  if (config.downlink.empty() && config.uplink.empty()) {
+    table.fail_missing("downlink",
+                       "add downlink = \"/dev/serial/by-id/...\" (the overhead controller), "
+                       "uplink = ... (a gateway Kilobot), or both");
+  }
+  config.is_text = table.read_choice("uplink_form", {"frames", "text"}) == 1;
+  table.read_integer("text_channel", kChannelLimits, config.text_channel);
+  if (config.is_text && (!table.has("text_channel") || config.uplink.empty())) {
+    table.fail_missing(config.uplink.empty() ? "uplink" : "text_channel",
+                       "uplink_form = \"text\" needs the device that prints (uplink) and the "
+                       "number of the channel on which its lines are published (text_channel)");
+  }
+  if (!config.is_text && table.has("text_channel")) {
+    table.fail("text_channel", "means nothing without uplink_form = \"text\"");
+  }
+  config.ohc_single = read_flag(table, "ohc_single");
+  table.read_integer("baud", kBaudLimits, config.baud);
+  table.read_integer("copies", kCopiesLimits, config.copies);
+  table.read_integer("settle_ms", kSettleMsLimits, config.settle_ms);
+  table.read_number("time_scale", kLeastTimeScale, kMostTimeScale, config.time_scale);
+}
+
+kilobot_bridge::KilobotLinkConfig kilobot_link_config(const KilobotConfig& config,
+                                                      frame::ProfileId profile) {
+  kilobot_bridge::KilobotLinkConfig link;
+  link.downlink = config.downlink;
+  link.uplink = config.uplink;
+  link.uplink_form =
+      config.is_text ? kilobot_bridge::UplinkForm::kText : kilobot_bridge::UplinkForm::kFrames;
+  link.profile = profile;
+  link.pacing.copies = config.copies;
+  link.pacing.baud = config.baud;
+  link.pacing.time_scale = config.time_scale;
+  link.has_single = config.ohc_single;
+  link.settle = std::chrono::milliseconds(config.settle_ms);
+  return link;
+}
+
+}  // namespace swarmtalk::daemon
