@@ -6,6 +6,7 @@
 #include "tests/swarm/flood.hpp"
 #include "tests/swarm/one_hop.hpp"
 #include "tests/swarm/profiles.hpp"
+#include "tests/swarm/splice_model.hpp"
 
 namespace {
 
@@ -39,6 +40,30 @@ void one_hop(const char* memory, bool distinct_ids) {
                     static_cast<unsigned long long>(result.spliced));
       }
       std::printf(" |\n");
+    }
+  }
+}
+
+void splices() {
+  std::printf(
+      "\n### Spliced deliveries with random ids, memory for all, 60 s, 60 seeds\n\n"
+      "Per run: mean, its standard error, and what tests/swarm/splice_model.hpp predicts.\n\n"
+      "| neighbours | loss | packets | spliced | standard error | predicted | intact |\n"
+      "|---|---|---|---|---|---|---|\n");
+  for (double range : {1.5, 3.2}) {
+    for (double loss : {0.0, 0.05, 0.2}) {
+      for (uint8_t packets : {uint8_t{2}, uint8_t{4}, uint8_t{8}}) {
+        OneHopConfig config;
+        config.range = range;
+        config.loss = loss;
+        config.packets = packets;
+        config.seconds = 60;
+        const double predicted = predicted_splices(config);
+        const MeasuredSplices measured = measured_splices<RoomForAll>(config, 60);
+        std::printf("| %s | %.0f %% | %u | %.2f | %.2f | %.2f | %.0f |\n",
+                    range < 2 ? "6.1" : "20.3", 100 * loss, packets, measured.mean, measured.error,
+                    predicted, measured.intact);
+      }
     }
   }
 }
@@ -115,6 +140,7 @@ int main() {
   one_hop<RoomForAll>("memory for all", true);
   one_hop<RoomForAll>("memory for all", false);
   one_hop<RoomFor20>("memory for 20 fragments", true);
+  splices();
   floods();
   delays();
   return 0;

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tests/swarm/flood.hpp"
 #include "tests/swarm/one_hop.hpp"
 #include "tests/swarm/profiles.hpp"
+#include "tests/swarm/splice_model.hpp"
 
 namespace swarmtalk::core::testing {
 namespace {
@@ -145,6 +147,32 @@ TEST(RandomIds, SettleSoThatNeighboursDiffer) {
     for (uint32_t j : swarm.robot(i).neighbours) {
       EXPECT_NE(swarm.robot(i).node.node_id(), swarm.robot(j).node.node_id());
     }
+  }
+}
+
+class RandomIdsCell : public ::testing::TestWithParam<Cell> {};
+
+/// Within four standard errors of the mean over seeds, which is known to a third at least.
+TEST_P(RandomIdsCell, SpliceAsOftenAsTheBirthdayProblemSays) {
+  OneHopConfig config = one_hop(GetParam());
+  config.seconds = 60;
+  const double predicted = predicted_splices(config);
+  const MeasuredSplices measured = measured_splices<RoomForAll>(config, 60);
+  std::printf("predicted %.2f, measured %.2f, standard error %.2f, of %.0f deliveries\n", predicted,
+              measured.mean, measured.error, measured.intact);
+  ASSERT_LT(measured.error, predicted / 3);
+  EXPECT_NEAR(measured.mean, predicted, 4 * measured.error);
+}
+INSTANTIATE_TEST_SUITE_P(Lossy, RandomIdsCell,
+                         ::testing::Values(Cell{1.5, 0.2, 2}, Cell{3.2, 0.05, 2}, Cell{3.2, 0.2, 2},
+                                           Cell{3.2, 0.2, 4}));
+
+TEST(RandomIds, SpliceNothingWhereNothingIsLost) {
+  for (uint8_t packets : {uint8_t{2}, uint8_t{8}}) {
+    OneHopConfig config = one_hop({3.2, 0, packets});
+    config.seconds = 60;
+    EXPECT_EQ(predicted_splices(config), 0);
+    EXPECT_EQ(measured_splices<RoomForAll>(config, 10).mean, 0);
   }
 }
 
