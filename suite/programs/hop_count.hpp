@@ -81,12 +81,14 @@ class BasicHopCount {
 
   static Distance range() { return Robot::distance(platforms::scaled_mm<Robot>(kRangeMm)); }
 
-  /// One seed: red is odd, blue even (figure 4). Two: the four colours of figure 5.
+  /// One seed: red is odd, blue even (figure 4). Two: red and green are odd counts, so both odd is
+  /// yellow, and blue none (figure 5).
   void show() {
-    const bool odd_1 = (gradients_[0].hops & 1) != 0;
-    const bool odd_2 = kSeeds == 2 && (gradients_[kSeeds - 1].hops & 1) != 0;
-    robot_.led(odd_1 ? (odd_2 ? platforms::kYellow : platforms::kRed)
-                     : (odd_2 ? platforms::kGreen : platforms::kBlue));
+    platforms::Colour colour = platforms::kOff;
+    if ((gradients_[0].hops & 1) != 0) colour.red = 255;
+    if (kSeeds == 2 && (gradients_[kSeeds - 1].hops & 1) != 0) colour.green = 255;
+    if ((colour.red | colour.green) == 0) colour.blue = 255;
+    robot_.led(colour);
     robot_.log("hops_1", gradients_[0].hops);
     if (kSeeds == 2) robot_.log("hops_2", gradients_[kSeeds - 1].hops);
   }

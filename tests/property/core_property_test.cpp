@@ -33,8 +33,8 @@ void header_round_trip() {
       static_cast<decltype(header.size)>(*rc::gen::arbitrary<uint16_t>() & low_bits(P::kSizeBits));
   header.epoch =
       static_cast<typename W::Epoch>(*rc::gen::arbitrary<uint16_t>() & low_bits(P::kEpochBits));
-  header.timestamped = P::kTimestampedBits != 0 ? *rc::gen::arbitrary<bool>()
-                                                : header.channel >= P::kTimestampedFrom;
+  header.has_delay = P::kTimestampedBits != 0 ? *rc::gen::arbitrary<bool>()
+                                              : header.channel >= P::kTimestampedFrom;
   header.crossed_gateway = P::kGatewayBits != 0 && *rc::gen::arbitrary<bool>();
   uint8_t packet[W::kHeaderBytes + 1];
   packet[W::kHeaderBytes] = 0x5A;
@@ -45,7 +45,7 @@ void header_round_trip() {
   RC_ASSERT(back.sequence == header.sequence && back.end == header.end);
   RC_ASSERT(back.channel == header.channel && back.ttl == header.ttl);
   RC_ASSERT(back.hops == header.hops && back.size == header.size && back.epoch == header.epoch);
-  RC_ASSERT(back.timestamped == header.timestamped);
+  RC_ASSERT(back.has_delay == header.has_delay);
   RC_ASSERT(back.crossed_gateway == header.crossed_gateway);
 }
 

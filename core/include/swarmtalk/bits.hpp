@@ -47,6 +47,15 @@ struct Field {
   static Value get(const uint8_t* bytes) {
     return static_cast<Value>((Bytes<Span, kFirst, kLast>::read(bytes) >> kShift) & kMask);
   }
+  /// What byte kByte of the packet has of a field with this value: 0 outside the field.
+  template <uint16_t kByte>
+  static SWARMTALK_INLINE uint8_t part(Value value) {
+    return kByte < kFirst || kByte > kLast
+               ? uint8_t{0}
+               : static_cast<uint8_t>(
+                     static_cast<Span>((static_cast<Span>(value) & kMask) << kShift) >>
+                     (kByte < kFirst || kByte > kLast ? 0 : (kLast - kByte) * 8));
+  }
   /// Writes the low kWidth bits of `value`; the neighbours' bits stay.
   static void put(uint8_t* bytes, Value value) {
     Bytes<Span, kFirst, kLast>::write(
@@ -61,6 +70,10 @@ struct Field<kOffset, 0> {
   using Value = uint8_t;
   static Value get(const uint8_t*) { return 0; }
   static void put(uint8_t*, Value) {}
+  template <uint16_t kByte>
+  static uint8_t part(Value) {
+    return 0;
+  }
 };
 
 }  // namespace bits

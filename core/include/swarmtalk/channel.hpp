@@ -51,45 +51,44 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
   /// @param sent  called when a message of this channel has left, may be null; in turn with the
   ///              other publishers' so that none starves
   /// @return null if all P::kPublishers are taken
-  Publisher<P>* new_publisher(SentFn sent, void* context) {
-    if (publisher_count_ == P::kPublishers) return nullptr;
-    Publisher<P>* publisher = &publishers_[publisher_count_++];
-    publisher->set(this, sent, context);
-    return publisher;
+  SWARMTALK_APART Publisher<P>* new_publisher(SentFn sent, void* context) {
+    const uint8_t place = publishers();
+    if (place == P::kPublishers) return nullptr;
+    publishers_[place].set(this, sent, context);
+    return &publishers_[place];
   }
   /// The paper's shape. A null `sent` is allowed.
   Publisher<P>* new_publisher(void (*sent)()) {
-    if (publisher_count_ == P::kPublishers) return nullptr;
-    Publisher<P>* publisher = &publishers_[publisher_count_++];
-    publisher->set_plain(this, sent);
-    return publisher;
+    const uint8_t place = publishers();
+    if (place == P::kPublishers) return nullptr;
+    publishers_[place].set_plain(this, sent);
+    return &publishers_[place];
   }
 
   /// @param max_distance  messages whose last transmitter was this far or farther are not for it
   /// @return null if all P::kSubscribers are taken
-  Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive, void* context) {
-    if (subscriber_count_ == P::kSubscribers) return nullptr;
-    Subscriber<P>* subscriber = &subscribers_[subscriber_count_++];
-    subscriber->set(max_distance, receive, context);
+  SWARMTALK_APART Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive,
+                                                void* context) {
+    Subscriber<P>* const subscriber = free_subscriber();
+    if (subscriber != nullptr) subscriber->set(max_distance, receive, context);
     return subscriber;
   }
   /// The paper's shape. A null `receive` is allowed.
   Subscriber<P>* new_subscriber(Distance max_distance, PlainReceiveFn<P> receive) {
-    if (subscriber_count_ == P::kSubscribers) return nullptr;
-    Subscriber<P>* subscriber = &subscribers_[subscriber_count_++];
-    subscriber->set_plain(max_distance, receive);
+    Subscriber<P>* const subscriber = free_subscriber();
+    if (subscriber != nullptr) subscriber->set_plain(max_distance, receive);
     return subscriber;
   }
 
   /// See Publisher::send.
   Error publish(const uint8_t* bytes, uint16_t size) { return publish(bytes, size, ttl_, false); }
-  Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway) {
+  SWARMTALK_APART Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl,
+                                bool crossed_gateway) {
     if (size > max_message_bytes()) return Error::kTooLong;
     if (size == 0 && !W::kTellsLengths) return Error::kEmpty;
     if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
     if (fragmenter_.is_busy()) return Error::kBusy;
     fragmenter_.load(bytes, size, ttl, crossed_gateway, node_->now());
-    number_ = static_cast<MessageNumber>((number_ + 1u) & W::kMessageMask);
     node_->set_waiting(index_);
     return Error::kOk;
   }
@@ -100,53 +99,69 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
   using Index = UintFor<bits_for(P::kChannels)>;
 
   /// `number` is the last message number used, of this channel or of any before it here.
-  void init(Swarmtalk<P>* node, Index index, uint8_t ttl, bool timestamped, MessageNumber number) {
+  void init(Swarmtalk<P>* node, Index index, ChannelId id, uint8_t ttl, bool timestamped,
+            MessageNumber number) {
     node_ = node;
     index_ = index;
     ttl_ = ttl & W::kTtlMax;
     timestamped_ = timestamped;
-    number_ = number;
-    publisher_count_ = 0;
-    subscriber_count_ = 0;
-    fragmenter_.reset();
+    is_open_ = true;
+    for (uint8_t i = 0; i < P::kPublishers; ++i) publishers_[i].clear();
+    for (uint8_t i = 0; i < P::kSubscribers; ++i) subscribers_[i].clear();
+    typename W::Header header = {};
+    header.channel = id;
+    header.message = number;
+    header.has_delay = timestamped;
+    fragmenter_.reset(header);
   }
 
+  uint8_t publishers() const {
+    uint8_t count = 0;
+    while (count < P::kPublishers && publishers_[count].is_used()) ++count;
+    return count;
+  }
+  Subscriber<P>* free_subscriber() {
+    for (uint8_t i = 0; i < P::kSubscribers; ++i) {
+      if (!subscribers_[i].is_used()) return &subscribers_[i];
+    }
+    return nullptr;
+  }
+  bool has_subscribers() const { return subscribers_[0].is_used(); }
+
   bool wants(const typename P::Sensing& sensing) const {
-    for (uint8_t i = 0; i < subscriber_count_; ++i) {
+    for (uint8_t i = 0; i < P::kSubscribers; ++i) {
       if (subscribers_[i].wants(sensing)) return true;
     }
     return false;
   }
 
   void deliver(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
-    for (uint8_t i = 0; i < subscriber_count_; ++i) {
+    for (uint8_t i = 0; i < P::kSubscribers; ++i) {
       if (subscribers_[i].wants(reception.sensing)) subscribers_[i].call(bytes, size, reception);
     }
   }
 
   /// Tells every publisher, another one first each time, so that the first to send again rotates.
   void call_sent() {
-    if (publisher_count_ == 0) return;
-    uint8_t turn = this->take_turn(publisher_count_);
-    for (uint8_t n = publisher_count_; n > 0; --n) {
-      if (++turn >= publisher_count_) turn = 0;
+    const uint8_t count = publishers();
+    if (count == 0) return;
+    uint8_t turn = this->take_turn(count);
+    for (uint8_t n = count; n > 0; --n) {
+      if (++turn >= count) turn = 0;
       publishers_[turn].call_sent();
     }
   }
 
-  static_assert(P::kPublishers < 8 && P::kSubscribers < 16, "at most 7 publishers, 15 subscribers");
+  static_assert(P::kPublishers > 0 && P::kSubscribers > 0, "a channel has both ends");
 
   Swarmtalk<P>* node_;
-  Fragmenter<P> fragmenter_;
   Publisher<P> publishers_[P::kPublishers];
   Subscriber<P> subscribers_[P::kSubscribers];
-  MessageNumber number_;             // of the message in the fragmenter, or of the last one
-  typename W::NodeId sending_node_;  // id under which the message in the fragmenter began
   Index index_;
   uint8_t ttl_ : P::kTtlBits == 0 ? 1 : P::kTtlBits;
   bool timestamped_ : 1;
-  uint8_t publisher_count_ : 3;
-  uint8_t subscriber_count_ : 4;
+  bool is_open_ : 1;  // not removed
+  Fragmenter<P> fragmenter_;
 };
 
 }  // namespace core

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <stdint.h>
+#include <string.h>
 
 #include "swarmtalk/record_index.hpp"
 #include "swarmtalk/types.hpp"
@@ -31,16 +32,20 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   using Index = UintFor<bits_for(P::kRecords)>;
   static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits, "stamps are cut from the clock");
 
-  DuplicateCache() : used_(0), sweep_(0) {}
+  DuplicateCache() : Lookup(records_), sweep_(0) {}
+  DuplicateCache(const DuplicateCache&) = delete;
+  DuplicateCache& operator=(const DuplicateCache&) = delete;
 
   /// The time of what follows, until the next call.
-  void set_now(Ticks now) { now_ = now; }
-  Ticks now() const { return now_; }
+  void set_now(Ticks now) {
+    tick_ = static_cast<Stamp>(now);
+    step_ = static_cast<Stamp>(now >> P::kClosedShift);
+  }
 
   /// The message's record. @return null if it is not remembered (any more); an open one is found
   /// even past its time (see is_expired), because somebody holds packets of it
   SWARMTALK_HOT Entry* find(const Key& key) {
-    Entry* const record = Lookup::find(records_, used_, key);
+    Entry* const record = Lookup::find(records_, key);
     return record == nullptr || record->is_open() || !is_expired(*record) ? record : nullptr;
   }
 
@@ -58,20 +63,23 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   SWARMTALK_HOT Entry* insert(const Key& key, bool flood, bool insist) {
     Choice choice = {nullptr, 0};
     Entry* record = Lookup::first(records_, key);
-    for (; Lookup::is_valid(records_, record, used_); record = Lookup::next(records_, record)) {
+    const Entry* const stop = Lookup::stop();
+    for (; record != stop; record = Lookup::next(records_, record)) {
       record = in_register(record);
       if (P::kMessageBits < 16 && record->key.is_same_stream(key)) note(*record, key);
       consider(record, insist, kScans, choice);
     }
-    if (choice.score != kOver && used_ < P::kRecords) {
-      choice.record = &records_[used_++];
-      choice.record->key = key;
-      Lookup::link(records_, choice.record);
-    } else if (choice.score != kOver && !kScans) {
-      choose_cheapest(insist, choice);
-      if (choice.record == nullptr) return nullptr;
-      replace(*choice.record, key, flood);
-      return choice.record;
+    if (choice.score != kOver) {
+      Entry* const fresh = Lookup::fresh(records_);
+      if (fresh != nullptr) {
+        fresh->key = key;
+        Lookup::link(records_, fresh);
+        choice.record = fresh;
+      } else if (!kScans) {
+        choose_cheapest(insist, choice);
+        if (choice.record != nullptr) replace(*choice.record, key, flood);
+        return choice.record;
+      }
     }
     if (choice.record == nullptr) return nullptr;
     choice.record->key = key;  // an expired one of the chain stays in it
@@ -95,19 +103,19 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   /// The message is being put together, and a packet of it came.
   void open(Entry& record) {
     record.flags = static_cast<uint8_t>(record.flags | Entry::kOpen);
-    record.stamp = static_cast<Stamp>(now_);
+    record.stamp = tick_;
   }
   /// @param how  Entry::kDelivered or Entry::kGivenUp
   void close(Entry& record, uint8_t how) {
     record.flags = static_cast<uint8_t>((record.flags & ~Entry::kOpen) | how);
-    record.stamp = (record.flags & Entry::kFlood) != 0 ? step() : static_cast<Stamp>(now_);
+    record.stamp = (record.flags & Entry::kFlood) != 0 ? step_ : tick_;
   }
 
   /// Looks at the next few records. @return an open one past its time, now closed as given up
   /// (its fragments are the caller's to release), or null. Called on every packet, so that every
   /// record is looked at before its stamp wraps.
   SWARMTALK_HOT Entry* sweep() {
-    for (uint8_t n = 0; n < kSweep && used_ != 0; ++n) {
+    for (uint8_t n = 0; n < kSweep && begin() != end(); ++n) {
       Entry* const record = in_register(next_after(sweep_));
       if (!is_expired(*record)) continue;
       if (record->is_open()) {
@@ -127,17 +135,20 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     return false;
   }
 
-  Index used() const { return used_; }
+  // The records in use.
   const Entry* begin() const { return records_; }
-  const Entry* end() const { return records_ + used_; }
-  /// Steps `hand` to the next record that has been used, round and round. REQUIRES used() != 0
+  const Entry* end() const { return Lookup::end(records_); }
+  /// Steps `hand` to the next of them, round and round. REQUIRES one
   Entry* next_after(Index& hand) {
-    if (++hand >= used_) hand = 0;
-    return &records_[hand];
+    Entry* record = in_register(&records_[++hand]);
+    if (record >= end()) {
+      hand = 0;
+      record = records_;
+    }
+    return record;
   }
 
  private:
-  static constexpr MessageNumber kQuarter = (W::kMessageMask >> 2) + MessageNumber{1};
   /// Records looked at per packet for their age: a table with narrow stamps has to be through
   /// before a stamp wraps.
   static constexpr uint8_t kSweep = P::kStampBits == 8 ? 3 : 1;
@@ -158,19 +169,17 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     Score score;
   };
 
-  Stamp step() const { return static_cast<Stamp>(now_ >> P::kClosedShift); }
-
   /// Time since a record's stamp, or kOver. Of a closed flooded message in 2^kClosedShift ticks.
   SWARMTALK_HOT Stamp age(const Entry& record) const {
     const uint8_t flags = record.flags;
     if (flags == 0) return kOver;
     Stamp limit = static_cast<Stamp>(P::kOneHopDuplicateTicks);
-    Stamp time = static_cast<Stamp>(now_);
+    Stamp time = tick_;
     if ((flags & Entry::kOpen) != 0) {
       limit = static_cast<Stamp>(P::kAssemblyTicks);
     } else if ((flags & Entry::kFlood) != 0) {
       limit = static_cast<Stamp>(P::kFloodTicks >> P::kClosedShift);
-      time = step();
+      time = step_;
     }
     time = static_cast<Stamp>(time - record.stamp);
     return time > limit ? kOver : time;
@@ -178,18 +187,13 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
 
   /// A new message of this record's sender and channel has begun. If the record is of a one-hop
   /// message that is still open, that one has lost a packet. If it is of a flooded message and
-  /// older than kFloodSurelyTicks, its number may be due again: it goes if it is in the middle half
-  /// of the number space ahead. (Nearer ones are the sender's last, or, if this one came late, its
-  /// next.)
+  /// older than kFloodSurelyTicks, its number may be due again: it goes if it is far ahead. (Nearer
+  /// ones are the sender's last, or, if this one came late, its next.)
   SWARMTALK_INLINE void note(Entry& record, const Key& key) {
     if (record.is_open()) {
       record.flags = static_cast<uint8_t>(record.flags | Entry::kOvertaken);
-      return;
-    }
-    const MessageNumber ahead =
-        static_cast<MessageNumber>((record.key.message() - key.message()) & W::kMessageMask);
-    if (static_cast<MessageNumber>(ahead - kQuarter) < 2 * kQuarter &&
-        (record.flags & Entry::kFlood) != 0 && age(record) > kSurely) {
+    } else if (record.key.is_far_from(key) && (record.flags & Entry::kFlood) != 0 &&
+               age(record) > kSurely) {
       record.flags = 0;
     }
   }
@@ -224,8 +228,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   }
 
   Entry records_[P::kRecords];
-  Ticks now_;
-  Index used_;   // records 0..used_-1 have been used
+  Stamp tick_;  // now, as stamps hold it: in ticks, and in steps of 2^kClosedShift ticks
+  Stamp step_;
   Index sweep_;  // the record looked at last for its age
 };
 

@@ -58,7 +58,8 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
 
   /// Queues a copy of `packet` (`size` bytes, checked, TTL > 0), one hop further.
   /// @return false if no slot is free
-  bool push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
+  SWARMTALK_APART bool push(const uint8_t* packet, PacketSize size, const Header& header,
+                            Ticks now) {
     if (count_ == P::kForwardSlots) return false;
     Queued& queued = slot(count_++);
     const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
@@ -73,7 +74,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
-  void improve(const uint8_t* packet, const Header& header) {
+  SWARMTALK_APART void improve(const uint8_t* packet, const Header& header) {
     for (Slot n = 0; n != count_; ++n) {
       uint8_t* waiting = slot(n).packet;
       if (!W::is_same_packet(waiting, packet)) continue;
@@ -91,7 +92,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)
-  PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
+  SWARMTALK_APART PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
     Queued& queued = slots_[first_];
     const PacketSize bare = static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);

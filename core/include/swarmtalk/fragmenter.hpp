@@ -16,70 +16,78 @@ class Fragmenter {
  public:
   using W = Wire<P>;
   using Header = typename W::Header;
+  using MessageNumber = typename W::MessageNumber;
   using Ticks = UintFor<P::kClockBits>;
   using Size = typename W::MessageSize;
   using PacketSize = typename W::PacketSize;
 
   /// Empty. (A function, so that a channel which is not used costs no memory that is touched.)
-  void reset() { is_busy_ = false; }
+  /// @param header  channel, message (the last number used) and has_delay of all packets to come
+  void reset(const Header& header) {
+    W::encode(header, header_);
+    is_busy_ = false;
+  }
   bool is_busy() const { return is_busy_; }
+  /// Number of the message here, or of the last one.
+  MessageNumber number() const { return W::MessageField::get(header_); }
 
-  /// Takes a copy of a message. REQUIRES !is_busy().
+  /// Takes a copy of a message, under the next number. REQUIRES !is_busy().
   /// @param size  0..kMessageBytes, or kTimedMessageBytes if timestamped
   void load(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway, Ticks now) {
     if (size != 0) memcpy(bytes_, bytes, size);
     size_ = static_cast<Size>(size);
-    ttl_ = ttl & W::kTtlMax;
-    crossed_gateway_ = crossed_gateway;
+    W::MessageField::put(header_, static_cast<MessageNumber>(number() + 1u));
+    W::SequenceField::put(header_, 0);
+    W::TtlField::put(header_, ttl);
+    W::SizeField::put(header_, static_cast<typename W::SizeField::Value>(size));
+    W::GatewayField::put(header_, crossed_gateway ? 1 : 0);
     since_ = now;
-    sequence_ = 0;
+    at_ = 0;
     is_busy_ = true;
   }
 
-  typename W::Sequence sequence() const { return sequence_; }
-  uint8_t ttl() const { return ttl_; }
+  /// Nothing of the message has been sent.
+  bool is_untouched() const { return W::SequenceField::get(header_) == 0; }
+  /// The sender of this message. To be told before its first packet.
+  void set_sender(typename W::NodeId node, typename W::Epoch epoch) {
+    W::NodeField::put(header_, node);
+    W::EpochField::put(header_, epoch);
+  }
 
   /// Writes the next packet.
-  /// @param header  node, message, channel, epoch and timestamped are the caller's; the rest is
-  ///                filled in here
+  /// @param timestamped  as in reset()
   /// @return bytes written to `out`; is_busy() is false after the last packet
-  PacketSize next(Header& header, Ticks now, uint8_t* out) {
-    const PacketSize payload_max = header.timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
-    const Size at = static_cast<Size>(sequence_ * payload_max);
-    const Size left = static_cast<Size>(size_ - at);
-    header.end = left <= payload_max;
-    const PacketSize payload = header.end ? static_cast<PacketSize>(left) : payload_max;
-    header.sequence = sequence_;
-    header.ttl = ttl_;
-    header.hops = 0;
-    header.size = static_cast<decltype(header.size)>(size_);
-    header.crossed_gateway = crossed_gateway_;
-    W::encode(header, out);
-    uint8_t* body = out + W::kHeaderBytes;
-    memcpy(body, bytes_ + at, payload);
-    PacketSize body_bytes = payload;
-    if (P::kPadded) {
-      memset(body + payload, 0, static_cast<size_t>(W::kBodyBytes - payload));
-      body_bytes = W::kBodyBytes;
-    } else if (header.timestamped) {
-      body_bytes = static_cast<PacketSize>(payload + W::kTimestampBytes);
+  SWARMTALK_APART PacketSize next(bool timestamped, Ticks now, uint8_t* out) {
+    PacketSize payload = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    const Size left = static_cast<Size>(size_ - at_);
+    const bool end = left <= payload;
+    if (end) payload = static_cast<PacketSize>(left);
+    W::EndField::put(header_, end ? 1 : 0);
+    memcpy(out, header_, W::kHeaderBytes);
+    uint8_t* const body = out + W::kHeaderBytes;
+    if (P::kPadded) memset(body, 0, W::kBodyBytes);
+    memcpy(body, bytes_ + at_, payload);
+    PacketSize body_bytes = W::kBodyBytes;
+    if (!P::kPadded) {
+      body_bytes = static_cast<PacketSize>(payload + (timestamped ? W::kTimestampBytes : 0));
     }
-    if (header.timestamped) {
+    if (timestamped) {
       W::set_timestamp(body, body_bytes, W::later(0, static_cast<Ticks>(now - since_)));
     }
-    ++sequence_;
-    is_busy_ = !header.end;
+    at_ = static_cast<Size>(at_ + payload);
+    W::SequenceField::put(header_,
+                          static_cast<typename W::Sequence>(W::SequenceField::get(header_) + 1u));
+    is_busy_ = !end;
     return W::seal(out, static_cast<PacketSize>(W::kHeaderBytes + body_bytes));
   }
 
  private:
-  uint8_t bytes_[W::kMessageBytes];
   Size size_;
-  typename W::Sequence sequence_;  // of the next packet
-  uint8_t ttl_ : P::kTtlBits == 0 ? 1 : P::kTtlBits;
-  bool crossed_gateway_ : 1;
-  bool is_busy_ : 1;
+  Size at_;      // bytes sent
   Ticks since_;  // when the message was handed over
+  bool is_busy_;
+  uint8_t header_[W::kHeaderBytes];  // of the next packet
+  uint8_t bytes_[W::kMessageBytes];
 };
 
 }  // namespace core

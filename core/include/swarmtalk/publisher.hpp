@@ -48,9 +48,13 @@ class Publisher {
     target.plain();
   }
 
+  static void call_nothing(void*) {}
+
+  void clear() { sent_ = nullptr; }
+  bool is_used() const { return sent_ != nullptr; }
   void set(Channel<P>* channel, SentFn sent, void* context) {
     channel_ = channel;
-    sent_ = sent;
+    sent_ = sent == nullptr ? &call_nothing : sent;
     context_ = context;
   }
   void set_plain(Channel<P>* channel, void (*sent)()) {
@@ -58,12 +62,10 @@ class Publisher {
     target.plain = sent;
     set(channel, sent == nullptr ? nullptr : &call_plain, target.context);
   }
-  void call_sent() {
-    if (sent_ != nullptr) sent_(context_);
-  }
+  void call_sent() { sent_(context_); }
 
   Channel<P>* channel_;
-  SentFn sent_;
+  SentFn sent_;  // null: this place is free
   void* context_;
 };
 

@@ -9,23 +9,27 @@
 #include <string.h>
 
 #include "swarmtalk/record_index.hpp"
+#include "swarmtalk/sensing.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 
 namespace swarmtalk {
 namespace core {
 
-/// One packet's share of a message, as the node has checked it.
+/// One packet's share of a message, as the node has checked it. `delay_ticks` is what it says of
+/// its way here.
 template <class P>
-struct Fragment {
+struct Fragment : Reception<P> {
   const uint8_t* payload;
   typename Wire<P>::PacketSize payload_bytes;
-  typename Wire<P>::PacketSize payload_max;  // bytes in each packet but the last
-  typename Wire<P>::PacketMask bit;          // of its place in the message, 1 for the first
-  bool end;                                  // the message's last
-  bool timestamped;
-  typename Wire<P>::Timestamp delay;            // ticks spent before it came here
-  typename Wire<P>::MessageSize message_bytes;  // of the whole message, if the wire tells
+  typename Wire<P>::PacketMask bit;  // of its place in the message, 1 for the first
+
+  /// Bytes in each packet of the message but the last.
+  typename Wire<P>::PacketSize payload_max() const {
+    return P::kPadded        ? payload_bytes
+           : this->has_delay ? Wire<P>::kTimedPayloadBytes
+                             : Wire<P>::kPayloadBytes;
+  }
 };
 
 template <class P>
@@ -58,8 +62,8 @@ class Reassembler {
   }
 
   /// Adds a packet to a message that has been begun. @param elapsed ticks since its last packet
-  SWARMTALK_HOT Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
-    if (P::kSizeBits != 0 && record.held != 0 && record.length() != fragment.message_bytes) {
+  SWARMTALK_HOT_APART Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
+    if (P::kSizeBits != 0 && record.held != 0 && record.length() != fragment.size) {
       return Outcome::kContradiction;
     }
     const Mask bit = fragment.bit;
@@ -67,7 +71,7 @@ class Reassembler {
     const bool end_held = (record.flags & Entry::kEndHeld) != 0;
     Slot* const link = link_of(record, bit);
     if ((before & bit) != 0) {
-      return memcmp(slots_[*link].body, fragment.payload, fragment.payload_bytes) == 0
+      return memcmp(slot_at(*link).body, fragment.payload, fragment.payload_bytes) == 0
                  ? Outcome::kDuplicate
                  : Outcome::kContradiction;
     }
@@ -78,15 +82,15 @@ class Reassembler {
     const Timestamp delay = delay_now(record, fragment, elapsed);
     const Slot slot = unused_slot();
     if (slot == kNoSlot) return Outcome::kNoSlot;
-    Held& place = slots_[slot];
+    Held& place = slot_at(slot);
     memcpy(place.body, fragment.payload, fragment.payload_bytes);
     place.next = *link;
     *link = slot;
     record.held = held;
-    if (fragment.timestamped) {
-      W::set_timestamp(slots_[record.first].body, W::kBodyBytes, delay);
+    if (fragment.has_delay) {
+      W::set_timestamp(slot_at(record.first).body, W::kBodyBytes, delay);
     }
-    if (P::kSizeBits != 0) record.set_length(fragment.message_bytes);
+    if (P::kSizeBits != 0) record.set_length(fragment.size);
     if (fragment.end) {
       record.flags = static_cast<uint8_t>(record.flags | Entry::kEndHeld);
       if (P::kSizeBits == 0) record.set_length(fragment.payload_bytes);
@@ -96,27 +100,27 @@ class Reassembler {
 
   /// The message that `last` completed (add() answered kComplete), written to `message`
   /// (W::kMessageBytes). Its fragments are released.
-  /// @return bytes of the message; `delay` gets the largest delay of its packets until now
-  uint16_t take(Entry& record, const Fragment<P>& last, Ticks elapsed, uint8_t* message,
-                Timestamp* delay) {
-    *delay = delay_now(record, last, elapsed);
+  /// @return bytes of the message; `last` gets the largest delay of all its packets until now
+  uint16_t take(Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
+    last.delay_ticks = delay_now(record, last, elapsed);
+    const PacketSize payload_max = last.payload_max();
     Mask bit = 1;  // of the highest packet, which begins at byte `at`
     uint16_t at = 0;
     for (const Mask held = record.held | last.bit; bit != static_cast<Mask>(held - (held >> 1));) {
       bit = static_cast<Mask>(bit << 1);
-      at = static_cast<uint16_t>(at + last.payload_max);
+      at = static_cast<uint16_t>(at + payload_max);
     }
     PacketSize size = tail_of(record, last, at, bit);
     const uint16_t total = static_cast<uint16_t>(at + size);
     for (Slot slot = record.first; bit != 0; bit = static_cast<Mask>(bit >> 1)) {
       const uint8_t* from = last.payload;
       if (bit != last.bit) {
-        from = slots_[slot].body;
-        slot = slots_[slot].next;
+        from = slot_at(slot).body;
+        slot = slot_at(slot).next;
       }
       memcpy(message + at, from, size);
-      at = static_cast<uint16_t>(at - last.payload_max);
-      size = last.payload_max;
+      at = static_cast<uint16_t>(at - payload_max);
+      size = payload_max;
     }
     release(record);
     return total;
@@ -125,7 +129,7 @@ class Reassembler {
   /// Gives back what a message holds.
   void release(Entry& record) {
     Slot* link = &record.first;
-    while (*link != kNoSlot) link = &slots_[*link].next;
+    while (*link != kNoSlot) link = &slot_at(*link).next;
     *link = free_;
     free_ = record.first;
     begin(record);
@@ -145,12 +149,13 @@ class Reassembler {
     Slot next;
   };
 
+  SWARMTALK_SHARED Held& slot_at(Slot slot) { return slots_[slot]; }
   /// The link of a message's list at which packet `bit` is, or would be.
   Slot* link_of(Entry& record, Mask bit) {
     Slot* link = &record.first;
     for (Mask above = static_cast<Mask>(record.held & (0u - bit - bit)); above != 0;
          above = static_cast<Mask>(above & (above - 1u))) {
-      link = &slots_[*link].next;
+      link = &slot_at(*link).next;
     }
     return link;
   }
@@ -158,25 +163,26 @@ class Reassembler {
   Slot unused_slot() {
     const Slot slot = free_;
     if (slot != kNoSlot) {
-      free_ = slots_[slot].next;
+      free_ = slot_at(slot).next;
       return slot;
     }
     return used_ == P::kFragmentSlots ? kNoSlot : used_++;
   }
 
   static PacketSize tail_of(const Entry& record, const Fragment<P>& last, uint16_t at, Mask top) {
-    if (P::kSizeBits != 0) return static_cast<PacketSize>(last.message_bytes - at);
+    if (P::kSizeBits != 0) return static_cast<PacketSize>(last.size - at);
     if (P::kPadded || last.bit == top) return last.payload_bytes;
     return static_cast<PacketSize>(record.length());
   }
 
   /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
   /// what this packet says if that is more. Saturates.
-  Timestamp delay_now(const Entry& record, const Fragment<P>& fragment, Ticks elapsed) const {
-    if (!fragment.timestamped || record.held == 0) return fragment.delay;
-    const Timestamp before = W::timestamp(slots_[record.first].body, W::kBodyBytes);
+  SWARMTALK_SHARED Timestamp delay_now(const Entry& record, const Fragment<P>& fragment,
+                                       Ticks elapsed) {
+    if (!fragment.has_delay || record.held == 0) return fragment.delay_ticks;
+    const Timestamp before = W::timestamp(slot_at(record.first).body, W::kBodyBytes);
     const Timestamp waited = W::later(before, elapsed);
-    return waited > fragment.delay ? waited : fragment.delay;
+    return waited > fragment.delay_ticks ? waited : fragment.delay_ticks;
   }
 
   Held slots_[P::kFragmentSlots];

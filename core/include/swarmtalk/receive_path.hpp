@@ -9,43 +9,32 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::receive(const Arrival& arrival) {
-  const Header& header = arrival.header;
-  const Fragment<P>& fragment = arrival.fragment;
-  bool wanted = arrival.channel != nullptr && arrival.channel->subscriber_count_ != 0;
+void Swarmtalk<P>::receive(Arrival& arrival) {
+  bool wanted = arrival.to != nullptr && arrival.to->has_subscribers();
   if (!wanted) {
     count(counters_.unknown_channels);
-  } else if (!arrival.channel->wants(*arrival.sensing)) {
+  } else if (!arrival.to->wants(arrival.sensing)) {
     count(counters_.too_far);
     wanted = false;
   }
-  if (!wanted && header.ttl == 0) return;
-  const bool flood = header.ttl != 0 || arrival.channel->ttl_ != 0;
-  const bool whole = header.end && header.sequence == 0;
+  if (!wanted && arrival.ttl == 0) return;
+  const bool flood = arrival.ttl != 0 || arrival.to->ttl_ != 0;
+  const bool whole = arrival.end && arrival.sequence == 0;
   Entry* const record = record_of(arrival.key, flood, whole);
-  if (header.ttl != 0) forward(arrival, record);
+  if (arrival.ttl != 0) forward(arrival, record);
   if (!wanted) return;
   if (record == nullptr) {
-    if (whole) {
-      deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
-    } else {
-      count(counters_.no_memory);
-    }
-    return;
-  }
-  if (record->is_done()) {
-    count(counters_.duplicates);
-  } else if (whole && !record->is_open()) {
-    cache_.close(*record, Entry::kDelivered);
-    deliver(arrival, fragment.payload, fragment.payload_bytes, fragment.delay);
+    if (!whole) return count(counters_.no_memory);
   } else {
-    assemble(arrival, *record);
+    if (record->is_done()) return count(counters_.duplicates);
+    if (!whole || record->is_open()) return assemble(arrival, *record);
+    cache_.close(*record, Entry::kDelivered);
   }
+  deliver(arrival, arrival.payload, arrival.payload_bytes);
 }
 
 template <class P>
-SWARMTALK_HOT typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& key, bool flood,
-                                                                    bool whole) {
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& key, bool flood, bool whole) {
   Entry* record = cache_.find(key);
   if (record != nullptr) {
     if (record->is_open() && cache_.is_expired(*record)) {
@@ -71,20 +60,20 @@ void Swarmtalk<P>::forward(const Arrival& arrival, Entry* record) {
     count(counters_.no_memory);
     return;
   }
-  if ((record->forwarded & arrival.fragment.bit) != 0) {
-    forward_queue_.improve(arrival.bytes, arrival.header);
+  if ((record->forwarded & arrival.bit) != 0) {
+    forward_queue_.improve(arrival.packet(), arrival);
     return;
   }
-  if (!forward_queue_.push(arrival.bytes, arrival.size, arrival.header, cache_.now())) {
+  if (!forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival, now())) {
     count(counters_.forward_queue_full);
     return;
   }
-  record->forwarded = static_cast<Mask>(record->forwarded | arrival.fragment.bit);
+  record->forwarded = static_cast<Mask>(record->forwarded | arrival.bit);
   round_robin_.set_ready(0, true);
 }
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record) {
+void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
   if (!record.is_open()) {
     reassembler_.begin(record);
     cache_.open(record);
@@ -97,9 +86,9 @@ SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record)
   const Ticks elapsed = cache_.since_last_packet(record);
   Outcome outcome;
   do {
-    outcome = reassembler_.add(record, arrival.fragment, elapsed);
+    outcome = reassembler_.add(record, arrival, elapsed);
   } while (outcome == Outcome::kNoSlot &&
-           give_up_less_than(worth(record, arrival.fragment.bit), &record) != nullptr);
+           give_up_less_than(worth(record, arrival.bit), &record) != nullptr);
   switch (outcome) {
     case Outcome::kHeld:
       cache_.open(record);
@@ -122,41 +111,24 @@ SWARMTALK_HOT void Swarmtalk<P>::assemble(const Arrival& arrival, Entry& record)
 }
 
 template <class P>
-void Swarmtalk<P>::complete(const Arrival& arrival, Entry& record, Ticks elapsed) {
+void Swarmtalk<P>::complete(Arrival& arrival, Entry& record, Ticks elapsed) {
   uint8_t message[W::kMessageBytes];
-  typename W::Timestamp delay = 0;
   this->set_usual_packets(worth(record, 0));
-  const uint16_t size = reassembler_.take(record, arrival.fragment, elapsed, message, &delay);
+  const uint16_t size = reassembler_.take(record, arrival, elapsed, message);
   cache_.close(record, Entry::kDelivered);
-  deliver(arrival, message, size, delay);
+  deliver(arrival, message, size);
 }
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::deliver(const Arrival& arrival, const uint8_t* bytes,
-                                         uint16_t size, typename W::Timestamp delay) {
-  const Header& header = arrival.header;
-  Reception<P> reception;
-  reception.sensing = *arrival.sensing;
-  reception.node = header.node;
-  reception.epoch = header.epoch;
-  reception.message = header.message;
-  reception.channel = header.channel;
-  reception.ttl = header.ttl;
-  reception.hops = hops_of(arrival);
-  reception.has_delay = header.timestamped;
-  reception.crossed_gateway = header.crossed_gateway;
-  reception.delay_ticks = delay;
+void Swarmtalk<P>::deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size) {
+  if (P::kHopsBits == 0) {
+    const uint8_t sent_ttl = arrival.to->ttl_;
+    arrival.hops = P::kHopsFromTtl && sent_ttl >= arrival.ttl
+                       ? static_cast<uint8_t>(sent_ttl - arrival.ttl)
+                       : kHopsUnknown;
+  }
   count(counters_.messages_received);
-  arrival.channel->deliver(bytes, size, reception);
-}
-
-template <class P>
-uint8_t Swarmtalk<P>::hops_of(const Arrival& arrival) {
-  if (P::kHopsBits != 0) return arrival.header.hops;
-  const uint8_t sent_ttl = arrival.channel->ttl_;
-  return P::kHopsFromTtl && sent_ttl >= arrival.header.ttl
-             ? static_cast<uint8_t>(sent_ttl - arrival.header.ttl)
-             : kHopsUnknown;
+  arrival.to->deliver(bytes, size, arrival);
 }
 
 template <class P>
@@ -181,7 +153,7 @@ bool Swarmtalk<P>::is_finishable(const Arrival& arrival, const Entry& record) co
   using Slots = UintFor<bits_for(UINT32_C(1) * P::kRecords * W::kMaxPackets + P::kFragmentSlots)>;
   const uint8_t packets = this->usual_packets();
   if (packets < 2 || (record.flags & Entry::kFlood) != 0) return true;
-  if (arrival.fragment.bit != 1) return false;
+  if (arrival.bit != 1) return false;
   uint8_t messages = 0;  // that can still become whole, this one included
   Slots held = 1;
   uint8_t most = 2;
@@ -203,9 +175,10 @@ template <class P>
 typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
   Entry* victim = nullptr;
   const uint8_t enough = limit == kAnyWorth ? 3 : 0;
-  const auto used = cache_.used();
-  for (uint8_t n = 0; n < 32 && n < used; ++n) {
-    Entry* const record = in_register(cache_.next_after(victim_hand_));
+  const auto start = victim_hand_;
+  uint8_t looks = 32;  // at most
+  do {
+    Entry* const record = cache_.next_after(victim_hand_);
     if (!record->is_open() || record == kept) continue;
     const uint8_t its_worth = worth(*record, 0);
     if (its_worth < limit) {
@@ -213,7 +186,7 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, con
       limit = its_worth;
       if (limit <= enough) break;
     }
-  }
+  } while (victim_hand_ != start && --looks != 0);
   if (victim == nullptr) return nullptr;
   give_up(*victim);
   count(counters_.no_memory);

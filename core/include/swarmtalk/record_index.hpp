@@ -36,12 +36,13 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
   Bits bits;
 
   RecordKey() {}
-  explicit RecordKey(const typename W::Header& header)
+  /// Of a packet's message.
+  explicit RecordKey(const uint8_t* packet)
       : bits(static_cast<Bits>(
-            static_cast<Bits>(static_cast<Bits>(header.node) << kNodeShift) |
-            static_cast<Bits>(static_cast<Bits>(header.message) << kMessageShift) |
-            header.channel)) {
-    this->set(header.epoch);
+            static_cast<Bits>(static_cast<Bits>(W::NodeField::get(packet)) << kNodeShift) |
+            static_cast<Bits>(static_cast<Bits>(W::MessageField::get(packet)) << kMessageShift) |
+            W::ChannelField::get(packet))) {
+    this->set(W::EpochField::get(packet));
   }
   bool operator==(const RecordKey& other) const {
     return bits == other.bits && this->get() == other.get();
@@ -52,8 +53,13 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
            this->get() == other.get();
   }
   typename W::NodeId node() const { return static_cast<typename W::NodeId>(bits >> kNodeShift); }
-  typename W::MessageNumber message() const {
-    return static_cast<typename W::MessageNumber>((bits & kMessageBitsMask) >> kMessageShift);
+  /// Of two messages of one stream: whether this one's number is in the middle half of those ahead
+  /// of `other`'s. (Nearer ones are just before or just after it.)
+  bool is_far_from(const RecordKey& other) const {
+    constexpr Bits kQuarter =
+        static_cast<Bits>(((W::kMessageMask >> 2) + Bits{1}) << kMessageShift);
+    return static_cast<Bits>((bits - other.bits - kQuarter) & kMessageBitsMask) <
+           static_cast<Bits>(2 * kQuarter);
   }
   /// Bucket of the key. Small message numbers are left out, so that all messages of a sender and
   /// channel are in one chain (at most 2^kMessageBits of them).
@@ -123,9 +129,9 @@ class RecordIndex {
   using Entry = Record<P>;
   static constexpr Index kNone = P::kRecords;
 
-  RecordIndex() : hand_(0) { memset(heads_, 0, sizeof(heads_)); }
+  explicit RecordIndex(Entry*) : used_(0), hand_(0) { memset(heads_, 0, sizeof(heads_)); }
 
-  Entry* find(Entry* records, Index, const RecordKey<P>& key) {
+  Entry* find(Entry* records, const RecordKey<P>& key) {
     Entry* record = first(records, key);
     while (record != nullptr && !(record->key == key)) record = next(records, record);
     return record;
@@ -153,24 +159,31 @@ class RecordIndex {
   Entry* next(Entry* records, const Entry* record) const {
     return record->next_ == kNone ? nullptr : &records[record->next_];
   }
-  bool is_valid(const Entry*, const Entry* record, Index) const { return record != nullptr; }
+  /// What follows the last one of a walk from first().
+  static const Entry* stop() { return nullptr; }
+  const Entry* end(const Entry* records) const { return records + used_; }
+  /// A record that has never been used, or null.
+  Entry* fresh(Entry* records) { return used_ < P::kRecords ? &records[used_++] : nullptr; }
   /// The record given away last: those after it are the oldest, roughly.
   Index& hand() { return hand_; }
 
  private:
   Index heads_[P::kBuckets];
+  Index used_;  // records 0..used_-1 have been used; the rest is untouched memory
   Index hand_;
 };
 
-/// No table: all records are looked at.
+/// No table: all records in use are looked at.
 template <class P>
 class RecordIndex<P, true> {
  public:
-  using Index = UintFor<bits_for(P::kRecords)>;
   using Entry = Record<P>;
 
-  Entry* find(Entry* records, Index used, const RecordKey<P>& key) {
-    for (Entry* record = records; record != records + used; record = in_register(record + 1)) {
+  explicit RecordIndex(Entry* records) : end_(records) {}
+
+  Entry* find(Entry* records, const RecordKey<P>& key) {
+    const Entry* const stop = end_;
+    for (Entry* record = records; record != stop; record = in_register(record + 1)) {
       if (record->key == key) return record;
     }
     return nullptr;
@@ -179,13 +192,16 @@ class RecordIndex<P, true> {
   void unlink(Entry*, Entry*) {}
   Entry* first(Entry* records, const RecordKey<P>&) const { return records; }
   Entry* next(Entry*, Entry* record) const { return record + 1; }
-  bool is_valid(const Entry* records, const Entry* record, Index used) const {
-    return record != records + used;
-  }
-  Index& hand() {  // for code that is not reached
-    static Index none;
+  const Entry* stop() const { return end_; }
+  const Entry* end(const Entry*) const { return end_; }
+  Entry* fresh(Entry* records) { return end_ == records + P::kRecords ? nullptr : end_++; }
+  UintFor<bits_for(P::kRecords)>& hand() {  // for code that is not reached
+    static UintFor<bits_for(P::kRecords)> none;
     return none;
   }
+
+ private:
+  Entry* end_;  // behind the records in use
 };
 
 }  // namespace core

@@ -17,10 +17,10 @@ class BitSet {
   BitSet() { memset(groups_, 0, sizeof(groups_)); }
   void set(uint16_t i, bool value) {
     const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
-    uint8_t& group = groups_[i / 8];
+    uint8_t& group = groups_[group_of(i)];
     group = static_cast<uint8_t>(value ? group | bit : group & ~bit);
   }
-  bool has(uint16_t i) const { return (groups_[i / 8] >> (i % 8) & 1) != 0; }
+  bool has(uint16_t i) const { return (groups_[group_of(i)] >> (i % 8) & 1) != 0; }
   bool is_empty() const {
     for (uint8_t n = 0; n < kGroups; ++n) {
       if (groups_[n] != 0) return false;
@@ -34,6 +34,7 @@ class BitSet {
 
  private:
   static constexpr uint8_t kGroups = (kSize + 7) / 8;
+  static uint16_t group_of(uint16_t i) { return kGroups == 1 ? 0 : i / 8; }
   uint8_t groups_[kGroups];
 };
 

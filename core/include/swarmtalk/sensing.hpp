@@ -33,18 +33,11 @@ struct PoseSensing {
   bool is_within(Distance limit) const { return !(distance_m >= limit); }
 };
 
-/// What comes with a message, beside its bytes.
+/// What comes with a message, beside its bytes: the header of its last packet, of which `hops` is
+/// kHopsUnknown if neither the wire nor the TTLs tell, and what was measured.
 template <class P>
-struct Reception {
-  typename P::Sensing sensing;              // of the last packet's transmitter
-  typename Wire<P>::NodeId node;            // origin of the message
-  typename Wire<P>::Epoch epoch;            // of the origin; 0 if the profile has none
-  typename Wire<P>::MessageNumber message;  // counts up by one per (origin, channel), wraps
-  typename Wire<P>::ChannelId channel;
-  uint8_t ttl;           // left when the last packet arrived
-  uint8_t hops;          // 0: heard from the origin itself; or kHopsUnknown
-  bool has_delay;        // the channel is timestamped
-  bool crossed_gateway;  // a gateway copied it; always false without the bit
+struct Reception : Wire<P>::Header {
+  typename P::Sensing sensing;  // of the last packet's transmitter
   /// Ticks from send() to now, waits in all buffers on the way included, air time not. At
   /// Wire<P>::kTimestampMax it means "at least". 0 if !has_delay.
   typename Wire<P>::Timestamp delay_ticks;

@@ -30,7 +30,9 @@ class Subscriber {
   using Distance = typename P::Sensing::Distance;
 
   /// Whether a message whose last packet came from so far is wanted.
-  bool wants(const typename P::Sensing& sensing) const { return sensing.is_within(max_distance_); }
+  bool wants(const typename P::Sensing& sensing) const {
+    return is_used() && sensing.is_within(max_distance_);
+  }
 
  private:
   friend class Channel<P>;
@@ -49,9 +51,13 @@ class Subscriber {
     });
   }
 
+  static void call_nothing(void*, const uint8_t*, uint16_t, const Reception<P>&) {}
+
+  void clear() { receive_ = nullptr; }
+  bool is_used() const { return receive_ != nullptr; }
   void set(Distance max_distance, ReceiveFn<P> receive, void* context) {
     max_distance_ = max_distance;
-    receive_ = receive;
+    receive_ = receive == nullptr ? &call_nothing : receive;
     context_ = context;
   }
   void set_plain(Distance max_distance, PlainReceiveFn<P> receive) {
@@ -60,11 +66,11 @@ class Subscriber {
     set(max_distance, receive == nullptr ? nullptr : &call_plain, target.context);
   }
   void call(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
-    if (receive_ != nullptr) receive_(context_, bytes, size, reception);
+    receive_(context_, bytes, size, reception);
   }
 
   Distance max_distance_;
-  ReceiveFn<P> receive_;
+  ReceiveFn<P> receive_;  // null: this place is free
   void* context_;
 };
 

@@ -67,7 +67,8 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   using Ticks = UintFor<P::kClockBits>;
 
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
-  explicit Swarmtalk(const Port& port) : port_(port), last_error_(Error::kOk) {
+  explicit Swarmtalk(const Port& port)
+      : port_{port.clock, port.random, port.context}, last_error_(Error::kOk) {
     used_channels_ = 0;
   }
   Swarmtalk(const Swarmtalk&) = delete;
@@ -77,33 +78,48 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// @param ttl          hops allowed after the first, 0..W::kTtlMax
   /// @param timestamped  messages carry their delay, at W::kTimestampBytes less payload per packet
   /// @return null when impossible; last_error() says why
-  Channel<P>* new_channel(uint32_t id, uint32_t ttl, bool timestamped) {
-    last_error_ = check_channel(id, ttl, timestamped);
-    if (last_error_ != Error::kOk) return nullptr;
-    const ChannelIndex index = free_channel(static_cast<ChannelId>(id));
-    if (index == kNoChannel) {
-      last_error_ = Error::kNoRoom;
-      return nullptr;
+  SWARMTALK_APART Channel<P>* new_channel(unsigned id, unsigned ttl, bool timestamped) {
+    if (id > W::kChannelMax) return refuse(Error::kBadChannel);
+    if (ttl > W::kTtlMax) return refuse(Error::kTtlTooLarge);
+    if (timestamped && P::kTimestampBits == 0) return refuse(Error::kWrongTimestamps);
+    if (P::kTimestampedFrom != kNoTimestampedChannels &&
+        timestamped != (id >= P::kTimestampedFrom)) {
+      return refuse(Error::kWrongTimestamps);
     }
-    if (index == used_channels_) {
+    // The place where this channel was before (its message numbers go on there), else a fresh one,
+    // else any that is free.
+    ChannelIndex place = used_channels_;
+    for (ChannelIndex i = used_channels_; i-- != 0;) {
+      const bool is_open = channels_[i].is_open_;
+      if (ids_[i] == static_cast<ChannelId>(id)) {
+        if (is_open) return refuse(Error::kAlreadyOpen);
+        place = i;
+        break;
+      }
+      if (!is_open && used_channels_ == P::kChannels) place = i;
+    }
+    if (place == P::kChannels) return refuse(Error::kNoRoom);
+    refuse(Error::kOk);
+    Channel<P>& channel = *in_register(&channels_[place]);
+    MessageNumber number = channel.fragmenter_.number();
+    if (place == used_channels_) {
       ++used_channels_;
-      channels_[index].number_ = this->floor();
-    } else if (ids_[index] != static_cast<ChannelId>(id)) {
-      this->raise_floor(channels_[index].number_);
-      channels_[index].number_ = this->floor();
+      number = this->floor();
+    } else if (ids_[place] != static_cast<ChannelId>(id)) {
+      this->raise_floor(number);
+      number = this->floor();
     }
-    ids_[index] = static_cast<ChannelId>(id);
-    is_open_.set(index, true);
-    channels_[index].init(this, index, static_cast<uint8_t>(ttl), timestamped,
-                          channels_[index].number_);
-    return &channels_[index];
+    ids_[place] = static_cast<ChannelId>(id);
+    channel.init(this, place, static_cast<ChannelId>(id), static_cast<uint8_t>(ttl), timestamped,
+                 number);
+    return &channel;
   }
 
   /// Ends a channel: an unsent message is dropped, its publishers and subscribers must not be used
   /// any more. Not from inside a callback of the same channel.
   void remove_channel(Channel<P>* channel) {
     round_robin_.set_ready(static_cast<Source>(channel->index_ + 1u), false);
-    is_open_.set(channel->index_, false);
+    channel->is_open_ = false;
   }
 
   /// Why the last new_channel failed, or kOk.
@@ -112,12 +128,13 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
-  uint16_t pull_packet(uint8_t* out) {
-    begin_call();
+  SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
+    const Ticks time = begin_call();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
-    return source == 0 ? pull_forwarded(out) : pull_own(channels_[source - 1], source, out);
+    return source == 0 ? pull_forwarded(out, time)
+                       : pull_own(channels_[source - 1], source, out, time);
   }
 
   /// Something waits to be pulled.
@@ -125,7 +142,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
 
   /// Takes a packet that the link has received. Calls `receive` callbacks.
   /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
-  Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
+  SWARMTALK_APART Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
     begin_call();
     count(counters_.packets_received);
     const Error damage = W::check(bytes, size);
@@ -134,16 +151,14 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
       return damage;
     }
     Arrival arrival;
-    arrival.bytes = bytes;
-    arrival.size = static_cast<PacketSize>(size);
-    arrival.sensing = &sensing;
-    arrival.header = W::decode(bytes);
-    arrival.key = Key(arrival.header);
-    arrival.channel = find_channel(arrival.header.channel);
-    if (!W::kMarksTimestamps) {
-      arrival.header.timestamped = arrival.channel != nullptr && arrival.channel->timestamped_;
-    }
-    if (!read_fragment(arrival)) {
+    arrival.size_bytes = static_cast<PacketSize>(size);
+    arrival.sensing = sensing;
+    W::decode(bytes, arrival);
+    arrival.key = Key(bytes);
+    Channel<P>* const channel = find_channel(arrival.channel);
+    arrival.to = channel;
+    if (!W::kMarksTimestamps) arrival.has_delay = channel != nullptr && channel->timestamped_;
+    if (!read_fragment(arrival, bytes)) {
       count(counters_.bad_packets);
       return Error::kBadPacket;
     }
@@ -174,92 +189,70 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   using Mask = typename W::PacketMask;
   using Outcome = typename Reassembler<P>::Outcome;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
-  static constexpr ChannelIndex kNoChannel = P::kChannels;
   static constexpr uint16_t kSources = P::kChannels + 1;
   using Source = typename RoundRobin<kSources>::Source;
   using MessageNumber = typename W::MessageNumber;
 
   /// A packet on its way through the node.
-  struct Arrival {
-    Header header;
-    Fragment<P> fragment;
+  struct Arrival : Fragment<P> {
     Key key;
-    const uint8_t* bytes;
-    PacketSize size;
-    Channel<P>* channel;  // null: not registered here
-    const Sensing* sensing;
+    PacketSize size_bytes;  // of the packet
+    Channel<P>* to;         // null: not registered here
+    const uint8_t* packet() const { return this->payload - W::kHeaderBytes; }
   };
 
-  /// The time of this call, and what is over by now.
-  SWARMTALK_HOT void begin_call() {
-    cache_.set_now(now());
+  /// @return the time of this call; what is over by now is given up
+  SWARMTALK_HOT Ticks begin_call() {
+    const Ticks time = now();
+    cache_.set_now(time);
     Entry* const record = cache_.sweep();
-    if (record == nullptr) return;
+    if (record == nullptr) return time;
     reassembler_.release(*record);
     count(counters_.aged_out);
+    return time;
   }
 
   // --- channels -----------------------------------------------------------------------------
-  Error check_channel(uint32_t id, uint32_t ttl, bool timestamped) {
-    if (id > W::kChannelMax) return Error::kBadChannel;
-    if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
-    if (timestamped && P::kTimestampBits == 0) return Error::kWrongTimestamps;
-    if (P::kTimestampedFrom != kNoTimestampedChannels &&
-        timestamped != (id >= P::kTimestampedFrom)) {
-      return Error::kWrongTimestamps;
-    }
-    return find_channel(static_cast<ChannelId>(id)) == nullptr ? Error::kOk : Error::kAlreadyOpen;
+  Channel<P>* refuse(Error why) {
+    last_error_ = why;
+    return nullptr;
   }
   ChannelId channel_id(ChannelIndex index) const { return ids_[index]; }
 
   /// @return null if this node does not have it
   Channel<P>* find_channel(ChannelId id) {
     for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (ids_[i] == id && is_open_.has(i)) return &channels_[i];
+      if (ids_[i] == id && channels_[i].is_open_) return &channels_[i];
     }
     return nullptr;
-  }
-  /// The place where this channel was before (its message numbers go on there), else a fresh one,
-  /// else any that is free.
-  ChannelIndex free_channel(ChannelId id) const {
-    ChannelIndex found = used_channels_ < P::kChannels ? used_channels_ : kNoChannel;
-    for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (is_open_.has(i)) continue;
-      if (ids_[i] == id) return i;
-      if (found == kNoChannel) found = i;
-    }
-    return found;
   }
   void set_waiting(ChannelIndex index) {
     round_robin_.set_ready(static_cast<Source>(index + 1u), true);
   }
 
   // --- sending ------------------------------------------------------------------------------
-  PacketSize pull_forwarded(uint8_t* out) {
+  SWARMTALK_APART PacketSize pull_forwarded(uint8_t* out, Ticks time) {
     const uint8_t* packet = forward_queue_.next();
     bool timestamped = W::is_timestamped(packet);
     if (!W::kMarksTimestamps) {
       const Channel<P>* channel = find_channel(W::ChannelField::get(packet));
       timestamped = channel != nullptr && channel->timestamped_;
     }
-    const PacketSize size = forward_queue_.pull(timestamped, cache_.now(), out);
+    const PacketSize size = forward_queue_.pull(timestamped, time, out);
     round_robin_.set_ready(0, !forward_queue_.is_empty());
     count(counters_.packets_forwarded);
     return size;
   }
 
-  PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
+  SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out,
+                                      Ticks time) {
     ensure_id();
-    if (channel.fragmenter_.sequence() == 0) channel.sending_node_ = identity_.id();
-    Header header;
-    header.node = channel.sending_node_;  // a change of id never splits a message
-    header.message = channel.number_;
-    header.channel = ids_[source - 1];
-    header.epoch = identity_.epoch();
-    header.timestamped = channel.timestamped_;
-    const PacketSize size = channel.fragmenter_.next(header, cache_.now(), out);
-    if (header.ttl > 0) remember_own(header);
-    if (!channel.fragmenter_.is_busy()) {
+    Fragmenter<P>& message = channel.fragmenter_;
+    // A change of id never splits a message.
+    if (message.is_untouched()) message.set_sender(identity_.id(), identity_.epoch());
+    const PacketSize size = message.next(channel.timestamped_, time, out);
+    if (W::ttl(out) > 0) remember_own(out);
+    if (!message.is_busy()) {
       round_robin_.set_ready(source, false);
       count(counters_.messages_sent);
       channel.call_sent();
@@ -268,15 +261,16 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   /// Others will send this on: their copies are echoes, also under an id that we gave up since.
-  void remember_own(const Header& header) {
-    const Key key(header);
+  SWARMTALK_APART void remember_own(const uint8_t* packet) {
+    const Key key(packet);
     Entry* record = cache_.find(key);
     if (record == nullptr) {
       record = cache_.insert(key, true, true);
       if (record == nullptr) return;
       cache_.close(*record, Entry::kDelivered);
     }
-    record->forwarded = static_cast<Mask>(record->forwarded | W::bit_of(header.sequence));
+    record->forwarded =
+        static_cast<Mask>(record->forwarded | W::bit_of(W::SequenceField::get(packet)));
   }
 
   void ensure_id() const {
@@ -288,55 +282,50 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   // --- receiving ----------------------------------------------------------------------------
-  /// Checks lengths and numbers against each other. @return false if they contradict
-  SWARMTALK_HOT bool read_fragment(Arrival& arrival) const {
-    const Header& header = arrival.header;
-    Fragment<P>& fragment = arrival.fragment;
+  /// Fills in what the packet holds of its message, and checks lengths and numbers against each
+  /// other. @return false if they contradict
+  SWARMTALK_HOT_APART bool read_fragment(Arrival& arrival, const uint8_t* packet) const {
     PacketSize body_bytes =
-        P::kPadded ? W::kBodyBytes
-                   : static_cast<PacketSize>(arrival.size - W::kHeaderBytes - W::kChecksumBytes);
-    const uint8_t* body = arrival.bytes + W::kHeaderBytes;
-    fragment.delay = 0;
-    fragment.timestamped = header.timestamped;
-    fragment.payload_max = header.timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
-    if (header.timestamped) {
+        P::kPadded
+            ? W::kBodyBytes
+            : static_cast<PacketSize>(arrival.size_bytes - W::kHeaderBytes - W::kChecksumBytes);
+    const uint8_t* body = packet + W::kHeaderBytes;
+    arrival.payload = body;
+    arrival.delay_ticks = 0;
+    if (arrival.has_delay) {
       if (body_bytes < W::kTimestampBytes) return false;
-      fragment.delay = W::timestamp(body, body_bytes);
+      arrival.delay_ticks = W::timestamp(body, body_bytes);
       body_bytes = static_cast<PacketSize>(body_bytes - W::kTimestampBytes);
     }
-    if (W::kMaxPackets < (UINT32_C(1) << P::kSequenceBits) && header.sequence >= W::kMaxPackets) {
+    arrival.payload_bytes = body_bytes;
+    if (W::kMaxPackets < (UINT32_C(1) << P::kSequenceBits) && arrival.sequence >= W::kMaxPackets) {
       return false;
     }
-    fragment.bit = W::bit_of(header.sequence);
-    fragment.payload = body;
-    fragment.payload_bytes = body_bytes;
-    fragment.message_bytes = header.size;
-    fragment.end = header.end;
+    arrival.bit = W::bit_of(arrival.sequence);
     if (P::kPadded) return true;
-    if (P::kSizeBits != 0) return fits_size(header, fragment);
-    return header.end ? header.sequence == 0 || body_bytes != 0
-                      : body_bytes == fragment.payload_max;
+    if (P::kSizeBits != 0) return fits_size(arrival);
+    return arrival.end ? arrival.sequence == 0 || body_bytes != 0
+                       : body_bytes == arrival.payload_max();
   }
-  static bool fits_size(const Header& header, const Fragment<P>& fragment) {
-    const uint16_t limit = header.timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
-    if (header.size > limit) return false;
-    const uint16_t packets = W::packets_for(header.size, fragment.payload_max);
-    if (header.end != (header.sequence + 1u == packets) || header.sequence >= packets) {
+  static bool fits_size(const Arrival& arrival) {
+    const uint16_t limit = arrival.has_delay ? W::kTimedMessageBytes : W::kMessageBytes;
+    if (arrival.size > limit) return false;
+    const PacketSize payload_max = arrival.payload_max();
+    const uint16_t packets = W::packets_for(arrival.size, payload_max);
+    if (arrival.end != (arrival.sequence + 1u == packets) || arrival.sequence >= packets) {
       return false;
     }
-    return fragment.payload_bytes == (header.end
-                                          ? header.size - header.sequence * fragment.payload_max
-                                          : fragment.payload_max);
+    return arrival.payload_bytes ==
+           (arrival.end ? arrival.size - arrival.sequence * payload_max : payload_max);
   }
 
   /// Our own packet come back, or somebody else under our id: neither is received.
-  SWARMTALK_HOT bool is_own(const Arrival& arrival) {
-    const Header& header = arrival.header;
-    if (!identity_.is_drawn() || header.node != identity_.id()) return false;
-    const bool same_epoch = header.epoch == identity_.epoch();
+  SWARMTALK_HOT_APART bool is_own(const Arrival& arrival) {
+    if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
+    const bool same_epoch = arrival.epoch == identity_.epoch();
     const Entry* const record = cache_.find(arrival.key);
-    if (same_epoch && (P::kEpochBits != 0 ||
-                       (record != nullptr && (record->forwarded & arrival.fragment.bit) != 0))) {
+    if (same_epoch &&
+        (P::kEpochBits != 0 || (record != nullptr && (record->forwarded & arrival.bit) != 0))) {
       count(counters_.own_echoes);
       return true;
     }
@@ -349,18 +338,16 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
-  SWARMTALK_HOT void receive(const Arrival& arrival);
+  SWARMTALK_HOT_APART void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
-  SWARMTALK_HOT Entry* record_of(const Key& key, bool flood, bool whole);
+  SWARMTALK_HOT_APART Entry* record_of(const Key& key, bool flood, bool whole);
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
   /// then.
-  void forward(const Arrival& arrival, Entry* record);
-  SWARMTALK_HOT void assemble(const Arrival& arrival, Entry& record);
+  SWARMTALK_APART void forward(const Arrival& arrival, Entry* record);
+  SWARMTALK_HOT_APART void assemble(Arrival& arrival, Entry& record);
   /// Kept out of the callers' frames: the message lies on the stack.
-  void complete(const Arrival& arrival, Entry& record, Ticks elapsed);
-  SWARMTALK_HOT void deliver(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
-                             typename W::Timestamp delay);
-  static uint8_t hops_of(const Arrival& arrival);
+  SWARMTALK_APART void complete(Arrival& arrival, Entry& record, Ticks elapsed);
+  SWARMTALK_HOT void deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size);
   void give_up(Entry& record);
   /// Whether memory will do for the one-hop message that this packet begins: if all that are begun
   /// go on at one pace and have the usual number of packets. Where nothing is lost that completes
@@ -385,7 +372,6 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   ForwardQueue<P> forward_queue_;
   Counters<P> counters_;
   ChannelId ids_[P::kChannels];
-  BitSet<P::kChannels> is_open_;
   Channel<P> channels_[P::kChannels];
   ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
   typename Cache::Index victim_hand_ = 0;

@@ -8,10 +8,18 @@
 /// For a function in an inner loop that -Os would call rather than inline.
 #define SWARMTALK_INLINE inline __attribute__((always_inline))
 /// For a function on the way of every packet: inlined where speed counts more than size.
+/// SWARMTALK_APART: for one that -Os would inline into its only caller, where a large function has
+/// too few registers.
 #ifdef __AVR__
 #define SWARMTALK_HOT
+#define SWARMTALK_APART __attribute__((noinline))
+#define SWARMTALK_HOT_APART __attribute__((noinline))
+#define SWARMTALK_SHARED __attribute__((noinline))
 #else
 #define SWARMTALK_HOT inline __attribute__((always_inline))
+#define SWARMTALK_APART
+#define SWARMTALK_HOT_APART SWARMTALK_HOT
+#define SWARMTALK_SHARED
 #endif
 
 namespace swarmtalk {

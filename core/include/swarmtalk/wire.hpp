@@ -96,17 +96,17 @@ struct Wire {
   using PacketIndex = UintFor<bits_for(kMaxPackets)>;  // of a packet in its message, or their count
 
   struct Header {
-    NodeId node;
-    MessageNumber message;
-    Sequence sequence;
-    bool end;
+    NodeId node;            // origin of the message
+    MessageNumber message;  // counts up by one per (origin, channel), wraps
+    Sequence sequence;      // of the packet in its message
+    bool end;               // the message's last packet
     ChannelId channel;
-    uint8_t ttl;
-    uint8_t hops;
-    typename bits::Field<0, P::kSizeBits>::Value size;  // of the whole message, if there is a field
-    Epoch epoch;
-    bool timestamped;
-    bool crossed_gateway;
+    uint8_t ttl;                                        // hops still allowed
+    uint8_t hops;                                       // travelled, if there is a field
+    typename bits::Field<0, P::kSizeBits>::Value size;  // of the whole message, dito
+    Epoch epoch;                                        // of the origin; 0 without a field
+    bool has_delay;                                     // the packet carries a timestamp
+    bool crossed_gateway;                               // a gateway copied it
   };
 
   // Positions: each field starts where the one before it ends.
@@ -133,9 +133,32 @@ struct Wire {
   using TimestampedField = bits::Field<kTimestampedAt, P::kTimestampedBits>;
   using GatewayField = bits::Field<kGatewayAt, P::kGatewayBits>;
 
+  /// Bytes kByte to kEnd - 1 of an encoded header, each from the fields that are in it.
+  template <uint16_t kByte, uint16_t kEnd>
+  struct EncodedByte {
+    static SWARMTALK_INLINE void write(const Header& header, uint8_t* packet) {
+      packet[kByte] =
+          static_cast<uint8_t>(NodeField::template part<kByte>(header.node) |
+                               MessageField::template part<kByte>(header.message) |
+                               SequenceField::template part<kByte>(header.sequence) |
+                               EndField::template part<kByte>(header.end) |
+                               ChannelField::template part<kByte>(header.channel) |
+                               TtlField::template part<kByte>(header.ttl) |
+                               HopsField::template part<kByte>(header.hops) |
+                               SizeField::template part<kByte>(header.size) |
+                               EpochField::template part<kByte>(header.epoch) |
+                               TimestampedField::template part<kByte>(header.has_delay) |
+                               GatewayField::template part<kByte>(header.crossed_gateway));
+      EncodedByte<kByte + 1, kEnd>::write(header, packet);
+    }
+  };
+  template <uint16_t kEnd>
+  struct EncodedByte<kEnd, kEnd> {
+    static void write(const Header&, uint8_t*) {}
+  };
+
   /// Reads the header at the start of `packet` (at least kHeaderBytes). Padding bits are ignored.
-  static Header decode(const uint8_t* packet) {
-    Header header;
+  static SWARMTALK_INLINE void decode(const uint8_t* packet, Header& header) {
     header.node = NodeField::get(packet);
     header.message = MessageField::get(packet);
     header.sequence = SequenceField::get(packet);
@@ -145,25 +168,18 @@ struct Wire {
     header.hops = HopsField::get(packet);
     header.size = SizeField::get(packet);
     header.epoch = EpochField::get(packet);
-    header.timestamped = is_timestamped(packet);
+    header.has_delay = is_timestamped(packet);
     header.crossed_gateway = GatewayField::get(packet) != 0;
+  }
+  static Header decode(const uint8_t* packet) {
+    Header header;
+    decode(packet, header);
     return header;
   }
 
   /// Writes kHeaderBytes at `packet`, padding bits 0. Values are cut to their width.
-  static void encode(const Header& header, uint8_t* packet) {
-    memset(packet, 0, kHeaderBytes);
-    NodeField::put(packet, header.node);
-    MessageField::put(packet, header.message);
-    SequenceField::put(packet, header.sequence);
-    EndField::put(packet, header.end ? 1 : 0);
-    ChannelField::put(packet, header.channel);
-    TtlField::put(packet, header.ttl);
-    HopsField::put(packet, static_cast<typename HopsField::Value>(header.hops));
-    SizeField::put(packet, header.size);
-    EpochField::put(packet, header.epoch);
-    TimestampedField::put(packet, header.timestamped ? 1 : 0);
-    GatewayField::put(packet, header.crossed_gateway ? 1 : 0);
+  static SWARMTALK_INLINE void encode(const Header& header, uint8_t* packet) {
+    EncodedByte<0, kHeaderBytes>::write(header, packet);
   }
 
   /// Whether the packet says that it carries a timestamp (see kMarksTimestamps).

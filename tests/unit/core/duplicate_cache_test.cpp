@@ -15,7 +15,9 @@ Key key(uint8_t node, uint8_t message, uint8_t channel = 1) {
   header.node = node;
   header.message = message;
   header.channel = channel;
-  return Key(header);
+  uint8_t packet[Wire<Kilobot>::kHeaderBytes];
+  Wire<Kilobot>::encode(header, packet);
+  return Key(packet);
 }
 
 /// The cache, with the time as an argument of each call.

@@ -17,18 +17,20 @@ template <class P>
 std::vector<Bytes> cut(const Bytes& message, bool timestamped = false, uint16_t loaded_at = 0,
                        uint16_t pulled_at = 0) {
   Fragmenter<P> sut;
-  sut.reset();
+  typename Wire<P>::Header header = {};
+  header.message = 1;
+  header.channel = 9;
+  header.has_delay = timestamped;
+  sut.reset(header);
   EXPECT_FALSE(sut.is_busy());
   sut.load(message.data(), static_cast<uint16_t>(message.size()), 3, false, loaded_at);
   std::vector<Bytes> packets;
+  EXPECT_EQ(sut.number(), 2u);
   while (sut.is_busy()) {
-    typename Wire<P>::Header header = {};
-    header.node = 5;
-    header.message = 2;
-    header.channel = 9;
-    header.timestamped = timestamped;
+    EXPECT_EQ(sut.is_untouched(), packets.empty());
+    if (sut.is_untouched()) sut.set_sender(5, 0);
     Bytes packet(P::kMtuBytes + 1u, 0xEE);
-    const auto size = sut.next(header, pulled_at, packet.data());
+    const auto size = sut.next(timestamped, pulled_at, packet.data());
     EXPECT_EQ(packet[size], 0xEE) << "nothing is written behind a packet";
     packet.resize(size);
     packets.push_back(packet);
@@ -48,6 +50,9 @@ TEST(Fragmenter, NumbersPacketsFromZeroAndMarksTheLastAlone) {
   const auto packets = cut<Kilobot>(pattern(40));
   for (uint8_t i = 0; i < 8; ++i) {
     const auto header = Wire<Kilobot>::decode(packets[i].data());
+    EXPECT_EQ(header.node, 5);
+    EXPECT_EQ(header.message, 2);
+    EXPECT_EQ(header.channel, 9);
     EXPECT_EQ(header.sequence, i);
     EXPECT_EQ(header.end, i == 7);
     EXPECT_EQ(header.ttl, 3);
@@ -83,12 +88,12 @@ TEST(Fragmenter, TellsTheExactSizeInEveryWifiPacket) {
 
 TEST(Fragmenter, KeepsACopyOfTheMessage) {
   Fragmenter<Kilobot> sut;
+  sut.reset({});
   Bytes message = {1, 2, 3, 4, 5};
   sut.load(message.data(), 5, 0, false, 0);
   message.assign(5, 0xFF);
-  Wire<Kilobot>::Header header = {};
   uint8_t packet[9];
-  sut.next(header, 0, packet);
+  sut.next(false, 0, packet);
   EXPECT_EQ(Bytes(packet + 3, packet + 8), (Bytes{1, 2, 3, 4, 5}));
 }
 

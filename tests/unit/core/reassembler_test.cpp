@@ -19,7 +19,6 @@ Fragment<Kilobot> fragment(uint8_t sequence, uint8_t packets, const char* five) 
   result.end = packets == sequence + 1;
   result.payload = reinterpret_cast<const uint8_t*>(five);
   result.payload_bytes = 5;
-  result.payload_max = 5;
   return result;
 }
 
@@ -29,11 +28,10 @@ TEST(Reassembler, PutsPacketsInOrderWhateverTheirs) {
   sut.begin(entry);
   EXPECT_EQ(sut.add(entry, fragment(2, 3, "ccccc"), 0), Outcome::kHeld);
   EXPECT_EQ(sut.add(entry, fragment(0, 0, "aaaaa"), 0), Outcome::kHeld);
-  const auto last = fragment(1, 0, "bbbbb");
+  auto last = fragment(1, 0, "bbbbb");
   EXPECT_EQ(sut.add(entry, last, 0), Outcome::kComplete);
   uint8_t message[40];
-  uint16_t delay = 0;
-  EXPECT_EQ(sut.take(entry, last, 0, message, &delay), 15);
+  EXPECT_EQ(sut.take(entry, last, 0, message), 15);
   EXPECT_EQ(std::string(reinterpret_cast<char*>(message), 15), "aaaaabbbbbccccc");
   EXPECT_EQ(entry.held, 0);
 }
@@ -76,19 +74,18 @@ TEST(Reassembler, ReportsTheLargestDelayUntilNow) {
   Entry entry = {};
   sut.begin(entry);
   auto first = fragment(0, 0, "aaa");
-  first.payload_bytes = first.payload_max = 3;
-  first.timestamped = true;
-  first.delay = 10;
+  first.payload_bytes = 3;
+  first.has_delay = true;
+  first.delay_ticks = 10;
   auto last = fragment(1, 2, "bbb");
-  last.payload_bytes = last.payload_max = 3;
-  last.timestamped = true;
-  last.delay = 60;
+  last.payload_bytes = 3;
+  last.has_delay = true;
+  last.delay_ticks = 60;
   sut.add(entry, first, 0);
   uint8_t message[40];
-  uint16_t delay = 0;
   EXPECT_EQ(sut.add(entry, last, 49), Outcome::kComplete);
-  sut.take(entry, last, 49, message, &delay);
-  EXPECT_EQ(delay, 60) << "10 + 49 of the first is less";
+  sut.take(entry, last, 49, message);
+  EXPECT_EQ(last.delay_ticks, 60) << "10 + 49 of the first is less";
 }
 
 }  // namespace

@@ -17,13 +17,14 @@ RecordKey<P> key(uint32_t node, uint32_t message, uint32_t channel, uint32_t epo
   header.message = static_cast<typename Wire<P>::MessageNumber>(message);
   header.channel = static_cast<typename Wire<P>::ChannelId>(channel);
   header.epoch = static_cast<typename Wire<P>::Epoch>(epoch);
-  return RecordKey<P>(header);
+  uint8_t packet[Wire<P>::kHeaderBytes];
+  Wire<P>::encode(header, packet);
+  return RecordKey<P>(packet);
 }
 
 TEST(RecordKey, KeepsEveryBitOfEachPart) {
   const auto largest = key<Wifi>(0xFFFF, 0xFFFFFFFF, 0xFFFF, 0xFFFF);
   EXPECT_EQ(largest.node(), 0xFFFF);
-  EXPECT_EQ(largest.message(), 0xFFFFFFFF);
   const auto sut = key<Wifi>(1, 2, 3, 4);
   EXPECT_TRUE(sut == key<Wifi>(1, 2, 3, 4));
   EXPECT_FALSE(sut == key<Wifi>(9, 2, 3, 4));
@@ -39,34 +40,45 @@ TEST(RecordKey, OfOneStreamDiffersInTheNumberAlone) {
   EXPECT_FALSE(sut.is_same_stream(key<Kilobot>(254, 15, 14)));
 }
 
+TEST(RecordKey, TellsNumbersFarFromAnother) {
+  const auto sut = key<Kilobot>(7, 12, 3);
+  for (uint32_t number = 0; number < 16; ++number) {
+    const uint32_t ahead = (12 - number) % 16;
+    EXPECT_EQ(sut.is_far_from(key<Kilobot>(7, number, 3)), ahead >= 4 && ahead < 12) << number;
+  }
+}
+
 struct FewBuckets : Kilobot {
   static constexpr uint16_t kRecords = 20;
   static constexpr uint16_t kBuckets = 2;
 };
 /// Twenty records in two chains: each is found, also when others before and behind it are gone.
 TEST(RecordIndex, FindsWhatIsLinkedAndNothingElse) {
-  RecordIndex<FewBuckets, false> sut;
   std::vector<Record<FewBuckets>> records(20);
+  RecordIndex<FewBuckets, false> sut(records.data());
   for (uint32_t i = 0; i < 20; ++i) {
     records[i].key = key<FewBuckets>(i, i, 1);
     sut.link(records.data(), &records[i]);
   }
   for (uint32_t gone = 0; gone < 20; gone = gone + 3) sut.unlink(records.data(), &records[gone]);
   for (uint32_t i = 0; i < 20; ++i) {
-    EXPECT_EQ(sut.find(records.data(), 20, key<FewBuckets>(i, i, 1)),
+    EXPECT_EQ(sut.find(records.data(), key<FewBuckets>(i, i, 1)),
               i % 3 == 0 ? nullptr : &records[i])
         << i;
   }
-  EXPECT_EQ(sut.find(records.data(), 20, key<FewBuckets>(99, 1, 1)), nullptr);
+  EXPECT_EQ(sut.find(records.data(), key<FewBuckets>(99, 1, 1)), nullptr);
 }
 
 TEST(RecordIndex, WithoutATableLooksAtUsedRecordsOnly) {
-  RecordIndex<Kilobot, true> sut;
   std::vector<Record<Kilobot>> records(20);
+  RecordIndex<Kilobot, true> sut(records.data());
   for (uint32_t i = 0; i < 20; ++i) records[i].key = key<Kilobot>(i, 1, 1);
-  EXPECT_EQ(sut.find(records.data(), 3, key<Kilobot>(2, 1, 1)), &records[2]);
-  EXPECT_EQ(sut.find(records.data(), 3, key<Kilobot>(3, 1, 1)), nullptr);
-  EXPECT_EQ(sut.find(records.data(), 0, key<Kilobot>(0, 1, 1)), nullptr);
+  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(0, 1, 1)), nullptr);
+  for (uint32_t i = 0; i < 3; ++i) EXPECT_EQ(sut.fresh(records.data()), &records[i]);
+  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(2, 1, 1)), &records[2]);
+  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(3, 1, 1)), nullptr);
+  for (uint32_t i = 3; i < 20; ++i) EXPECT_NE(sut.fresh(records.data()), nullptr);
+  EXPECT_EQ(sut.fresh(records.data()), nullptr);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ TEST(Wire, WritesTheWifiHeaderAsOneBigEndianString) {
   header.hops = 0x0C;
   header.size = 0x0D0E;
   header.epoch = 0x0F10;
-  header.timestamped = true;
+  header.has_delay = true;
   header.crossed_gateway = true;
   uint8_t packet[17];
   Wire<Wifi>::encode(header, packet);
