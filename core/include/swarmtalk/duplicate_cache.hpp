@@ -30,7 +30,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   using Ticks = UintFor<P::kClockBits>;
   using Stamp = typename Entry::Stamp;
   using Index = UintFor<bits_for(P::kRecords)>;
-  static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits, "stamps are cut from the clock");
 
   DuplicateCache() : Lookup(records_), sweep_(0) {}
   DuplicateCache(const DuplicateCache&) = delete;

@@ -82,9 +82,13 @@ struct CheckedProfile {
   static_assert(P::kTimestampBits == 0 ||
                     P::kMtuBytes > kHeaderBytes + kChecksumBytes + kTimestampBytes,
                 "this profile leaves no payload on timestamped channels: shorten the timestamp");
-  static_assert(!P::kPadded || P::kSizeBits == 0 || P::kMtuBytes < 65535,
-                "packets are 16-bit long");
+  static_assert(!P::kPadded || P::kSizeBits == 0,
+                "a size field needs packets that keep their length: set kPadded to false");
   static_assert(P::kChannels >= 1, "a node has at least one channel");
+  static_assert(P::kPublishers >= 1 && P::kPublishers < 8 && P::kSubscribers >= 1 &&
+                    P::kSubscribers < 16,
+                "a channel has 1 to 7 publishers and 1 to 15 subscribers");
+  static_assert(P::kFragmentSlots >= 1, "messages of several packets need a fragment slot");
   static_assert(P::kForwardSlots >= 1, "a node forwards: give it at least one forward slot");
   static_assert(P::kRecords >= 2, "a node remembers at least two messages");
   static_assert((P::kBuckets & (P::kBuckets - 1)) == 0, "the number of buckets is a power of 2");
@@ -93,7 +97,13 @@ struct CheckedProfile {
   static_assert(P::kStampBits == 8 || P::kStampBits == 16 || P::kStampBits == 32,
                 "stamps have 8, 16 or 32 bits");
   static_assert(P::kAssemblyTicks < low_bits(P::kStampBits) / 2 + 1,
-                "fragments would outlive their 8-bit stamps: shorten kAssemblyTicks");
+                "fragments would outlive their stamps: shorten kAssemblyTicks or raise kStampBits");
+  static_assert(
+      P::kOneHopDuplicateTicks < low_bits(P::kStampBits) / 2 + 1,
+      "one-hop records would outlive their stamps: shorten kOneHopDuplicateTicks or raise "
+      "kStampBits");
+  static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits,
+                "stamps are cut from the clock: raise kClockBits or lower kClosedShift");
   static_assert((P::kFloodTicks >> P::kClosedShift) < low_bits(P::kStampBits) / 2 + 1,
                 "records would outlive their stamps: shorten kFloodTicks or raise kClosedShift");
   static_assert(P::kOneHopDuplicateTicks <= P::kFloodSurelyTicks &&

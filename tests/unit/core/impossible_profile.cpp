@@ -1,16 +1,11 @@
-// Must not compile: IMPOSSIBLE picks a profile that cannot work. The test looks for the sentence.
+// Must not compile: IMPOSSIBLE is what a profile says that cannot work. The test looks for the
+// sentence. (Without it this compiles, so that the sentence is what stops it.)
 #include "swarmtalk/profiles/kilobot.hpp"
 #include "swarmtalk/swarmtalk.hpp"
 
 struct Impossible : swarmtalk::core::Kilobot {
-#if IMPOSSIBLE == 1
-  static constexpr uint16_t kMtuBytes = 4;
-#elif IMPOSSIBLE == 2
-  static constexpr uint16_t kForwardSlots = 250;
-#elif IMPOSSIBLE == 3
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr uint16_t kMtuBytes = 8;
-#endif
+  static constexpr uint32_t kBufferBudgetBytes = 4096;
+  IMPOSSIBLE
 };
 
 template class swarmtalk::core::Swarmtalk<Impossible>;
