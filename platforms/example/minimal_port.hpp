@@ -26,6 +26,8 @@ class ExampleRobot {
  public:
   using Profile = core::Kilobot;
   static constexpr uint16_t kBodyMm = 33;
+  static constexpr uint16_t kSpeedMmPerS = 10;  // for programs that move
+  static constexpr uint16_t kTurnDegPerS = 45;
   static constexpr uint32_t kTicksPerSecond = 31;
 
   explicit ExampleRobot(ExampleHardware& hardware)

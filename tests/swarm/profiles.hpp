@@ -23,4 +23,9 @@ struct RoomFor20 : Kilobot {
   static constexpr uint16_t kFragmentSlots = 20;
 };
 
+/// The same, and each packet sent on twice.
+struct RoomFor20Repeating : RoomFor20 {
+  static constexpr uint8_t kForwardRepeats = 1;
+};
+
 }  // namespace swarmtalk::core::testing

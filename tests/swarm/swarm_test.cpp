@@ -105,6 +105,18 @@ TEST_P(FloodCell, DeliversAllThatOneForwardPerRobotBringsAt20PercentLoss) {
 }
 INSTANTIATE_TEST_SUITE_P(Packets, FloodCell, ::testing::Values(1, 4, 8));
 
+/// TTL = diameter, so that a lost packet is not made up for by longer ways.
+TEST(Flood, CoversMoreWhenEachPacketIsSentOnTwice) {
+  const FloodResult once = Flood<RoomFor20>(flood(1, 9, 0.2)).run();
+  const FloodResult twice = Flood<RoomFor20Repeating>(flood(1, 9, 0.2)).run();
+  std::printf("coverage %.4f at %.3f transmissions of the ideal; sent on twice %.4f at %.3f\n",
+              once.coverage(), once.cost(100, 1), twice.coverage(), twice.cost(100, 1));
+  EXPECT_LT(once.coverage(), 0.98);
+  EXPECT_GE(twice.coverage(), 0.998);
+  EXPECT_LE(twice.cost(100, 1), 2.0);
+  expect_clean(twice);
+}
+
 TEST(Flood, OfAllRobotsAtOnceStaysCleanWhenTheChannelIsFull) {
   FloodConfig config = flood(4, 3, 0.2);
   config.side = 6;

@@ -1,11 +1,14 @@
-// The example port runs a suite program: a line of robots, each hearing the next.
+// The example port runs every suite program, without a change to one.
 #include "platforms/example/minimal_port.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
+#include "suite/programs/edge_following.hpp"
+#include "suite/programs/firefly.hpp"
 #include "suite/programs/hop_count.hpp"
 
 namespace swarmtalk::platforms {
@@ -44,6 +47,84 @@ TEST(MinimalPort, RunsHopCountUnchanged) {
   }
   EXPECT_EQ(line[1]->hardware.led.red, 255);  // 1 and 4 hops: odd and even
   EXPECT_EQ(line[1]->hardware.led.green, 0);
+}
+
+struct FireflySite {
+  explicit FireflySite(uint32_t seed) : hardware{0, seed}, robot(hardware), program(robot) {
+    program.setup();
+  }
+  ExampleHardware hardware;
+  ExampleRobot robot;
+  suite::Firefly<ExampleRobot> program;
+};
+
+TEST(MinimalPort, RunsFireflyUntilAllFlashTogether) {
+  constexpr uint32_t kRobots = 4;
+  constexpr uint32_t kPeriods = 60;
+  std::vector<std::unique_ptr<FireflySite>> swarm;
+  for (uint32_t i = 0; i < kRobots; ++i) {
+    swarm.push_back(std::make_unique<FireflySite>(1000 + 77 * i));
+  }
+  uint32_t most_lit = 0;  // at once, in the last five periods
+  for (uint32_t tick = 1; tick < kPeriods * 120; ++tick) {
+    for (auto& site : swarm) site->hardware.timer_ticks = tick;
+    for (uint32_t i = 0; i < kRobots; ++i) {
+      uint8_t frame[9];
+      if (tick % 16 != i * 4 || swarm[i]->robot.on_radio_ready(frame) == 0) continue;
+      for (auto& other : swarm) {
+        if (other != swarm[i]) other->robot.on_radio_receive(frame, 9, 50);
+      }
+    }
+    uint32_t lit = 0;
+    for (auto& site : swarm) {
+      site->program.loop();
+      lit += site->hardware.led.red != 0;
+    }
+    if (tick > (kPeriods - 5) * 120) most_lit = std::max(most_lit, lit);
+  }
+  EXPECT_EQ(most_lit, kRobots);
+  for (auto& site : swarm) {
+    EXPECT_NEAR(site->program.flashes(), kPeriods, 5);
+    EXPECT_GT(site->robot.swarmtalk().counters().messages_received, 3 * 50);
+  }
+}
+
+TEST(MinimalPort, RunsEdgeFollowingTowardsItsDistance) {
+  for (int16_t distance_mm : {int16_t{50}, int16_t{60}, int16_t{80}}) {
+    ExampleHardware hardware[2] = {{0, 5}, {0, 600}};
+    ExampleRobot seed(hardware[0]);
+    ExampleRobot follower(hardware[1]);
+    suite::EdgeFollowing<ExampleRobot> stands(seed, suite::EdgeRole::kSeed, 1);
+    suite::EdgeFollowing<ExampleRobot> walks(follower, suite::EdgeRole::kFollower, 2);
+    stands.setup();
+    walks.setup();
+    bool did_left = false;
+    bool did_right = false;
+    bool did_ahead = false;
+    for (uint32_t tick = 0; tick < 400; ++tick) {
+      hardware[0].timer_ticks = hardware[1].timer_ticks = tick;
+      uint8_t frame[9];
+      if (tick % 16 == 0 && seed.on_radio_ready(frame) != 0) {
+        follower.on_radio_receive(frame, 9, distance_mm);
+      }
+      if (tick % 16 == 8 && follower.on_radio_ready(frame) != 0) {
+        seed.on_radio_receive(frame, 9, distance_mm);
+      }
+      follower.poll();
+      stands.loop();
+      walks.loop();
+      const int8_t left = hardware[1].left_motor;
+      const int8_t right = hardware[1].right_motor;
+      did_left = did_left || (left == 0 && right == 1);
+      did_right = did_right || (left == 1 && right == 0);
+      did_ahead = did_ahead || (left == 1 && right == 1);
+    }
+    EXPECT_EQ(did_left, distance_mm == 50);
+    EXPECT_EQ(did_right, distance_mm == 80);
+    EXPECT_EQ(did_ahead, distance_mm == 60);
+    EXPECT_EQ(hardware[0].led.blue, 255) << "the seed has its follower";
+    EXPECT_EQ(hardware[0].led.red, 0);
+  }
 }
 
 TEST(MinimalPort, EndsTimedMoves) {
