@@ -162,7 +162,7 @@ bool knows_the_vectors() {
   uint8_t again[8];
   Wire<Classic2020>::encode(c, again);
   return Wire<Kilobot>::check(kilobot, 9) == Error::kOk && k.node == 7 && k.message == 1 &&
-         k.channel == 15 && k.ttl == 2 && k.timestamped && !k.end &&
+         k.channel == 15 && k.ttl == 2 && Wire<Kilobot>::is_timestamped(kilobot) && !k.end &&
          Wire<Kilobot>::timestamp(kilobot + 3, 5) == 536 && c.node == 165 && c.message == 9 &&
          c.end && c.channel == 2 && c.ttl == 7 && memcmp(again, classic, 3) == 0 &&
          crc8(classic, 8) == 0xD9;
