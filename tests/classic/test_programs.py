@@ -6,6 +6,7 @@ processes that hear each other through a folder.
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -151,6 +152,55 @@ def test_a_program_from_before_the_release_runs_unchanged(tmp_path):
         robots.wait_for(name, "^led 0 255 85$")
         robots.wait_for(name, "^motor forward$")
     robots.stop()
+
+
+def test_several_instances_talk_in_one_process_on_avr(tmp_path):
+    """On Linux tests/unit/core/classic_test.cpp has them; here int has 16 bits and RAM 2 KiB."""
+    console = pathlib.Path(os.environ["SWARMTALK_BUILD"]) / "tests/compilers/avr_console"
+    if shutil.which("avr-g++") is None or not console.exists():
+        pytest.skip("gcc-avr, avr-libc or libsimavr-dev is missing: run tools/setup test")
+    source, image = tmp_path / "instances.cpp", tmp_path / "instances.elf"
+    source.write_text("""
+#define TOTAL_CHAN_NUM 1
+#define SWARMTALK_CLASSIC_NO_GLOBALS
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include "core/classic/swarmtalk.h"
+SwarmTalk::Swarmtalk seed, robot;
+unsigned int now;
+unsigned int read_clock() { return now; }
+void say(const char *text) { while (*text) GPIOR2 = *text++; }
+void heard(unsigned char *message, int size, int ttl, Meta_t *meta) {
+  const bool is_right = message[0] == 1 && message[19] == 20 && size == 20 && ttl == 3 &&
+                        meta->dist == 300 && meta->msg_delay == 0;
+  say(is_right ? "heard\\n" : "wrong\\n");
+}
+void sent() { say("sent\\n"); }
+int main() {
+  seed.sys.set_common_sys_get_clock(read_clock);
+  robot.sys.set_common_sys_get_clock(read_clock);
+  seed.init();
+  robot.init();
+  robot.new_channel(15, 3, false)->new_subscriber(301, heard);
+  Publisher *publisher = seed.new_channel(15, 3, false)->new_publisher(sent);
+  unsigned char message[20], packet[PKT_SIZE];
+  for (unsigned char i = 0; i < 20; ++i) message[i] = i + 1;
+  publisher->send(message, 20);
+  Meta_t meta = {300, 0};
+  while (seed.next_pkt(packet) == PKT_SIZE) {
+    now += 16;
+    robot.receive(packet, PKT_SIZE, &meta);
+    seed.receive(packet, robot.next_pkt(packet), &meta);
+  }
+  cli();
+  sleep_mode();
+}
+""")
+    subprocess.run(["avr-g++", "-mmcu=atmega328p", "-std=c++14", "-Os", "-fshort-enums", "-Wall",
+                    "-fno-threadsafe-statics", *INCLUDES, source, "-o", image], check=True)
+    run = subprocess.run([console, image], capture_output=True, text=True, timeout=60, check=True)
+    assert run.stdout.splitlines()[-2:] == ["sent", "heard"]
 
 
 def test_a_bad_place_is_refused_in_one_line(tmp_path):

@@ -228,6 +228,29 @@ TEST(Swarmtalk, ChangesItsIdWhenANeighbourUsesIt) {
   EXPECT_EQ(b->node.counters().id_changes, 1);
 }
 
+/// Floods of twins look like echoes while both have sent the number; whoever is first with the next
+/// is found out. docs/decisions/0011 gives this as the bound.
+TEST(Swarmtalk, FindsATwinThatFloodsAtTheSamePaceWithItsNextMessage) {
+  auto a = std::make_unique<TestNode<Kilobot>>();
+  auto b = std::make_unique<TestNode<Kilobot>>();
+  b->port.next_random = a->port.next_random;
+  a->open(0, 3);
+  b->open(0, 3);
+  const auto publish = [](TestNode<Kilobot>& node) {
+    node.publisher->send(pattern(5).data(), 5);
+    return node.pull();
+  };
+  const Bytes first_of_a = publish(*a);
+  publish(*b);  // lost
+  ASSERT_EQ(a->node.node_id(), b->node.node_id());
+  b->hear(first_of_a);
+  EXPECT_EQ(b->node.counters().id_collisions, 0);
+  EXPECT_EQ(b->node.counters().own_echoes, 1);
+  b->hear(publish(*a));
+  EXPECT_EQ(b->node.counters().id_collisions, 1);
+  EXPECT_NE(a->node.node_id(), b->node.node_id());
+}
+
 TEST(Swarmtalk, CountsDamage) {
   auto a = make<Kilobot>(1);
   EXPECT_EQ(a->hear(Bytes{1, 2, 3}), Error::kBadPacket);
