@@ -28,7 +28,7 @@ struct FrameReception {
   std::optional<frame::FramePose> pose;  // of the transmitter
   MonotonicTime received_at;             // kernel's stamp where there is one, else now
   // Of a link whose receiver measures the transmitter itself; others leave it to the poses.
-  std::optional<float> measured_distance_m = {};
+  std::optional<float> distance_m = {};
   std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
 };
 

@@ -235,8 +235,7 @@ void KilobotLink::on_reception(const GatewayReception& reception) {
   frame.received_at = heard_at_;
   // The light of an overhead controller tells no distance.
   const bool is_from_robot = reception.ir_type == form.heard_type;
-  if (is_from_robot && reception.distance_mm)
-    frame.measured_distance_m = *reception.distance_mm / 1000.0f;
+  if (is_from_robot && reception.distance_mm) frame.distance_m = *reception.distance_mm / 1000.0f;
   user_->on_packet(std::span<const std::uint8_t>(reception.data).first(form.packet_bytes), frame);
 }
 

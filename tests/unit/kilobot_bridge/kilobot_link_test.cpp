@@ -49,7 +49,7 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override {
     heard_.emplace_back(packet.begin(), packet.end());
-    distances_m_.push_back(frame.measured_distance_m);
+    distances_m_.push_back(frame.distance_m);
   }
   frame::FrameHeader frame_header() override { return {}; }
 
