@@ -85,6 +85,11 @@ struct LimitsConfig {
   std::uint32_t reply_bytes = 256 << 10;         // replies that wait for one client
   std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
   std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
+  std::uint32_t publish_queue_max = 256;         // that a publisher may ask for
+  std::uint32_t publish_rate_hz = 0;             // messages per second of one client; 0: any
+  std::uint32_t publish_burst = 100;             // that may come at once after a pause
+  std::uint32_t copies_max = 10;                 // of a message, that a publisher may ask for
+  std::uint32_t copy_interval_ms = 20;           // between them, of one that does not say
   std::uint32_t tracked_senders = 4096;          // senders and channels followed for lost messages
 };
 

@@ -202,7 +202,9 @@ void read_channels(const TableReader& root, KeyLines& lines,
 void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.expect_keys({"clients", "subscriptions_per_client", "publishers_per_client",
                      "queue_messages", "queue_messages_max", "queue_bytes", "reply_bytes",
-                     "socket_buffer_bytes", "waiting_messages", "tracked_senders"});
+                     "socket_buffer_bytes", "waiting_messages", "publish_queue_max",
+                     "publish_rate_hz", "publish_burst", "copies_max", "copy_interval_ms",
+                     "tracked_senders"});
   table.read_integer("clients", {1, 1000}, limits.clients);
   table.read_integer("subscriptions_per_client", {1, 10'000}, limits.subscriptions_per_client);
   table.read_integer("publishers_per_client", {1, 10'000}, limits.publishers_per_client);
@@ -213,6 +215,11 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
   table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
   table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
+  table.read_integer("publish_queue_max", {0, 100'000}, limits.publish_queue_max);
+  table.read_integer("publish_rate_hz", {0, 1'000'000}, limits.publish_rate_hz);
+  table.read_integer("publish_burst", {1, 1'000'000}, limits.publish_burst);
+  table.read_integer("copies_max", {1, 100}, limits.copies_max);
+  table.read_integer("copy_interval_ms", {1, 10'000}, limits.copy_interval_ms);
   table.read_integer("tracked_senders", {1, 1'000'000}, limits.tracked_senders);
 }
 

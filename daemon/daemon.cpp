@@ -29,7 +29,8 @@ Daemon::Daemon(const ParsedConfig& parsed)
       socket_(ListeningSocket::open(config_.socket, parsed.lines)),
       clients_(io_, hub_, poses_, config_.limits, counters_, status_),
       signals_(io_, SIGTERM, SIGINT, SIGHUP),
-      link_timer_(io_) {
+      link_timer_(io_),
+      copy_timer_(io_) {
   status_.set_clients(clients_);
   for (const LinkConfig& link : config_.links) {
     stations_.push_back(std::make_unique<WifiStation>(
@@ -54,6 +55,7 @@ void Daemon::run() {
   clients_.listen(socket_.descriptor());
   wait_signal();
   hub_.set_waiting_hook([this] { watch_links(); });
+  hub_.set_copy_hook([this](Hub::Time at) { wait_for_copy(at); });
   spdlog::info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
                socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(), identity_.id(),
                identity_.is_fixed() ? "" : " (chosen at random)");
@@ -85,6 +87,13 @@ void Daemon::watch_links() {
     if (error) return;
     is_watching_links_ = false;
     if (hub_.give_up_on_dead_links()) watch_links();
+  });
+}
+
+void Daemon::wait_for_copy(Hub::Time at) {
+  copy_timer_.expires_at(at);  // a wait for a later one is cancelled
+  copy_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) hub_.send_copies(std::chrono::steady_clock::now());
   });
 }
 

@@ -33,6 +33,7 @@ class Daemon {
 
   void wait_signal();
   void watch_links();
+  void wait_for_copy(Hub::Time at);
   void notify_ready() const;
 
   const Config& config_;
@@ -48,6 +49,7 @@ class Daemon {
   Clients clients_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer link_timer_;
+  boost::asio::steady_timer copy_timer_;
   bool is_watching_links_ = false;
 };
 

@@ -64,6 +64,12 @@ void Hub::unadvertise(Publisher& publisher) {
   Channel& channel = channels_.at(publisher.channel);
   --channel.publishers;
   names_.release(channel.number, publisher.held_name);
+  while (!publisher.queue.empty()) {
+    Publication& dropped = *publisher.queue.front();
+    publisher.queue.pop_front();
+    ++counters_.messages_dropped_closed;
+    drop_queued(publisher, channel, dropped);
+  }
   if (publisher.in_flight == nullptr) return;
   publisher.in_flight->owner = nullptr;
   publisher.in_flight->client = nullptr;
@@ -71,21 +77,46 @@ void Hub::unadvertise(Publisher& publisher) {
 }
 
 std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
-                                    std::string& payload, std::optional<std::uint32_t> ttl) {
+                                    std::string& payload, std::optional<std::uint32_t> ttl,
+                                    std::optional<std::uint64_t> sent_at_ns) {
   Channel& channel = channels_.at(publisher.channel);
   const std::uint32_t hops = ttl.value_or(publisher.ttl);
   if (auto refusal = check(publisher, channel, payload.size(), hops)) return refusal;
+  if (publisher.in_flight != nullptr && publisher.queue.size() >= publisher.queue_limit) {
+    Publication& oldest = *publisher.queue.front();
+    publisher.queue.pop_front();
+    ++counters_.messages_dropped_queue;
+    publisher.client->on_unsent(
+        publisher.id, oldest.number,
+        {ipc::ERROR_DROPPED, "a newer message of this publisher took its place in the queue",
+         std::nullopt});
+    drop_queued(publisher, channel, oldest);
+  }
   Publication& publication = new_publication();
   publication.owner = &publisher;
   publication.client = publisher.client;
   publication.number = number;
   publication.payload.swap(payload);
   publication.ttl = static_cast<std::uint8_t>(hops);
-  publisher.in_flight = &publication;
+  const std::uint64_t now_ns = monotonic_ns();
+  publication.sent_at_ns = std::min(sent_at_ns.value_or(now_ns), now_ns);
+  publication.copies = publisher.copies;
+  publication.copy_interval_ms = publisher.copy_interval_ms;
   ++counters_.messages_published;
   ++channel.publications;
   channel.last_used = ++use_count_;
   if (waiting_++ == 0) waiting_hook_();
+  if (publisher.in_flight != nullptr) {
+    publisher.queue.push_back(&publication);
+  } else {
+    start(publication, channel);
+  }
+  return std::nullopt;
+}
+
+// Hands a publication to every station that can carry it. Its publisher has none in flight.
+void Hub::start(Publication& publication, Channel& channel) {
+  publication.owner->in_flight = &publication;
   ++publication.pending;  // ours, so that it is not finished before all stations have it
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     if (!carries(*stations_[i], channel, publication.payload.size())) continue;
@@ -94,7 +125,24 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
     feed(i, channel);
   }
   finish(publication, channel, false);
-  return std::nullopt;
+}
+
+// A publication that fails at once calls finish(), and that would come back here: once is enough.
+void Hub::start_next(Publisher& publisher, Channel& channel) {
+  if (std::exchange(publisher.is_starting_next, true)) return;
+  while (publisher.in_flight == nullptr && !publisher.queue.empty()) {
+    Publication& next = *publisher.queue.front();
+    publisher.queue.pop_front();
+    start(next, channel);
+  }
+  publisher.is_starting_next = false;
+}
+
+// It has left its publisher's queue and will never start.
+void Hub::drop_queued(Publisher&, Channel& channel, Publication& publication) {
+  --channel.publications;
+  --waiting_;
+  free_publications_.push_back(&publication);
 }
 
 // Starts the next message of a channel on a station, if none is in flight there.
@@ -105,7 +153,9 @@ void Hub::feed(std::size_t station, Channel& channel) {
     std::uint32_t number = 0;
     const std::span<const std::uint8_t> payload(
         reinterpret_cast<const std::uint8_t*>(next.payload.data()), next.payload.size());
-    const SendResult result = stations_[station]->send(channel.number, payload, next.ttl, number);
+    const std::uint64_t waited_us = (monotonic_ns() - next.sent_at_ns) / 1000;
+    const SendResult result =
+        stations_[station]->send(channel.number, payload, next.ttl, waited_us, number);
     if (result == SendResult::kBusy) return;
     slot.waiting.erase(slot.waiting.begin());
     if (result == SendResult::kRefused) {
@@ -113,6 +163,9 @@ void Hub::feed(std::size_t station, Channel& channel) {
       continue;
     }
     slot.in_flight = &next;
+    slot.copies_left = next.copies - 1;
+    slot.is_between_copies = false;
+    slot.has_left = false;
     deliver_locally(next, channel, number);
   }
 }
@@ -122,10 +175,49 @@ void Hub::on_sent(Station& station, std::uint16_t channel_number) {
   if (found == channels_.end()) return;
   const std::size_t index = index_of(station);
   Slot& slot = found->second.slots[index];
+  if (wait_for_copy(index, found->second, slot)) return;
   if (Publication* sent = std::exchange(slot.in_flight, nullptr)) {
     finish(*sent, found->second, true);
   }
   feed(index, found->second);
+}
+
+// A message of several copies keeps its place until the last has left. @return whether it does
+bool Hub::wait_for_copy(std::size_t station, Channel& channel, Slot& slot) {
+  if (slot.in_flight == nullptr) return false;
+  slot.has_left = true;
+  if (slot.copies_left == 0) return false;
+  --slot.copies_left;
+  slot.is_between_copies = true;
+  const Time at = std::chrono::steady_clock::now() +
+                  std::chrono::milliseconds(slot.in_flight->copy_interval_ms);
+  const bool is_first = std::all_of(due_copies_.begin(), due_copies_.end(),
+                                    [at](const DueCopy& other) { return at < other.at; });
+  due_copies_.push_back({at, channel.number, station, slot.in_flight});
+  if (is_first) copy_hook_(at);
+  return true;
+}
+
+void Hub::send_copies(Time now) {
+  std::vector<DueCopy> due;
+  std::erase_if(due_copies_, [&](const DueCopy& copy) {
+    if (copy.at <= now) due.push_back(copy);
+    return copy.at <= now;
+  });
+  for (const DueCopy& copy : due) {
+    const auto found = channels_.find(copy.channel);
+    if (found == channels_.end()) continue;
+    Slot& slot = found->second.slots[copy.station];
+    if (slot.in_flight != copy.publication || !slot.is_between_copies) continue;  // given up
+    slot.is_between_copies = false;
+    ++counters_.copies_sent;
+    if (stations_[copy.station]->send_again(copy.channel)) continue;
+    slot.copies_left = 0;
+    on_sent(*stations_[copy.station], copy.channel);
+  }
+  const auto next = std::min_element(due_copies_.begin(), due_copies_.end(),
+                                     [](const auto& a, const auto& b) { return a.at < b.at; });
+  if (next != due_copies_.end()) copy_hook_(next->at);
 }
 
 // One station is done with a publication; the last one tells the client and frees it.
@@ -150,6 +242,7 @@ void Hub::finish(Publication& publication, Channel& channel, bool was_sent) {
     }
   }
   free_publications_.push_back(&publication);
+  if (owner != nullptr) start_next(*owner, channel);
 }
 
 bool Hub::give_up_on_dead_links() {
@@ -160,9 +253,12 @@ bool Hub::give_up_on_dead_links() {
       if (!channel.slots[i].is_open) continue;
       Slot& slot = channel.slots[i];
       stations_[i]->cancel(number);
-      if (Publication* dead = std::exchange(slot.in_flight, nullptr)) finish(*dead, channel, false);
-      for (Publication* dead : slot.waiting) finish(*dead, channel, false);
-      slot.waiting.clear();
+      const std::vector<Publication*> waiting = std::exchange(slot.waiting, {});
+      const bool has_left = slot.has_left;
+      if (Publication* dead = std::exchange(slot.in_flight, nullptr)) {
+        finish(*dead, channel, has_left);
+      }
+      for (Publication* dead : waiting) finish(*dead, channel, false);
     }
   }
   return waiting_ > 0;
@@ -184,8 +280,12 @@ void Hub::deliver_locally(Publication& publication, Channel& channel, std::uint3
   message->hops = 0;
   message->ttl = publication.ttl;
   message->buffering_delay_us.reset();
-  if (channel.is_timestamped) message->buffering_delay_us = 0;
   message->received_at_ns = monotonic_ns();
+  message->is_time_known = true;
+  if (channel.is_timestamped) {
+    message->buffering_delay_us = static_cast<std::uint32_t>(std::min<std::uint64_t>(
+        (message->received_at_ns - publication.sent_at_ns) / 1000, UINT32_MAX));
+  }
   message->is_local = true;
   deliver(channel, message, publication.client);
 }
@@ -223,6 +323,7 @@ void Hub::on_message(Station& station, const MessageHead& head,
   message->ttl = head.ttl;
   message->buffering_delay_us = head.buffering_delay_us;
   message->received_at_ns = head.received_at_ns;
+  message->is_time_known = head.is_time_known;
   message->is_local = false;
   deliver(found->second, message, nullptr);
 }

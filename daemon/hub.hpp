@@ -4,6 +4,7 @@
 // interfaces and does no I/O.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,6 +32,9 @@ struct Publication {
   std::uint64_t number = 0;     // the client's
   std::string payload;
   std::uint8_t ttl = 0;
+  std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
+  std::uint32_t copies = 1;
+  std::uint32_t copy_interval_ms = 0;
   std::uint32_t pending = 0;  // stations that have not sent it
   std::uint32_t sent = 0;     // stations that have
   bool is_heard_locally = false;
@@ -68,8 +72,17 @@ class Hub final : public StationUser {
 
   /// Accepts a message: on_sent() or on_unsent() of the client follows exactly once.
   /// @param payload  swapped away when accepted
+  /// @param sent_at_ns  monotonic, when the app sent it; none or in the future: now
   std::optional<Refusal> publish(Publisher& publisher, std::uint64_t number, std::string& payload,
-                                 std::optional<std::uint32_t> ttl);
+                                 std::optional<std::uint32_t> ttl,
+                                 std::optional<std::uint64_t> sent_at_ns = std::nullopt);
+
+  using Time = std::chrono::steady_clock::time_point;
+  /// Sends the copies of important messages that are due. Call when the time has come that the hook
+  /// told last.
+  void send_copies(Time now);
+  /// Called with the time of the next copy, whenever that changes to an earlier one. Must be cheap.
+  void set_copy_hook(std::function<void(Time)> hook) { copy_hook_ = std::move(hook); }
 
   /// What every station can carry on this channel.
   Limits limits(std::uint16_t channel) const;
@@ -94,6 +107,9 @@ class Hub final : public StationUser {
     Publication* in_flight = nullptr;
     std::vector<Publication*> waiting;  // first come, first sent
     bool is_open = false;
+    std::uint32_t copies_left = 0;   // of the one in flight
+    bool is_between_copies = false;  // it waits for its next copy's time
+    bool has_left = false;           // a copy of it has
   };
   struct Channel {
     std::uint16_t number = 0;
@@ -122,6 +138,10 @@ class Hub final : public StationUser {
   std::optional<Refusal> check_mtu(const Channel& channel, std::size_t size_bytes) const;
   static bool carries(const Station& station, const Channel& channel, std::size_t size_bytes);
   void feed(std::size_t station, Channel& channel);
+  void start(Publication& publication, Channel& channel);
+  void start_next(Publisher& publisher, Channel& channel);
+  void drop_queued(Publisher& publisher, Channel& channel, Publication& publication);
+  bool wait_for_copy(std::size_t station, Channel& channel, Slot& slot);
   void finish(Publication& publication, Channel& channel, bool was_sent);
   void deliver_locally(Publication& publication, Channel& channel, std::uint32_t number);
   void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
@@ -142,6 +162,14 @@ class Hub final : public StationUser {
   std::vector<Publication*> free_publications_;
   std::uint32_t waiting_ = 0;  // accepted, not finished
   std::function<void()> waiting_hook_ = [] {};
+  struct DueCopy {
+    Time at;
+    std::uint16_t channel;
+    std::size_t station;
+    Publication* publication;
+  };
+  std::vector<DueCopy> due_copies_;  // in no order; a few
+  std::function<void(Time)> copy_hook_ = [](Time) {};
   std::uint64_t use_count_ = 0;
 };
 

@@ -183,13 +183,19 @@ std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& cha
     return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
   }
   if (auto refusal = check_mtu(channel, size_bytes)) return refusal;
-  if (publisher.in_flight != nullptr) {
+  const bool is_full =
+      publisher.in_flight != nullptr && publisher.queue.size() >= publisher.queue_limit;
+  if (is_full && (!publisher.drops_oldest || publisher.queue.empty())) {
     ++counters_.messages_busy;
-    return Refusal{ipc::ERROR_BUSY,
-                   "this publisher's previous message has not left yet; wait for it to be sent",
-                   std::nullopt};
+    return Refusal{
+        ipc::ERROR_BUSY,
+        publisher.queue_limit == 0
+            ? "this publisher's previous message has not left yet; wait for it to be sent"
+            : "this publisher's queue of " + text_of(publisher.queue_limit) +
+                  " messages is full; wait for one to be sent",
+        std::nullopt};
   }
-  if (waiting_ >= limits_.waiting_messages) {
+  if (waiting_ >= limits_.waiting_messages && !is_full) {
     return Refusal{ipc::ERROR_LIMIT,
                    text_of(waiting_) +
                        " messages of all clients wait for a link already; "

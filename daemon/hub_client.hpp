@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 
@@ -48,10 +49,16 @@ struct Publisher {
   HubClient* client = nullptr;
   std::uint32_t id = 0;  // the client's
   std::uint8_t ttl = 0;
+  std::uint32_t queue_limit = 0;       // messages that wait behind the one in flight
+  bool drops_oldest = false;           // when they do; else the new one is refused
+  std::uint32_t copies = 1;            // of each message on the air
+  std::uint32_t copy_interval_ms = 0;  // between them
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;
   Publication* in_flight = nullptr;
+  std::deque<Publication*> queue;  // accepted, oldest first
+  bool is_starting_next = false;
 };
 
 }  // namespace swarmtalk::daemon

@@ -27,8 +27,9 @@ struct Message {
   std::optional<frame::FramePose> sender_pose;                  // of the last transmitter
   std::uint8_t hops = 0;
   std::uint8_t ttl = 0;
-  std::optional<std::uint32_t> buffering_delay_us;  // timestamped channels
+  std::optional<std::uint32_t> buffering_delay_us;  // timestamped channels; until received_at_ns
   std::uint64_t received_at_ns = 0;                 // CLOCK_MONOTONIC
+  bool is_time_known = true;                        // false: that is when it was read
   bool is_local = false;
 };
 

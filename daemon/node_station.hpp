@@ -35,7 +35,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
         identity_(identity),
         poses_(poses),
         user_(user),
-        node_(std::make_unique<Node>(core::Port{&clock_us, &random, nullptr})),
+        node_(std::make_unique<Node>(core::Port{&clock_us, &random, this})),
         link_(std::move(link)) {
     node_->set_node_id(identity.id());
     node_->set_epoch(static_cast<std::uint16_t>(identity.epoch()));
@@ -90,10 +90,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   SendResult send(std::uint16_t number, std::span<const std::uint8_t> payload, std::uint8_t ttl,
-                  std::uint32_t& message_number) override {
+                  std::uint64_t waited_us, std::uint32_t& message_number) override {
     Entry& entry = *entries_.at(number);
-    const core::Error error = entry.publisher->send(
-        payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, false);
+    const auto waited =
+        static_cast<Ticks>(std::min<std::uint64_t>(waited_us, std::numeric_limits<Ticks>::max()));
+    const core::Error error = entry.channel->publish(
+        payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, false, waited);
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
     message_number = ++numbers_[number];
@@ -101,17 +103,27 @@ class NodeStation final : public Station, public drivers::LinkUser {
     return SendResult::kSent;
   }
 
+  bool send_again(std::uint16_t number) override {
+    if (entries_.at(number)->channel->send_again() != core::Error::kOk) return false;
+    link_->wake();
+    return true;
+  }
+
   void cancel(std::uint16_t number) override {
     Entry& entry = *entries_.at(number);
-    if (entry.channel->is_busy()) reattach(entry);
+    if (!entry.channel->is_busy()) return;
+    // Nobody has heard of the number: skipping it would look like a loss.
+    if (entry.channel->is_unbegun() && numbers_[number] > 0) --numbers_[number];
+    reattach(entry);
   }
 
   void set_node_id(std::uint16_t node_id) override { node_->set_node_id(node_id); }
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    return out.size() < P::kMtuBytes ? 0 : node_->pull_packet(out.data());
+    return out.size() < node_->next_packet_bytes() ? 0 : node_->pull_packet(out.data());
   }
+  std::size_t next_packet_bytes() override { return node_->next_packet_bytes(); }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
   frame::FrameHeader frame_header() override {
@@ -126,6 +138,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
  private:
   using Node = core::Swarmtalk<P>;
   using W = core::Wire<P>;
+  using Ticks = typename W::Ticks;
 
   struct Entry {
     NodeStation* station = nullptr;
@@ -140,10 +153,16 @@ class NodeStation final : public Station, public drivers::LinkUser {
                                          W::kTtlMax, W::kChannelMax};
   static constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
-  static std::uint32_t clock_us(void*) {
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  static std::uint32_t clock_us(void* station) {
+    return static_cast<NodeStation*>(station)->now_us();
+  }
+  /// While a packet is being received, the time when the kernel took it: what it waited for us then
+  /// counts in its delay. Never goes back, as a node's clock must not.
+  std::uint32_t now_us() {
+    const auto now = frame_ != nullptr ? frame_->received_at : std::chrono::steady_clock::now();
+    latest_ = std::max(latest_, now);
     return static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+        std::chrono::duration_cast<std::chrono::microseconds>(latest_.time_since_epoch()).count());
   }
   static std::uint32_t random(void*) { return random_bits(); }
 
@@ -151,6 +170,10 @@ class NodeStation final : public Station, public drivers::LinkUser {
     // TTL 0: each message brings its own.
     entry.channel = node_->new_channel(entry.number, 0, entry.is_timestamped);
     if (entry.channel == nullptr) return false;
+    // From another place in the node its count might begin elsewhere: a gap that is no loss.
+    if (P::kMessageBits == 32) {
+      entry.channel->continue_after(static_cast<typename W::MessageNumber>(numbers_[entry.number]));
+    }
     entry.publisher = entry.channel->new_publisher(&on_core_sent, &entry);
     if (entry.is_listening) subscribe(entry);
     return true;
@@ -182,6 +205,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::unordered_map<std::uint16_t, std::uint32_t> numbers_;  // last message sent on a channel
   std::unique_ptr<Node> node_;                                // megabytes, most of them untouched
   const drivers::FrameReception* frame_ = nullptr;            // in which the packet in hand came
+  drivers::MonotonicTime latest_{};                           // that the node was told
   std::unique_ptr<drivers::Link> link_;  // last: it calls the others until it is gone
 };
 
@@ -222,15 +246,9 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
       static_cast<std::uint64_t>(duration_cast<std::chrono::nanoseconds>(stamp).count());
   head.has_wide_number = P::kMessageBits == 32;
   head.drops = {frame_->kernel_drops, node_->counters().no_memory};
-  if (reception.has_delay) {
-    // The time from the kernel's stamp to here is a wait in a buffer too.
-    const auto waited = std::chrono::steady_clock::now() - frame_->received_at;
-    const auto waited_us = duration_cast<std::chrono::microseconds>(waited).count();
-    const std::uint64_t total_us = std::uint64_t{reception.delay_ticks} +
-                                   static_cast<std::uint64_t>(std::max<std::int64_t>(0, waited_us));
-    head.buffering_delay_us =
-        static_cast<std::uint32_t>(std::min<std::uint64_t>(total_us, UINT32_MAX));
-  }
+  // Until the kernel's stamp; what has passed since, whoever hands the message on adds.
+  if (reception.has_delay) head.buffering_delay_us = reception.delay_ticks;
+  head.is_time_known = frame_->is_time_known;
   user_.on_message(*this, head, {bytes, size});
 }
 

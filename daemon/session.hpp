@@ -17,6 +17,7 @@
 #include "daemon/kilobot_control.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/subscription_queue.hpp"
+#include "daemon/token_bucket.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::daemon {
@@ -93,6 +94,7 @@ class Session final : public HubClient,
   // session_input.cpp: bytes to envelopes
   void wait_readable();
   void on_readable();
+  void go_on_reading();
   bool read_once();  // false: nothing more waits for now
   void parse_all();
   void discard_input();
@@ -103,6 +105,7 @@ class Session final : public HubClient,
   void greet(const ipc::Hello& hello);
   void subscribe(const ipc::Subscribe& request);
   void unsubscribe(std::uint32_t id);
+  std::optional<Refusal> check_sending(const ipc::Advertise& request) const;
   void advertise(const ipc::Advertise& request);
   void unadvertise(std::uint32_t id);
   void note_loss(const ipc::ClientLoss& loss);
@@ -136,6 +139,8 @@ class Session final : public HubClient,
   std::unordered_map<std::uint32_t, std::unique_ptr<Publisher>> publishers_;
   std::deque<QueuedSubscription*> ready_;  // with messages queued; served in turn
   std::size_t queued_bytes_ = 0;           // payload in all queues
+  TokenBucket publish_bucket_;
+  int requests_left_ = 0;  // in this turn
   std::uint64_t deliveries_sent_ = 0;
   std::uint64_t lost_here_ = 0;       // of deliveries, by our queues
   std::uint64_t lost_in_client_ = 0;  // as it says

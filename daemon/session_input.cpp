@@ -2,6 +2,7 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
 
@@ -13,11 +14,15 @@ namespace {
 
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
+constexpr int kRequestsPerTurn = 256;
 
 }  // namespace
 
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
-    : host_(host), socket_(io, descriptor), connected_at_(std::chrono::steady_clock::now()) {
+    : host_(host),
+      socket_(io, descriptor),
+      publish_bucket_(host.limits.publish_rate_hz, host.limits.publish_burst),
+      connected_at_(std::chrono::steady_clock::now()) {
   ucred peer{};
   socklen_t size = sizeof peer;
   if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return;
@@ -56,10 +61,19 @@ void Session::wait_readable() {
 
 void Session::on_readable() {
   if (is_closed_) return;
-  for (int i = 0; i < kReadsPerTurn && !is_input_closed_ && !is_closed_; ++i) {
+  requests_left_ = kRequestsPerTurn;
+  parse_all();  // what the last turn left
+  for (int i = 0; i < kReadsPerTurn && requests_left_ > 0 && !is_input_closed_ && !is_closed_;
+       ++i) {
     if (!read_once()) break;
   }
-  if (!is_closed_ && !is_input_closed_) wait_readable();
+  if (!is_closed_ && !is_input_closed_) go_on_reading();
+}
+
+// Behind the others that have something to do, if there is more to parse.
+void Session::go_on_reading() {
+  if (requests_left_ > 0) return wait_readable();
+  boost::asio::post(socket_.get_executor(), [self = shared_from_this()] { self->on_readable(); });
 }
 
 bool Session::read_once() {
@@ -80,7 +94,8 @@ bool Session::read_once() {
 }
 
 void Session::parse_all() {
-  while (!is_input_closed_ && doom_.empty()) {
+  while (!is_input_closed_ && doom_.empty() && requests_left_ > 0) {
+    --requests_left_;
     switch (reader_.next(host_.request)) {
       case ipc::ReadResult::kNeedMore:
         return;

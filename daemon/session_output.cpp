@@ -175,8 +175,10 @@ void Session::append_delivery(QueuedSubscription& subscription) {
   }
   deliver.set_hops(message.hops);
   deliver.set_ttl(message.ttl);
-  if (message.buffering_delay_us) deliver.set_buffering_delay_us(*message.buffering_delay_us);
-  deliver.set_received_at_ns(message.received_at_ns);
+  if (message.is_time_known) {
+    if (message.buffering_delay_us) deliver.set_buffering_delay_us(*message.buffering_delay_us);
+    deliver.set_received_at_ns(message.received_at_ns);
+  }
   if (message.is_local) deliver.set_local(true);
   if (taken.lost_before != Loss{}) fill_loss(*deliver.mutable_lost_before(), taken.lost_before);
   ipc::append_frame(host_.delivery, output_);  // 16 KiB of payload always fit

@@ -14,6 +14,8 @@ ChannelRequest channel_request(const ipc::Channel& channel) {
   return request;
 }
 
+constexpr std::uint32_t kLongestCopyIntervalMs = 10'000;
+constexpr int kStatusCost = 32;              // as many cheap requests take as long
 constexpr std::size_t kShownNameBytes = 64;  // of a client, in the status
 
 Refusal unknown_id(const char* what, std::uint32_t id) {
@@ -26,6 +28,19 @@ Refusal over_limit(const std::string& what, std::uint64_t limit) {
           what + " is limited to " + std::to_string(limit) +
               " by [limits] of the daemon's configuration",
           limit};
+}
+
+Refusal too_fast(std::uint32_t rate_hz) {
+  return {ipc::ERROR_RATE,
+          "this client publishes more than " + std::to_string(rate_hz) +
+              " messages per second, publish_rate_hz under [limits]; publish more slowly",
+          rate_hz};
+}
+
+std::uint64_t monotonic_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
 // A request of a newer minor looks like no request at all, but for fields that we do not know.
@@ -68,6 +83,7 @@ void Session::handle(ipc::Envelope& request) {
   } else if (request.has_get_pose()) {
     get_pose();
   } else if (request.has_get_status()) {
+    requests_left_ -= kStatusCost;
     host_.fill_status(*new_reply().mutable_status());
     send_reply();
   } else if (request.has_kilobot_command()) {
@@ -135,14 +151,38 @@ void Session::unsubscribe(std::uint32_t id) {
   send_reply();
 }
 
+std::optional<Refusal> Session::check_sending(const ipc::Advertise& request) const {
+  const LimitsConfig& limits = host_.limits;
+  if (request.queue() > limits.publish_queue_max) {
+    return over_limit("the queue of a publisher", limits.publish_queue_max);
+  }
+  if (request.has_copies() && (request.copies() == 0 || request.copies() > limits.copies_max)) {
+    return over_limit("the number of copies begins at 1 and", limits.copies_max);
+  }
+  if (request.has_copy_interval_ms() &&
+      (request.copy_interval_ms() == 0 || request.copy_interval_ms() > kLongestCopyIntervalMs)) {
+    return Refusal{ipc::ERROR_LIMIT,
+                   "the interval of copies is 1 to " + std::to_string(kLongestCopyIntervalMs) +
+                       " milliseconds",
+                   kLongestCopyIntervalMs};
+  }
+  return std::nullopt;
+}
+
 void Session::advertise(const ipc::Advertise& request) {
   if (publishers_.size() >= host_.limits.publishers_per_client) {
     return refuse(
         over_limit("the number of publishers of one client", host_.limits.publishers_per_client));
   }
+  if (const auto refusal = check_sending(request)) return refuse(*refusal);
   ChannelRequest channel = channel_request(request.channel());
   if (request.has_timestamped()) channel.is_timestamped = request.timestamped();
   auto publisher = std::make_unique<Publisher>();
+  publisher->queue_limit = request.queue();
+  publisher->drops_oldest = request.drop_oldest();
+  publisher->copies = request.has_copies() ? request.copies() : 1;
+  publisher->copy_interval_ms =
+      request.has_copy_interval_ms() ? request.copy_interval_ms() : host_.limits.copy_interval_ms;
   publisher->client = this;
   publisher->id = ++last_id_;
   const std::uint32_t max_ttl = host_.hub.limits(0).ttl;
@@ -180,9 +220,16 @@ void Session::publish(ipc::Publish& request) {
     const Refusal refusal = unknown_id("publisher", request.publisher_id());
     return on_unsent(request.publisher_id(), number, refusal);
   }
+  if (!publish_bucket_.take(monotonic_ns())) {
+    ++host_.counters.messages_too_fast;
+    return on_unsent(found->first, number, too_fast(host_.limits.publish_rate_hz));
+  }
   std::optional<std::uint32_t> ttl;
   if (request.has_ttl()) ttl = request.ttl();
-  const auto refusal = host_.hub.publish(*found->second, number, *request.mutable_payload(), ttl);
+  std::optional<std::uint64_t> sent_at_ns;
+  if (request.has_sent_at_ns()) sent_at_ns = request.sent_at_ns();
+  const auto refusal =
+      host_.hub.publish(*found->second, number, *request.mutable_payload(), ttl, sent_at_ns);
   if (refusal) return on_unsent(found->first, number, *refusal);
   ++published_;
 }

@@ -25,8 +25,9 @@ struct MessageHead {
   std::optional<frame::FramePose> sender_pose;
   std::uint8_t hops = 0;
   std::uint8_t ttl = 0;
-  std::optional<std::uint32_t> buffering_delay_us;
+  std::optional<std::uint32_t> buffering_delay_us;  // until received_at_ns
   std::uint64_t received_at_ns = 0;
+  bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is no use
   DropTotals drops;             // of the station, until the message came
   bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
 };
@@ -82,9 +83,14 @@ class Station {
   virtual void set_listening(std::uint16_t channel, bool is_listening) = 0;
 
   /// Hands one message to the node, which copies it. @pre opened; size and TTL within limits()
+  /// @param waited_us  since its program sent it: its delay on a timestamped channel counts from
+  ///   there
   /// @param number  set to the message's number when sent
   virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,
-                          std::uint8_t ttl, std::uint32_t& number) = 0;
+                          std::uint8_t ttl, std::uint64_t waited_us, std::uint32_t& number) = 0;
+  /// Sends the message that has left last on this channel once more; on_sent() follows. @pre there
+  /// was one since the channel was opened. @return false: it cannot
+  virtual bool send_again(std::uint16_t channel) = 0;
   /// Gives up the message in flight, if any, without on_sent().
   virtual void cancel(std::uint16_t channel) = 0;
 

@@ -46,9 +46,7 @@ void count(frame::ParseResult result, LinkCounters& counters) {
 }  // namespace
 
 FrameBuilder::FrameBuilder(frame::ProfileId profile, std::size_t max_packet_bytes)
-    : profile_(profile), max_packet_bytes_(max_packet_bytes) {
-  carried_.reserve(max_packet_bytes_);
-}
+    : profile_(profile), max_packet_bytes_(max_packet_bytes) {}
 
 std::size_t FrameBuilder::buffer_bytes(std::size_t limit_bytes) const {
   return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes + frame::kSealBytes) +
@@ -65,24 +63,14 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
   header.profile = profile_;
   header.counter = frames_built_ + 1;
   frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
-  if (!carried_.empty()) {
-    if (!writer.append(carried_)) ++counters.packets_over_mtu;
-    carried_.clear();
-  }
   bool more_waits = true;
   for (int drops = 0; drops < kMaxDropsPerFrame;) {
     const std::span<std::uint8_t> room = writer.room();
-    const std::size_t packet_bytes =
-        std::min(user.pull_packet(room.first(max_packet_bytes_)), max_packet_bytes_);
-    if (packet_bytes == 0) {
-      more_waits = false;
-      break;
-    }
-    if (writer.commit(packet_bytes)) continue;
-    if (writer.packets() > 0) {
-      carried_.assign(room.begin(), room.begin() + static_cast<std::ptrdiff_t>(packet_bytes));
-      break;
-    }
+    const std::size_t left = std::min(writer.left_bytes(), room.size());
+    if (writer.commit(user.pull_packet(room.first(left)))) continue;
+    more_waits = user.next_packet_bytes() > 0;
+    if (!more_waits || writer.packets() > 0) break;
+    user.pull_packet(room);
     ++counters.packets_over_mtu;
     ++drops;
   }
@@ -91,8 +79,8 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
   return {writer.finish().size(), writer.packets(), more_waits};
 }
 
-void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
-                            std::uint64_t kernel_drops, LinkUser& user, LinkCounters& counters) {
+void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArrival& arrival,
+                            LinkUser& user, LinkCounters& counters) {
   frame::Frame frame;
   const frame::ParseResult result = opener_.open(bytes, frame);
   if (result != frame::ParseResult::kOk) return count(result, counters);
@@ -102,9 +90,9 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, MonotonicTime r
   }
   ++counters.frames_received;
   counters.bytes_received += frame.size_bytes;
-  const FrameReception reception{frame.header.node, frame.header.epoch, frame.header.counter,
-                                 frame.header.pose, received_at,        {},
-                                 kernel_drops};
+  const FrameReception reception{frame.header.node,    frame.header.epoch,   frame.header.counter,
+                                 frame.header.pose,    arrival.received_at,  {},
+                                 arrival.kernel_drops, arrival.is_time_known};
   frame::PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) {
     ++counters.packets_received;

@@ -29,12 +29,12 @@ class FrameBuilder {
   /// From now on frames are sealed with it. None: they are not.
   void set_sealer(std::optional<frame::Sealer> sealer) { sealer_ = std::move(sealer); }
 
-  /// Buffer that build() needs for frames of at most `limit_bytes`: a packet's length is known
-  /// only once it is pulled, so there is room for one that turns out not to fit.
+  /// Buffer that build() needs for frames of at most `limit_bytes`: with room for a packet that
+  /// fits into no frame, which is pulled to be dropped.
   std::size_t buffer_bytes(std::size_t limit_bytes) const;
 
-  /// Fills one frame with what waits, up to the limit. A packet that does not fit any more opens
-  /// the next frame; one that fits into no frame is dropped and counted.
+  /// Fills one frame with what waits, up to the limit. A packet that does not fit any more is left
+  /// where it waits, and opens the next frame; one that fits into no frame is dropped and counted.
   /// @param buffer  at least buffer_bytes(limit_bytes)
   BuiltFrame build(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes,
                    LinkCounters& counters);
@@ -44,7 +44,6 @@ class FrameBuilder {
   std::size_t max_packet_bytes_;
   std::uint32_t frames_built_ = 0;
   std::optional<frame::Sealer> sealer_;
-  std::vector<std::uint8_t> carried_;
 };
 
 /// Reads frames and hands their packets up.
@@ -55,9 +54,8 @@ class FrameReceiver {
   /// From now on frames are read with it.
   void set_opener(frame::Opener opener) { opener_ = std::move(opener); }
 
-  /// @param kernel_drops  see FrameReception
-  void receive(std::span<const std::uint8_t> bytes, MonotonicTime received_at,
-               std::uint64_t kernel_drops, LinkUser& user, LinkCounters& counters);
+  void receive(std::span<const std::uint8_t> bytes, const FrameArrival& arrival, LinkUser& user,
+               LinkCounters& counters);
 
  private:
   frame::ProfileId profile_;

@@ -20,6 +20,13 @@ namespace swarmtalk::drivers {
 
 using MonotonicTime = std::chrono::steady_clock::time_point;  // CLOCK_MONOTONIC on Linux
 
+/// When a frame came, and what the kernel lost before it.
+struct FrameArrival {
+  MonotonicTime received_at;  // kernel's stamp where there is one, else now
+  std::uint64_t kernel_drops = 0;
+  bool is_time_known = true;
+};
+
 /// What a link knows about the frame in which a packet came.
 struct FrameReception {
   std::uint16_t transmitter = 0;  // node id of the last transmitter
@@ -30,6 +37,7 @@ struct FrameReception {
   // Of a link whose receiver measures the transmitter itself; others leave it to the poses.
   std::optional<float> distance_m = {};
   std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
+  bool is_time_known = true;       // false: the wall clock was set, received_at is when it was read
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.
@@ -37,8 +45,12 @@ class LinkUser {
  public:
   virtual ~LinkUser() = default;
 
-  /// Next packet to transmit into `out` (at least the profile's MTU). @return bytes; 0: none waits.
+  /// Next packet to transmit into `out`. @return bytes; 0: none waits, or the next is longer than
+  /// `out`: it stays where its waiting is measured
   virtual std::size_t pull_packet(std::span<std::uint8_t> out) = 0;
+
+  /// Bytes of the packet that is next; 0: none waits.
+  virtual std::size_t next_packet_bytes() = 0;
 
   /// One received packet. `packet` is valid during the call only.
   virtual void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) = 0;

@@ -8,17 +8,43 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr std::chrono::seconds kLongestWait = 10s;
+constexpr std::chrono::microseconds kLongestReading = 20us;  // of both clocks
+constexpr std::chrono::microseconds kSmallestStep = 500us;   // of the wall clock; NTP slews both
 constexpr std::size_t kLargestBufferBytes = std::size_t{1} << 30;
 
 }  // namespace
 
-MonotonicTime monotonic_from_stamp(const timespec& stamp, const timespec& real_now,
-                                   MonotonicTime monotonic_now) {
+void StampClock::read() {
+  timespec real{};
+  MonotonicTime before;
+  MonotonicTime after;
+  // An interruption between the two clocks would look like an error of its length.
+  for (int tries = 0; tries < 3; ++tries) {
+    before = std::chrono::steady_clock::now();
+    clock_gettime(CLOCK_REALTIME, &real);
+    after = std::chrono::steady_clock::now();
+    if (after - before < kLongestReading) break;
+  }
+  set_now(real, before + (after - before) / 2);
+}
+
+void StampClock::set_now(const timespec& real_now, MonotonicTime monotonic_now) {
+  real_now_ = real_now;
+  monotonic_now_ = monotonic_now;
+  const std::chrono::nanoseconds difference = std::chrono::seconds(real_now.tv_sec) +
+                                              std::chrono::nanoseconds(real_now.tv_nsec) -
+                                              monotonic_now.time_since_epoch();
+  is_set_ = difference_ && (difference - *difference_ > kSmallestStep ||
+                            *difference_ - difference > kSmallestStep);
+  difference_ = difference;
+}
+
+std::optional<MonotonicTime> StampClock::monotonic(const timespec& stamp) const {
   const std::chrono::nanoseconds waited =
-      std::chrono::seconds(real_now.tv_sec - stamp.tv_sec) +
-      std::chrono::nanoseconds(real_now.tv_nsec - stamp.tv_nsec);
-  const bool is_plausible = waited >= 0ns && waited <= kLongestWait;
-  return is_plausible ? monotonic_now - waited : monotonic_now;
+      std::chrono::seconds(real_now_.tv_sec - stamp.tv_sec) +
+      std::chrono::nanoseconds(real_now_.tv_nsec - stamp.tv_nsec);
+  if (is_set_ || waited < -kLongestReading || waited > kLongestWait) return std::nullopt;
+  return monotonic_now_ - std::max(waited, 0ns);
 }
 
 bool enable_receive_stamps(int socket) {
@@ -61,16 +87,13 @@ int ReceiveBatch::read(int socket) {
   const int count = recvmmsg(socket, messages_.data(), kDatagrams, MSG_DONTWAIT, nullptr);
   // The kernel writes to those that it fills, and to the one at which an error stops it.
   used_ = std::min<std::size_t>(static_cast<std::size_t>(std::max(count, 0)) + 1, kDatagrams);
-  if (count > 0) {
-    clock_gettime(CLOCK_REALTIME, &real_now_);
-    monotonic_now_ = std::chrono::steady_clock::now();
-  }
+  if (count > 0) clock_.read();
   return count;
 }
 
 Datagram ReceiveBatch::operator[](std::size_t index) const {
   const mmsghdr& message = messages_[index];
-  MonotonicTime received_at = monotonic_now_;
+  std::optional<MonotonicTime> received_at = clock_.now();  // without a stamp
   std::uint32_t drops = 0;  // the kernel leaves it out while it is 0
   // CMSG_NXTHDR wants a header it may write to; it only reads.
   msghdr header = message.msg_hdr;
@@ -81,12 +104,13 @@ Datagram ReceiveBatch::operator[](std::size_t index) const {
     } else if (part->cmsg_type == SCM_TIMESTAMPNS) {
       timespec stamp;
       std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-      received_at = monotonic_from_stamp(stamp, real_now_, monotonic_now_);
+      received_at = clock_.monotonic(stamp);
     }
   }
   return {{bytes_.data() + index * datagram_bytes_, message.msg_len},
           sources_[index],
-          received_at,
+          received_at.value_or(clock_.now()),
+          received_at.has_value(),
           drops};
 }
 

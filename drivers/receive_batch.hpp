@@ -6,8 +6,10 @@
 #include <time.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,12 +17,28 @@
 
 namespace swarmtalk::drivers {
 
-/// Wall clock of a kernel stamp to the monotonic clock.
-/// @param real_now, monotonic_now  both clocks, read together after the stamp was taken
-/// @return monotonic_now when the stamp lies in the future or more than 10 s back: the wall clock
-///   was set meanwhile
-MonotonicTime monotonic_from_stamp(const timespec& stamp, const timespec& real_now,
-                                   MonotonicTime monotonic_now);
+/// Kernel stamps are wall clock: this takes them to the monotonic clock, as long as nobody sets the
+/// wall clock between a stamp and its conversion.
+class StampClock {
+ public:
+  /// Reads both clocks, after datagrams were read.
+  void read();
+  /// The same with given times. When their difference has changed since the call before, the wall
+  /// clock was set, and stamps from before cannot be told from stamps after: none is believed until
+  /// the next call.
+  void set_now(const timespec& real_now, MonotonicTime monotonic_now);
+
+  /// @return none: the wall clock was set, or the stamp lies in the future or more than 10 s back
+  std::optional<MonotonicTime> monotonic(const timespec& stamp) const;
+
+  MonotonicTime now() const { return monotonic_now_; }
+
+ private:
+  timespec real_now_{};
+  MonotonicTime monotonic_now_{};
+  std::optional<std::chrono::nanoseconds> difference_;
+  bool is_set_ = false;  // the wall clock, since the call before
+};
 
 /// Asks the kernel for receive times. @return false, errno set: it has none
 bool enable_receive_stamps(int socket);
@@ -34,7 +52,8 @@ void set_receive_buffer(int socket, std::size_t size_bytes);
 struct Datagram {
   std::span<const std::uint8_t> bytes;
   const sockaddr_storage& source;
-  MonotonicTime received_at;
+  MonotonicTime received_at;  // when it was read, if the kernel's stamp cannot be believed
+  bool is_time_known;
   std::uint32_t drops;  // of the socket before this one, wraps; 0 without enable_drop_counts()
 };
 
@@ -67,8 +86,7 @@ class ReceiveBatch {
   std::array<mmsghdr, kDatagrams> messages_{};
   std::array<sockaddr_storage, kDatagrams> sources_{};
   std::array<Control, kDatagrams> controls_{};
-  timespec real_now_{};
-  MonotonicTime monotonic_now_{};
+  StampClock clock_;
 };
 
 }  // namespace swarmtalk::drivers

@@ -109,7 +109,7 @@ void ReplayLink::deliver(MonotonicTime now) {
   const std::span<const std::uint8_t> bytes(next_bytes_, next_header_->caplen);
   if (bytes.size() < kEthernetHeaderBytes) return;
   if (((bytes[12] << 8) | bytes[13]) != config_.ethertype) return;
-  receiver_.receive(bytes.subspan(kEthernetHeaderBytes), now, 0, *user_, counters_);
+  receiver_.receive(bytes.subspan(kEthernetHeaderBytes), {now}, *user_, counters_);
 }
 
 void ReplayLink::schedule_play(MonotonicTime at) {

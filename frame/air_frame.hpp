@@ -98,6 +98,12 @@ class FrameWriter {
   /// Where the next packet goes, to the end of the buffer. Empty: not even a length fits.
   std::span<std::uint8_t> room() const;
 
+  /// Bytes of the longest packet that commit() still takes.
+  std::size_t left_bytes() const {
+    const std::size_t used = size_bytes_ + kLengthPrefixBytes;
+    return used < limit_bytes_ ? limit_bytes_ - used : 0;
+  }
+
   /// The first `packet_bytes` of room() are a packet. @return false, and nothing changed: it is
   /// empty, or the frame would exceed its limit.
   bool commit(std::size_t packet_bytes);

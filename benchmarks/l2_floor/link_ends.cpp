@@ -48,11 +48,12 @@ class LinkSender final : public Sender, private drivers::LinkUser {
   static constexpr std::size_t kGathered = 32;
 
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    if (waiting_ == 0) return 0;
+    if (waiting_ == 0 || out.size() < message_bytes_) return 0;
     --waiting_;
     stamp(out);
-    return std::min(message_bytes_, out.size());
+    return message_bytes_;
   }
+  std::size_t next_packet_bytes() override { return waiting_ == 0 ? 0 : message_bytes_; }
   void on_packet(std::span<const std::uint8_t>, const drivers::FrameReception&) override {}
   frame::FrameHeader frame_header() override { return {}; }
 
@@ -78,6 +79,7 @@ class LinkReceiver final : public Receiver, private drivers::LinkUser {
 
  private:
   std::size_t pull_packet(std::span<std::uint8_t>) override { return 0; }
+  std::size_t next_packet_bytes() override { return 0; }
   void on_packet(std::span<const std::uint8_t> packet, const drivers::FrameReception&) override {
     if (on_message_ != nullptr && !(*on_message_)(packet)) on_message_ = nullptr;
   }

@@ -93,6 +93,28 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     return Error::kOk;
   }
 
+  /// The same for a message that its program handed over `waited` ticks ago: its delay counts from
+  /// there.
+  Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl, bool crossed_gateway,
+                typename W::Ticks waited) {
+    const Error error = publish(bytes, size, ttl, crossed_gateway);
+    if (error == Error::kOk) fragmenter_.backdate(waited);
+    return error;
+  }
+  /// Sends the message that has left last once more, under its number: who has it drops the copy,
+  /// where the profile remembers messages. REQUIRES that one has left since the channel was opened.
+  /// @return kOk; kBusy while a message has not left
+  Error send_again() {
+    if (fragmenter_.is_busy()) return Error::kBusy;
+    fragmenter_.rewind();
+    node_->set_waiting(index_);
+    return Error::kOk;
+  }
+  /// The next message gets the number after `number`. REQUIRES !is_busy()
+  void continue_after(typename W::MessageNumber number) { fragmenter_.continue_after(number); }
+  /// No packet of the message in hand has been pulled yet. REQUIRES is_busy()
+  bool is_unbegun() const { return fragmenter_.is_untouched(); }
+
  private:
   friend class Swarmtalk<P>;
   using MessageNumber = typename W::MessageNumber;

@@ -89,6 +89,12 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// The packet that pull() gives next. REQUIRES !is_empty().
   const uint8_t* next() const { return slots_[first_].packet; }
 
+  /// Bytes that pull() gives next. REQUIRES !is_empty().
+  PacketSize next_bytes() const {
+    return static_cast<PacketSize>(slots_[first_].size(W::kMtuBytes - W::kChecksumBytes) +
+                                   W::kChecksumBytes);
+  }
+
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)

@@ -54,6 +54,29 @@ class Fragmenter {
     W::EpochField::put(header_, epoch);
   }
 
+  /// The message in hand was handed over `waited` ticks ago. REQUIRES is_busy()
+  void backdate(Ticks waited) { since_ = static_cast<Ticks>(since_ - waited); }
+
+  /// Begins the message again that has left last. REQUIRES that there was one, !is_busy()
+  void rewind() {
+    at_ = 0;
+    W::SequenceField::put(header_, 0);
+    is_busy_ = true;
+  }
+
+  /// The next message gets the number after `number`. REQUIRES !is_busy()
+  void continue_after(MessageNumber number) { W::MessageField::put(header_, number); }
+
+  /// Bytes that next() will write. REQUIRES is_busy()
+  PacketSize next_bytes(bool timestamped) const {
+    if (P::kPadded) return W::kMtuBytes;
+    const PacketSize payload_max = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    const Size left = static_cast<Size>(size_ - at_);
+    const PacketSize payload = left <= payload_max ? static_cast<PacketSize>(left) : payload_max;
+    return static_cast<PacketSize>(W::kHeaderBytes + payload +
+                                   (timestamped ? W::kTimestampBytes : 0) + W::kChecksumBytes);
+  }
+
   /// Writes the next packet.
   /// @param timestamped  as in reset()
   /// @return bytes written to `out`; is_busy() is false after the last packet

@@ -67,6 +67,12 @@ class RoundRobin {
     return ready_.has(last_) ? last_ : kNone;
   }
 
+  /// What next() would give.
+  Source peek() const {
+    RoundRobin copy = *this;
+    return copy.next();
+  }
+
  private:
   BitSet<kSources> ready_;
   Source last_;

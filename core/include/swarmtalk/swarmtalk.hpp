@@ -137,6 +137,16 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
                        : pull_own(channels_[source - 1], source, out, time);
   }
 
+  /// Bytes of the packet that pull_packet() gives next; 0: nothing waits. A link asks first whether
+  /// it fits, because a packet that has been pulled waits outside of its timestamp.
+  uint16_t next_packet_bytes() const {
+    const Source source = round_robin_.peek();
+    if (source == RoundRobin<kSources>::kNone) return 0;
+    if (source == 0) return forward_queue_.next_bytes();
+    const Channel<P>& channel = channels_[source - 1];
+    return channel.fragmenter_.next_bytes(channel.timestamped_);
+  }
+
   /// Something waits to be pulled.
   bool has_packet() const { return round_robin_.is_any_ready(); }
 

@@ -80,13 +80,20 @@ class FakeStation final : public Station {
       listening.erase(channel);
   }
   SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload, std::uint8_t ttl,
-                  std::uint32_t& number) override {
+                  std::uint64_t waited_us, std::uint32_t& number) override {
     if (busy.count(channel) > 0) return SendResult::kBusy;
     if (refuses) return SendResult::kRefused;
     busy.insert(channel);
     sent.push_back({channel, std::string(payload.begin(), payload.end()), ttl});
+    last_waited_us = waited_us;
     number = ++last_number;
     return SendResult::kSent;
+  }
+  bool send_again(std::uint16_t channel) override {
+    if (busy.count(channel) > 0) return false;
+    busy.insert(channel);
+    sent.push_back(sent.back());
+    return true;
   }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
   void set_node_id(std::uint16_t id) override { node_id = id; }
@@ -108,6 +115,7 @@ class FakeStation final : public Station {
   std::set<std::uint16_t> open, listening, busy;
   std::vector<Sent> sent;
   std::uint32_t last_number = 0;
+  std::uint64_t last_waited_us = 0;
   std::uint16_t node_id = 0;
 
  private:

@@ -22,7 +22,7 @@ class FramerTest : public ::testing::Test {
   }
 
   void receive(const Bytes& frame) {
-    receiver_.receive(frame, MonotonicTime(std::chrono::seconds(5)), 0, hearer_, counters_);
+    receiver_.receive(frame, {MonotonicTime(std::chrono::seconds(5))}, hearer_, counters_);
   }
 
   TestLinkUser sender_{11};
@@ -72,11 +72,12 @@ TEST_F(FramerTest, FillsAFrameToItsLastByte) {
   EXPECT_EQ(build().size_bytes, kLimitBytes);
 }
 
-TEST_F(FramerTest, AlwaysOffersRoomForTheLongestPacket) {
-  for (std::uint32_t i = 0; i < 100; ++i) sender_.waiting.push_back(numbered_packet(i, 4 + i));
-  while (build().more_waits) {
-  }
-  EXPECT_EQ(sender_.smallest_room, kMaxPacketBytes);
+TEST_F(FramerTest, LeavesAPacketThatDoesNotFitWhereItsWaitIsMeasured) {
+  for (std::uint32_t i = 0; i < 3; ++i) sender_.waiting.push_back(numbered_packet(i, 200));
+  const BuiltFrame built = build();
+  EXPECT_EQ(built.packets, 2U);
+  EXPECT_TRUE(built.more_waits);
+  EXPECT_EQ(sender_.waiting.size(), 1U);
 }
 
 TEST_F(FramerTest, CountsFramesFromOne) {
@@ -124,7 +125,7 @@ TEST_F(FramerTest, SaysThatMoreWaitsAfterManyDrops) {
 TEST_F(FramerTest, CountsAFrameOfAnotherProfile) {
   sender_.waiting.push_back(numbered_packet(1, 10));
   build();
-  FrameReceiver(frame::ProfileId::kWifi).receive(buffer_, {}, 0, hearer_, counters_);
+  FrameReceiver(frame::ProfileId::kWifi).receive(buffer_, {}, hearer_, counters_);
   EXPECT_EQ(counters_.frames_other_profile, 1U);
   EXPECT_TRUE(hearer_.received.empty());
 }
@@ -177,7 +178,7 @@ TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {
   receive(good);
   receive(good);
   EXPECT_EQ(counters_.frames_replayed, 1U);
-  other_receiver_.receive(good, {}, 0, hearer_, counters_);
+  other_receiver_.receive(good, {}, hearer_, counters_);
   EXPECT_EQ(counters_.frames_replayed, 2U) << "its own session";
   use_key(new_key(2), other_builder_, receiver_);
   receive(good);

@@ -12,16 +12,37 @@ namespace {
 using namespace std::chrono_literals;
 const MonotonicTime kNow = MonotonicTime(5000s);
 
-TEST(MonotonicFromStamp, SubtractsTheTimeWaited) {
-  EXPECT_EQ(monotonic_from_stamp({100, 900'000'000}, {101, 100'000'000}, kNow), kNow - 200ms);
-  EXPECT_EQ(monotonic_from_stamp({100, 5}, {100, 5}, kNow), kNow);
+TEST(StampClock, TakesAStampToTheMonotonicClock) {
+  StampClock clock;
+  clock.set_now({101, 100'000'000}, kNow);
+  EXPECT_EQ(clock.monotonic({100, 900'000'000}), kNow - 200ms);
+  EXPECT_EQ(clock.monotonic({101, 100'000'000}), kNow);
 }
 
-TEST(MonotonicFromStamp, IsNowWhenTheWallClockWasSet) {
-  EXPECT_EQ(monotonic_from_stamp({102, 0}, {101, 0}, kNow), kNow);
-  EXPECT_EQ(monotonic_from_stamp({101, 1}, {101, 0}, kNow), kNow);
-  EXPECT_EQ(monotonic_from_stamp({0, 0}, {1'700'000'000, 0}, kNow), kNow);
-  EXPECT_EQ(monotonic_from_stamp({1'700'000'000, 0}, {0, 0}, kNow), kNow);
+TEST(StampClock, DoesNotBelieveAStampOfAnotherTime) {
+  StampClock clock;
+  clock.set_now({101, 0}, kNow);
+  EXPECT_EQ(clock.monotonic({102, 0}), std::nullopt);
+  EXPECT_EQ(clock.monotonic({1'700'000'000, 0}), std::nullopt);
+  EXPECT_EQ(clock.monotonic({90, 0}), std::nullopt);
+}
+
+TEST(StampClock, BelievesNoStampAcrossAStepOfTheWallClock) {
+  StampClock clock;
+  clock.set_now({100, 0}, kNow);
+  clock.set_now({104, 0}, kNow + 1s);  // three seconds too many
+  EXPECT_EQ(clock.monotonic({103, 900'000'000}), std::nullopt);
+  clock.set_now({105, 0}, kNow + 2s);
+  EXPECT_EQ(clock.monotonic({104, 900'000'000}), kNow + 1900ms);
+  clock.set_now({104, 999'000'000}, kNow + 3s);  // back
+  EXPECT_EQ(clock.monotonic({104, 998'000'000}), std::nullopt);
+}
+
+TEST(StampClock, BelievesStampsWhileTheWallClockIsOnlyReadWithNoise) {
+  StampClock clock;
+  clock.set_now({100, 0}, kNow);
+  clock.set_now({101, 100'000}, kNow + 1s);
+  EXPECT_EQ(clock.monotonic({101, 0}), kNow + 1s - 100us);
 }
 
 class ReceiveBatchTest : public ::testing::Test {

@@ -28,6 +28,7 @@ class TestLinkUser : public LinkUser {
   }
 
   std::size_t pull_packet(std::span<std::uint8_t> out) override;
+  std::size_t next_packet_bytes() override { return waiting.empty() ? 0 : waiting.front().size(); }
   void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) override;
   frame::FrameHeader frame_header() override { return header; }
 
@@ -35,7 +36,6 @@ class TestLinkUser : public LinkUser {
   std::vector<Bytes> received;
   std::vector<FrameReception> receptions;
   frame::FrameHeader header;
-  std::size_t smallest_room = SIZE_MAX;           // that pull_packet() was ever given
   std::function<void(const Bytes&)> on_received;  // may be empty
 };
 

@@ -46,6 +46,9 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
     std::copy(packet.begin(), packet.end(), out.begin());
     return packet.size();
   }
+  std::size_t next_packet_bytes() override {
+    return outgoing_.empty() ? 0 : outgoing_.front().size();
+  }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override {
     heard_.emplace_back(packet.begin(), packet.end());
