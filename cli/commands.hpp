@@ -33,7 +33,8 @@ struct PubArguments {
   double rate_hz = 0;        // 0: as soon as the message before has left
   std::optional<std::uint32_t> ttl;
   bool is_timestamped = false;
-  double timeout_s = 5;  // for each message
+  std::uint32_t copies = 1;  // each message is sent so often
+  double timeout_s = 5;      // for each message
 };
 
 struct SubArguments {

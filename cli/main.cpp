@@ -103,6 +103,12 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
       ->check(above_zero());
   command->add_option("--ttl", arguments.ttl, "hops after the first; default: 0")
       ->check(whole_number());
+  command
+      ->add_option("--copies", arguments.copies,
+                   "for what must not be missed: each message is sent so often, and heard once")
+      ->check(whole_number())
+      ->check(above_zero())
+      ->capture_default_str();
   command->add_flag("--timestamped", arguments.is_timestamped, "carry the buffering delay");
   command->add_option("-W,--timeout", arguments.timeout_s, "seconds to wait for each to leave")
       ->check(above_zero())

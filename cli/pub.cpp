@@ -51,10 +51,9 @@ class Sender {
     ChannelOptions options;
     options.ttl = arguments.ttl;
     if (arguments.is_timestamped) options.timestamped = true;
-    publisher_ =
-        open_channel(client, arguments.channel, options).publisher([this](const Status& status) {
-          sent_ = status;
-        });
+    publisher_ = open_channel(client, arguments.channel, options)
+                     .publisher([this](const Status& status) { sent_ = status; },
+                                Sending().repeated(arguments.copies));
   }
 
   const Publisher& publisher() const { return publisher_; }

@@ -1,5 +1,6 @@
 #include "swarmtalk/client/channel.hpp"
 
+#include <mutex>
 #include <utility>
 
 #include "client_lib/session.hpp"
@@ -11,9 +12,21 @@ namespace {
 template <typename State>
 void remove(std::shared_ptr<State>& state) {
   if (!state) return;
-  state->is_closed = true;
   if (const auto session = state->session.lock()) session->remove(*state);
   state.reset();
+}
+
+/// A state's session and its gate, held; neither when the session is gone.
+struct StateLock {
+  std::shared_ptr<client::Session> session;
+  std::unique_lock<std::mutex> lock;
+};
+
+StateLock lock_state(const client::HandleState& state) {
+  StateLock held;
+  held.session = state.session.lock();
+  if (held.session) held.lock = std::unique_lock(held.session->gate());
+  return held;
 }
 
 template <typename State>
@@ -46,19 +59,26 @@ Status Publisher::send(std::string_view text, std::optional<std::uint32_t> ttl) 
 }
 
 bool Publisher::busy() const {
-  return state_ && state_->is_in_flight;
+  const auto session = state_ ? state_->session.lock() : nullptr;
+  return session && session->is_busy(*state_);
 }
 
 std::size_t Publisher::max_message_bytes() const {
-  return state_ && state_->id != 0 ? state_->max_message_bytes : 0;
+  if (!state_) return 0;
+  const auto lock = lock_state(*state_);
+  return state_->id != 0 ? state_->max_message_bytes : 0;
 }
 
 std::optional<std::uint16_t> Publisher::channel_number() const {
-  return state_ ? state_->channel : std::nullopt;
+  if (!state_) return std::nullopt;
+  const auto lock = lock_state(*state_);
+  return state_->channel;
 }
 
 Status Publisher::status() const {
-  return handle_status(state_);
+  if (!state_) return handle_status(state_);
+  const auto lock = lock_state(*state_);
+  return state_->status;
 }
 
 Subscriber& Subscriber::operator=(Subscriber&& other) noexcept {
@@ -81,9 +101,9 @@ Status Subscriber::status() const {
   return handle_status(state_);
 }
 
-Publisher Channel::publisher(SentCallback sent) const {
+Publisher Channel::publisher(SentCallback sent, Sending sending) const {
   if (const auto session = session_.lock()) {
-    return Publisher(session->add_publisher(key_, std::move(sent)));
+    return Publisher(session->add_publisher(key_, std::move(sent), sending));
   }
   auto state = std::make_shared<client::PublisherState>();
   state->status = gone();

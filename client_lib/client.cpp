@@ -126,6 +126,9 @@ void Client::on_disconnect(std::function<void(const Status&)> callback) {
 void Client::on_reconnect(std::function<void()> callback) {
   session_->on_reconnect = std::move(callback);
 }
+void Client::on_gap(std::function<void(const Message&)> callback) {
+  session_->on_gap = std::move(callback);
+}
 void Client::on_error(std::function<void(const Status&)> callback) {
   session_->on_error = std::move(callback);
 }

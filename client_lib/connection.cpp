@@ -121,6 +121,7 @@ Status Connection::receive() {
   for (;;) {
     const auto room = reader_.prepare(kReadBytes);
     const ssize_t count = ::recv(fd_, room.data(), room.size(), 0);
+    may_have_more_ = count == static_cast<ssize_t>(room.size());
     if (count > 0) {
       reader_.commit(static_cast<std::size_t>(count));
       return Status();

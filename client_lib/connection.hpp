@@ -30,15 +30,19 @@ class Connection {
   /// Writes what the socket takes now. @return kOk, or kDisconnected
   Status flush();
   bool has_outgoing() const { return !outgoing_.empty(); }
+  std::size_t outgoing_bytes() const { return outgoing_.size(); }
 
   /// Reads what is there, at most one buffer. @return kOk, or kDisconnected: what was read before
   ///   is still handed out by next()
   Status receive();
+  /// Whether the last receive() may have left something in the socket.
+  bool may_have_more() const { return may_have_more_; }
   ipc::ReadResult next(ipc::Envelope& envelope) { return reader_.next(envelope); }
 
  private:
   int fd_ = -1;
   ipc::FrameReader reader_;
+  bool may_have_more_ = false;
   std::string outgoing_;  // starts at the first unwritten byte
 };
 

@@ -15,6 +15,8 @@ using std::chrono::milliseconds;
 namespace {
 
 constexpr std::size_t kNameMaxBytes = 1024;
+constexpr int kReadsAhead = 16;                 // of 64 KiB: more than the daemon's socket holds
+constexpr std::size_t kEventsReadAhead = 1024;  // well below what would drop messages
 
 Status check_name(const std::string& name) {
   if (!is_utf8(name)) {
@@ -39,6 +41,20 @@ class Scope {
  private:
   T& variable_;
   T old_;
+};
+
+/// Tells for a scope which thread is inside.
+class ThreadMark {
+ public:
+  explicit ThreadMark(std::atomic<std::thread::id>& mark) : mark_(mark) {
+    mark_.store(std::this_thread::get_id());
+  }
+  ~ThreadMark() { mark_.store(std::thread::id()); }
+  ThreadMark(const ThreadMark&) = delete;
+  ThreadMark& operator=(const ThreadMark&) = delete;
+
+ private:
+  std::atomic<std::thread::id>& mark_;
 };
 
 /// When a callback throws out of process(), what was left undone must be seen by the next poll.
@@ -77,6 +93,7 @@ void Session::close() {
   if (std::exchange(is_closed_, true)) return;
   wakeup_.unwatch();
   wakeup_.clear_timer();
+  const std::lock_guard lock(gate_);
   connection_.close();
   phase_ = Phase::kDown;
   const auto forget = [](HandleState& handle) {
@@ -91,6 +108,7 @@ void Session::close() {
   subscribers_by_id_.clear();
   pending_.clear();
   events_.clear();
+  read_ahead_ = 0;
 }
 
 /// One try to open the socket. Success means: greeting sent, answer awaited.
@@ -98,7 +116,10 @@ Status Session::attempt() {
   has_started_ = true;
   wakeup_.clear_timer();
   last_failure_ = check_name(name_);
-  if (last_failure_) last_failure_ = connection_.open(path_);
+  if (last_failure_) {
+    const std::lock_guard lock(gate_);
+    last_failure_ = connection_.open(path_);
+  }
   if (!last_failure_) {
     schedule_attempt();
     return last_failure_;
@@ -110,7 +131,7 @@ Status Session::attempt() {
   hello.set_major(ipc::kProtocolMajor);
   hello.set_minor(ipc::kProtocolMinor);
   hello.set_name(name_);
-  connection_.append(outgoing_);
+  append(outgoing_);
   return flush();
 }
 
@@ -139,11 +160,14 @@ void Session::drop(const Status& why) {
   if (phase_ == Phase::kDown) return;
   phase_ = Phase::kDown;
   wakeup_.unwatch();
-  connection_.close();
+  {
+    const std::lock_guard lock(gate_);
+    connection_.close();
+  }
   last_failure_ = why;
   if (std::exchange(was_up_, false)) {
     is_reconnect_ = true;
-    post({Event::Kind::kDisconnect, {}, {}, {}, why});
+    post({Event::Kind::kDisconnect, {}, {}, why});
   } else {
     report_attempt(why);
   }
@@ -155,11 +179,14 @@ void Session::drop(const Status& why) {
 void Session::forget_registrations() {
   const Status gone(StatusCode::kDisconnected);
   for (auto& publisher : publishers_) {
-    publisher->id = 0;
-    publisher->status = gone;
-    if (std::exchange(publisher->is_in_flight, false)) {
-      post({Event::Kind::kSent, {}, publisher, {}, gone});
+    std::size_t unsent = 0;
+    {
+      const std::lock_guard lock(gate_);
+      publisher->id = 0;
+      publisher->status = gone;
+      unsent = std::exchange(publisher->in_flight, {}).size();
     }
+    for (; unsent > 0; --unsent) post({Event::Kind::kSent, {}, publisher, gone});
   }
   for (auto& subscriber : subscribers_) {
     subscriber->id = 0;
@@ -179,7 +206,7 @@ void Session::become_up() {
   backoff_ = options_.reconnect_first;
   last_failure_ = Status();
   reported_failure_.reset();
-  if (std::exchange(is_reconnect_, false)) post({Event::Kind::kReconnect, {}, {}, {}, {}});
+  if (std::exchange(is_reconnect_, false)) post({Event::Kind::kReconnect, {}, {}, {}});
 }
 
 Status Session::connect() {
@@ -205,9 +232,15 @@ Status Session::no_answer() const {
 
 Status Session::flush() {
   if (phase_ == Phase::kDown || is_ending_) return Status();
-  const Status status = connection_.flush();
+  Status status;
+  bool has_outgoing = false;
+  {
+    const std::lock_guard lock(gate_);
+    status = connection_.flush();
+    has_outgoing = connection_.has_outgoing();
+  }
   if (status) {
-    wakeup_.watch(connection_.fd(), connection_.has_outgoing());
+    wakeup_.watch(connection_.fd(), has_outgoing);
     return status;
   }
   read_last_words(status);
@@ -233,12 +266,18 @@ void Session::read_last_words(const Status& why) {
   }
 }
 
+bool Session::append(const ipc::Envelope& envelope) {
+  const std::lock_guard lock(gate_);
+  return connection_.append(envelope);
+}
+
 /// Reads once and handles what has come, until `enough`; more stays for the next call.
-void Session::read_envelopes(const std::function<bool()>& enough) {
-  if (phase_ == Phase::kDown) return;
+/// @return whether the socket may have more
+bool Session::read_envelopes(const std::function<bool()>& enough) {
+  if (phase_ == Phase::kDown) return false;
   const Status received = connection_.receive();
   while (phase_ != Phase::kDown) {
-    if (enough && enough()) return;
+    if (enough && enough()) return false;
     const ipc::ReadResult result = connection_.next(incoming_);
     if (result == ipc::ReadResult::kNeedMore) break;
     if (result == ipc::ReadResult::kMalformed) {
@@ -246,9 +285,17 @@ void Session::read_envelopes(const std::function<bool()>& enough) {
     } else {
       handle(incoming_);
     }
-    if (waits_ == 0) run_events();
+    if (waits_ == 0 && read_ahead_ == 0) run_events();
   }
   if (!received) drop(received);
+  return received.ok() && connection_.may_have_more();
+}
+
+/// Reads; and while there are messages of which only the newest or the young count, all that waits.
+void Session::read_ahead() {
+  for (int i = 0; i < kReadsAhead && read_envelopes({}); ++i) {
+    if (read_ahead_ == 0 || events_.size() >= kEventsReadAhead) break;
+  }
 }
 
 /// Waits without running callbacks. @return enough()
@@ -274,14 +321,16 @@ Status Session::process() {
   }
   const auto self = shared_from_this();  // a callback may destroy the Client
   const Scope<bool> processing(is_processing_, true);
+  const ThreadMark mark(processing_thread_);
   RingOnThrow ring_on_throw(wakeup_);
   wakeup_.take_ring();
   if (!has_started_) attempt_in_background();
   if (wakeup_.take_timer()) on_timer();
   run_events();
-  read_envelopes({});
+  read_ahead();
   flush();
   run_events();
+  report_losses();
   flush();
   return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
 }

@@ -9,10 +9,12 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
@@ -46,15 +48,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void stop();
   std::function<void(const Status&)> on_disconnect;
   std::function<void()> on_reconnect;
+  std::function<void(const Message&)> on_gap;
   std::function<void(const Status&)> on_error;
 
   // The functions of Channel, Publisher and Subscriber.
   std::shared_ptr<PublisherState> add_publisher(std::shared_ptr<const ChannelKey> key,
-                                                SentCallback sent);
+                                                SentCallback sent, Sending sending);
   std::shared_ptr<SubscriberState> add_subscriber(std::shared_ptr<const ChannelKey> key,
                                                   ReceiveCallback receive, Policy policy);
+  /// Any thread.
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl);
+  bool is_busy(const PublisherState& publisher);
+  std::mutex& gate() { return gate_; }
   void remove(PublisherState& publisher);
   void remove(SubscriberState& subscriber);
 
@@ -72,7 +78,6 @@ class Session : public std::enable_shared_from_this<Session> {
     Kind kind;
     std::shared_ptr<SubscriberState> subscriber;
     std::shared_ptr<PublisherState> publisher;
-    Message message;
     Status status;
   };
 
@@ -86,8 +91,10 @@ class Session : public std::enable_shared_from_this<Session> {
   void become_up();
   Status no_answer() const;
   Status flush();
+  bool append(const ipc::Envelope& envelope);
   void read_last_words(const Status& why);
-  void read_envelopes(const std::function<bool()>& enough);
+  bool read_envelopes(const std::function<bool()>& enough);
+  void read_ahead();
   bool wait_until(Deadline deadline, const std::function<bool()>& enough);
 
   // session_dispatch.cpp: what comes in, and callbacks
@@ -97,7 +104,17 @@ class Session : public std::enable_shared_from_this<Session> {
   void handle_deliver(const ipc::Deliver& deliver);
   void handle_publish_end(std::uint32_t publisher_id, std::uint64_t number, const Status& status);
   void tell_sent(const PublisherState& publisher, const Status& status);
-  void report(const Status& status) { post({Event::Kind::kError, {}, {}, {}, status}); }
+  void report(const Status& status) { post({Event::Kind::kError, {}, {}, status}); }
+  void take_reports();
+  // session_delivery.cpp: messages, from a frame to a callback
+  void wait_in_turn(const std::shared_ptr<SubscriberState>& subscriber,
+                    const ipc::Deliver& deliver);
+  void drop_waiting(SubscriberState& subscriber, std::size_t index);
+  void drop_oldest_message();
+  void run_message(SubscriberState& subscriber);
+  void hand_over(SubscriberState& subscriber, Message& message);
+  void note_loss(SubscriberState& subscriber);
+  void report_losses();
   void report_attempt(const Status& status);
   void post(Event event);
   void run_events();
@@ -119,6 +136,9 @@ class Session : public std::enable_shared_from_this<Session> {
   void request_done();
   Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
                            std::optional<std::uint32_t> ttl) const;
+  Status check_room(const PublisherState& publisher) const;
+  Status append_publication(PublisherState& publisher, std::string_view payload,
+                            std::optional<std::uint32_t> ttl);
   void send_pose(const OwnPose& pose);
   void flush_unless_gathering();
 
@@ -135,7 +155,8 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_connecting_ = false;  // inside connect()
   bool is_ending_ = false;      // inside read_last_words()
   bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
-  int waits_ = 0;               // waiting calls on the stack: callbacks must not run
+  std::atomic<std::thread::id> processing_thread_{};
+  int waits_ = 0;  // waiting calls on the stack: callbacks must not run
   std::atomic<bool> is_stopped_{false};
 
   Status last_failure_;                         // why the last attempt failed
@@ -157,7 +178,17 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_pose_in_flight_ = false;
   std::optional<OwnPose> next_pose_;
 
+  /// Guards what send() of any thread shares with the owner's: what changes of a PublisherState,
+  /// the bytes to be written and the socket they go to, and what is below. Held for moments, never
+  /// while a callback runs.
+  std::mutex gate_;
+  ipc::Envelope publication_;
+  std::vector<Status> reports_;  // for on_error, on the owner's thread
+  std::atomic<bool> has_reports_{false};
+
   std::deque<Event> events_;
+  std::size_t read_ahead_ = 0;  // messages in events_ of subscribers that read ahead
+  bool has_unreported_loss_ = false;
   ipc::Envelope incoming_;
   ipc::Envelope outgoing_;
   Message message_;  // reused; valid during one callback

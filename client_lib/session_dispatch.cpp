@@ -68,14 +68,11 @@ void Session::handle_deliver(const ipc::Deliver& deliver) {
   const auto found = subscribers_by_id_.find(deliver.subscription_id());
   if (found == subscribers_by_id_.end()) return;  // on its way when we unsubscribed
   const std::shared_ptr<SubscriberState> subscriber = found->second;
-  if (waits_ == 0 && events_.empty()) {
-    convert(deliver, message_);
-    if (subscriber->receive) subscriber->receive(message_);
-    return;
+  if (waits_ != 0 || !events_.empty() || subscriber->reads_ahead()) {
+    return wait_in_turn(subscriber, deliver);
   }
-  Event event{Event::Kind::kMessage, subscriber, {}, {}, {}};
-  convert(deliver, event.message);
-  post(std::move(event));
+  convert(deliver, message_);
+  hand_over(*subscriber, message_);
 }
 
 void Session::handle_publish_end(std::uint32_t publisher_id, std::uint64_t number,
@@ -83,13 +80,15 @@ void Session::handle_publish_end(std::uint32_t publisher_id, std::uint64_t numbe
   const auto found = publishers_by_id_.find(publisher_id);
   if (found == publishers_by_id_.end()) return;
   PublisherState& publisher = *found->second;
-  if (!publisher.is_in_flight || publisher.publish_number != number) return;
-  publisher.is_in_flight = false;
+  {
+    const std::lock_guard lock(gate_);
+    if (std::erase(publisher.in_flight, number) == 0) return;
+  }
   const std::shared_ptr<PublisherState> keep_alive = found->second;
   if (waits_ == 0 && events_.empty()) {
     tell_sent(publisher, status);
   } else {
-    post({Event::Kind::kSent, {}, keep_alive, {}, status});
+    post({Event::Kind::kSent, {}, keep_alive, status});
   }
 }
 
@@ -97,7 +96,8 @@ void Session::tell_sent(const PublisherState& publisher, const Status& status) {
   if (publisher.is_closed) return;
   if (publisher.sent) {
     publisher.sent(status);
-  } else if (!status && status.code() != StatusCode::kDisconnected) {
+  } else if (!status && status.code() != StatusCode::kDisconnected &&
+             status.code() != StatusCode::kDropped) {
     report(status);
   }
 }
@@ -115,23 +115,29 @@ void Session::report_attempt(const Status& status) {
 
 void Session::post(Event event) {
   if (is_closed_) return;
-  if (events_.size() >= kEventsMax && event.kind == Event::Kind::kMessage) {
-    for (auto old = events_.begin(); old != events_.end(); ++old) {
-      if (old->kind != Event::Kind::kMessage) continue;
-      event.message.lost_before.client += 1;
-      events_.erase(old);
-      break;
-    }
-  }
+  if (events_.size() >= kEventsMax && event.kind == Event::Kind::kMessage) drop_oldest_message();
   events_.push_back(std::move(event));
   if (!is_processing_) wakeup_.ring();
 }
 
+/// What other threads had to report.
+void Session::take_reports() {
+  std::vector<Status> reports;
+  {
+    const std::lock_guard lock(gate_);
+    reports.swap(reports_);
+    has_reports_.store(false);
+  }
+  for (const Status& status : reports) report(status);
+}
+
 void Session::run_events() {
+  if (has_reports_.load()) take_reports();
   while (!events_.empty()) {
     const Event event = std::move(events_.front());
     events_.pop_front();
     run_event(event);
+    if (has_reports_.load()) take_reports();
   }
 }
 
@@ -139,9 +145,7 @@ void Session::run_event(const Event& event) {
   // A callback may replace itself: run a copy.
   switch (event.kind) {
     case Event::Kind::kMessage:
-      if (!event.subscriber->is_closed && event.subscriber->receive) {
-        event.subscriber->receive(event.message);
-      }
+      run_message(*event.subscriber);
       break;
     case Event::Kind::kSent:
       tell_sent(*event.publisher, event.status);

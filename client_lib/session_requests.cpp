@@ -9,7 +9,9 @@
 namespace swarmtalk::client {
 namespace {
 
-constexpr float kPoseMaxM = 32.767f;  // int16 millimetres on the air
+constexpr float kPoseMaxM = 32.767f;                             // int16 millimetres on the air
+constexpr std::size_t kOutgoingMaxBytes = std::size_t{1} << 20;  // then send() answers kBusy
+constexpr std::size_t kReportsMax = 16;                          // of send(), until process()
 
 void fill(ipc::Channel& channel, const ChannelKey& key) {
   if (key.number) {
@@ -30,7 +32,7 @@ void erase_handle(List& list, const HandleState& handle) {
 std::uint32_t Session::request(Completion done) {
   if (++last_request_id_ == 0) ++last_request_id_;
   outgoing_.set_request_id(last_request_id_);
-  if (!connection_.append(outgoing_)) {
+  if (!append(outgoing_)) {
     done(nullptr,
          Status(StatusCode::kBadArgument, "the request is longer than the protocol allows"));
     return last_request_id_;
@@ -126,11 +128,12 @@ void Session::send_pose(const OwnPose& pose) {
 }
 
 std::shared_ptr<PublisherState> Session::add_publisher(std::shared_ptr<const ChannelKey> key,
-                                                       SentCallback sent) {
+                                                       SentCallback sent, Sending sending) {
   auto publisher = std::make_shared<PublisherState>();
   publisher->session = weak_from_this();
   publisher->key = std::move(key);
   publisher->sent = std::move(sent);
+  publisher->sending = sending;
   if (is_impossible(*publisher)) return publisher;
   publishers_.push_back(publisher);
   register_new(*publisher, [&] { register_publisher(publisher); });
@@ -190,12 +193,21 @@ void Session::register_publisher(const std::shared_ptr<PublisherState>& publishe
   const ChannelOptions& options = publisher->key->options;
   if (options.ttl) body.set_ttl(*options.ttl);
   if (options.timestamped) body.set_timestamped(*options.timestamped);
+  const Sending& sending = publisher->sending;
+  if (sending.queue > 0) body.set_queue(sending.queue);
+  if (sending.drop_oldest) body.set_drop_oldest(true);
+  if (sending.copies != 1) body.set_copies(sending.copies);
+  if (sending.copy_interval) {
+    body.set_copy_interval_ms(static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(sending.copy_interval->count(), 0, UINT32_MAX)));
+  }
   request([this, publisher](const ipc::Envelope* reply, const Status& status) {
     if (reply != nullptr) {
       const ipc::Advertised& advertised = reply->advertised();
       if (publisher->is_closed) {
         unregister_publisher(advertised.publisher_id());
       } else {
+        const std::lock_guard lock(gate_);
         publisher->id = advertised.publisher_id();
         publisher->channel = static_cast<std::uint16_t>(advertised.channel());
         publisher->max_message_bytes = advertised.max_message_bytes();
@@ -241,17 +253,26 @@ void Session::register_subscriber(const std::shared_ptr<SubscriberState>& subscr
 }
 
 void Session::finish_registration(HandleState& handle, const Status& status) {
-  handle.is_answered = true;
-  handle.status = status;
+  {
+    const std::lock_guard lock(gate_);
+    handle.is_answered = true;
+    handle.status = status;
+    if (status && handle.id == 0 && !handle.is_closed) {
+      handle.status = Status(StatusCode::kProtocol);
+    }
+  }
   if (status.code() == StatusCode::kDisconnected) return;
-  if (status && handle.id == 0 && !handle.is_closed) handle.status = Status(StatusCode::kProtocol);
   if (!handle.status && !handle.is_closed) report(handle.status);
   if (phase_ == Phase::kRegistering && --registrations_left_ == 0) become_up();
 }
 
 void Session::remove(PublisherState& publisher) {
-  publisher.is_closed = true;
-  const auto id = std::exchange(publisher.id, 0);
+  std::uint32_t id = 0;
+  {
+    const std::lock_guard lock(gate_);
+    publisher.is_closed = true;
+    id = std::exchange(publisher.id, 0);
+  }
   publishers_by_id_.erase(id);
   if (id != 0) unregister_publisher(id);
   erase_handle(publishers_, publisher);
@@ -299,27 +320,68 @@ Status Session::check_publication(const PublisherState& publisher, std::size_t s
                                            publisher.key->label + " carries at most " +
                                            std::to_string(publisher.max_ttl));
   }
-  return publisher.is_in_flight ? Status(StatusCode::kBusy) : Status();
+  return check_room(publisher);
 }
 
+/// Whether another message may be on its way.
+Status Session::check_room(const PublisherState& publisher) const {
+  if (connection_.outgoing_bytes() > kOutgoingMaxBytes) {
+    return Status(StatusCode::kBusy, "swarmtalkd does not read what this program sends");
+  }
+  const Sending& sending = publisher.sending;
+  if (sending.drop_oldest && sending.queue > 0) return Status();  // the daemon makes room
+  return publisher.in_flight.size() > sending.queue ? Status(StatusCode::kBusy) : Status();
+}
+
+bool Session::is_busy(const PublisherState& publisher) {
+  const std::lock_guard lock(gate_);
+  return publisher.id != 0 && check_room(publisher).code() == StatusCode::kBusy;
+}
+
+/// Any thread: all that is used here is behind the gate. What only the owner can do, such as
+/// waiting for a socket that is full or reading why it has died, it is rung for.
 Status Session::publish(PublisherState& publisher, std::string_view payload,
                         std::optional<std::uint32_t> ttl) {
+  const bool is_inside = processing_thread_.load() == std::this_thread::get_id();
+  std::unique_lock lock(gate_);
   Status status = check_publication(publisher, payload.size(), ttl);
-  if (status.code() == StatusCode::kTooLong || status.code() == StatusCode::kBadTtl) report(status);
-  if (!status) return status;
-  outgoing_.Clear();
-  ipc::Publish& body = *outgoing_.mutable_publish();
+  if (status) status = append_publication(publisher, payload, ttl);
+  const bool is_silent =
+      status.code() != StatusCode::kTooLong && status.code() != StatusCode::kBadTtl;
+  if (!is_silent && reports_.size() < kReportsMax) {
+    reports_.push_back(status);
+    has_reports_.store(true);
+  }
+  bool needs_owner = !is_silent;
+  // Inside a callback: one write for all, at its end.
+  if (status && !is_inside) {
+    const bool is_written = connection_.flush().ok();
+    needs_owner = !is_written || connection_.has_outgoing();
+    if (!is_written) {
+      publisher.in_flight.pop_back();
+      status = Status(StatusCode::kDisconnected);
+    }
+  }
+  lock.unlock();
+  if (needs_owner && !is_inside) wakeup_.ring();
+  return status;
+}
+
+Status Session::append_publication(PublisherState& publisher, std::string_view payload,
+                                   std::optional<std::uint32_t> ttl) {
+  publication_.Clear();
+  ipc::Publish& body = *publication_.mutable_publish();
   body.set_publisher_id(publisher.id);
   body.set_publish_number(publisher.publish_number + 1);
   body.set_payload(payload.data(), payload.size());
   if (ttl) body.set_ttl(*ttl);
-  if (!connection_.append(outgoing_)) {
+  const auto now = Wakeup::Clock::now().time_since_epoch();
+  body.set_sent_at_ns(static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
+  if (!connection_.append(publication_)) {
     return Status(StatusCode::kTooLong, "the message is longer than the local protocol carries");
   }
-  if (!is_processing_) status = flush();  // inside a callback: one write for all, at its end
-  if (!status) return status;
-  ++publisher.publish_number;
-  publisher.is_in_flight = true;
+  publisher.in_flight.push_back(++publisher.publish_number);
   return Status();
 }
 

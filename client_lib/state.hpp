@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,16 +37,26 @@ struct HandleState {
   Status status{StatusCode::kDisconnected};
 };
 
+/// What changes here after the handle is made changes under the session's gate: any thread sends.
 struct PublisherState : HandleState {
   SentCallback sent;
+  Sending sending;
   std::size_t max_message_bytes = 0;
   std::uint32_t max_ttl = 0;
-  std::uint64_t publish_number = 0;  // of the last accepted message
-  bool is_in_flight = false;
+  std::uint64_t publish_number = 0;     // of the last accepted message
+  std::deque<std::uint64_t> in_flight;  // without an answer yet, oldest first
 };
 
 struct SubscriberState : HandleState {
+  /// Whether messages are read ahead, so that the policy holds for what has left the daemon, too.
+  bool reads_ahead() const {
+    return policy.keep_last || policy.latest_of_each || policy.max_age.has_value();
+  }
+
   ReceiveCallback receive;
+  std::deque<Message> waiting;        // as many as there are events of it
+  Loss lost;                          // before the next callback
+  std::uint32_t unreported_loss = 0;  // in this program, that the daemon does not know of yet
   Policy policy;
 };
 

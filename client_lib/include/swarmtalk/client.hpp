@@ -1,6 +1,7 @@
 // Client: one program's connection to the swarmtalkd of its robot. It reconnects and re-registers
 // by itself. One thread, the caller's, owns a Client and all it hands out: callbacks run there,
-// inside process() and run*(), and nowhere else. Only stop() may come from elsewhere.
+// inside process() and run*(), and nowhere else. From elsewhere may come stop() and
+// Publisher::send().
 #pragma once
 
 #include <chrono>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <swarmtalk/client/channel.hpp>
 #include <swarmtalk/client/daemon_status.hpp>
@@ -56,6 +58,18 @@ class Client {
   /// By number, 0 to 65535 (0 to 15 on Kilobots).
   Channel channel(int number, ChannelOptions options = {});
 
+  /// Short for channel(...).subscriber(...): robot.subscribe("alarm", Policy::latest(), receive).
+  Subscriber subscribe(std::string_view channel_name, Policy policy, ReceiveCallback receive) {
+    return channel(channel_name).subscriber(std::move(receive), policy);
+  }
+  Subscriber subscribe(std::string_view channel_name, ReceiveCallback receive) {
+    return channel(channel_name).subscriber(std::move(receive));
+  }
+  /// Short for channel(...).publisher(...): robot.advertise("alarm", Sending::newest(4)).
+  Publisher advertise(std::string_view channel_name, Sending sending = {}, SentCallback sent = {}) {
+    return channel(channel_name).publisher(std::move(sent), sending);
+  }
+
   /// Tells the daemon where this robot is now; the pose ages from here. Never blocks, except that
   /// it connects first, as connect() does, when nothing else has yet. When called faster than the
   /// daemon answers, the newest pose wins.
@@ -101,6 +115,9 @@ class Client {
   void on_disconnect(std::function<void(const Status&)> callback);
   /// Connected again and everything re-registered.
   void on_reconnect(std::function<void()> callback);
+  /// Messages were lost: called before the callback of a message whose `lost_before` is not empty,
+  /// with that message. No default.
+  void on_gap(std::function<void(const Message&)> callback);
   /// What no return value can tell, or what a program ignores at its own cost.
   void on_error(std::function<void(const Status&)> callback);
 

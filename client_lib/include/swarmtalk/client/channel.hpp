@@ -1,6 +1,6 @@
 // Channel, Publisher and Subscriber: what a Client hands out. Channel is a value; the other two are
-// movable handles that unregister when destroyed. All belong to the Client's thread and are safe to
-// keep after the Client is gone: they then answer kDisconnected.
+// movable handles that unregister when destroyed. All belong to the Client's thread, but for what
+// says "any thread", and are safe to keep after the Client is gone: they then answer kDisconnected.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 
 #include <swarmtalk/client/message.hpp>
 #include <swarmtalk/client/policy.hpp>
+#include <swarmtalk/client/sending.hpp>
 #include <swarmtalk/client/status.hpp>
 
 namespace swarmtalk {
@@ -41,9 +42,9 @@ class Publisher {
   Publisher& operator=(Publisher&&) noexcept;
   ~Publisher();
 
-  /// Hands one message to the daemon; copies it, never blocks.
+  /// Hands one message to the daemon; copies it, never blocks. Any thread.
   /// @param ttl  hops after the first for this message; unset: the channel's
-  /// @return kOk: it is on its way, `sent` will be called; kBusy until `sent` of the one before;
+  /// @return kOk: it is on its way, `sent` will be called; kBusy until `sent` of an earlier one;
   ///   kTooLong; kBadTtl; kDisconnected; or why the channel was refused. kTooLong and kBadTtl are
   ///   also reported to Client::on_error, so that they are never silent.
   Status send(std::string_view text, std::optional<std::uint32_t> ttl = {});
@@ -63,7 +64,7 @@ class Publisher {
     return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
   }
 
-  /// True from an accepted send() until its `sent`.
+  /// Whether send() would answer kBusy. Any thread, as the three below.
   bool busy() const;
 
   /// Longest message of this channel, 0 while not registered.
@@ -104,7 +105,7 @@ class Channel {
   /// Registers a publisher; waits for the daemon's answer, at most ClientOptions::request_timeout.
   /// Without a daemon it is registered when the daemon comes. A refusal is in its status() and goes
   /// to Client::on_error.
-  Publisher publisher(SentCallback sent = {}) const;
+  Publisher publisher(SentCallback sent = {}, Sending sending = {}) const;
 
   /// The same for a subscriber. `receive` is called from Client::process() and run*() only.
   Subscriber subscriber(ReceiveCallback receive, Policy policy = {}) const;

@@ -1,0 +1,276 @@
+// The C interface (swarmtalk.h) over the C++ one. No exception leaves it.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <new>
+#include <string>
+#include <swarmtalk/client.hpp>
+#include <utility>
+
+#include "swarmtalk/swarmtalk.h"
+
+using swarmtalk::Client;
+using swarmtalk::Message;
+using swarmtalk::Publisher;
+using swarmtalk::Status;
+using swarmtalk::StatusCode;
+using swarmtalk::Subscriber;
+
+struct swarmtalk_client {
+  Client client;
+  std::string error;  // of the last call that failed
+};
+struct swarmtalk_publisher {
+  Publisher publisher;
+};
+struct swarmtalk_subscriber {
+  Subscriber subscriber;
+};
+
+namespace {
+
+static_assert(int{SWARMTALK_BUSY} == static_cast<int>(StatusCode::kBusy));
+static_assert(int{SWARMTALK_SYSTEM} == static_cast<int>(StatusCode::kSystem));
+static_assert(int{SWARMTALK_RATE} == static_cast<int>(StatusCode::kRate));
+static_assert(int{SWARMTALK_LINK_DOWN} == static_cast<int>(StatusCode::kLinkDown),
+              "the C codes follow StatusCode, in its order");
+
+swarmtalk_status code_of(const Status& status) {
+  return static_cast<swarmtalk_status>(status.code());
+}
+
+/// Runs a call of a client; keeps why it failed.
+template <typename Call>
+swarmtalk_status guarded(swarmtalk_client* client, Call call) {
+  try {
+    const Status status = call(client->client);
+    if (!status) client->error = status.text();
+    return code_of(status);
+  } catch (const std::exception& error) {
+    client->error = error.what();
+    return SWARMTALK_SYSTEM;
+  }
+}
+
+swarmtalk_message c_message(const Message& message) {
+  swarmtalk_message to{};
+  to.payload = reinterpret_cast<const std::uint8_t*>(message.payload.data());
+  to.payload_bytes = message.payload.size();
+  to.channel = message.channel;
+  to.sender = message.sender;
+  to.epoch = message.epoch;
+  to.message_number = message.message_number;
+  to.distance_m = message.distance_m;
+  to.bearing_rad = message.bearing_rad;
+  to.hops = message.hops;
+  to.ttl = message.ttl;
+  to.buffering_delay_us = message.buffering_delay ? message.buffering_delay->count() : -1;
+  to.received_at_ns = -1;
+  if (message.received_at) {
+    to.received_at_ns = std::chrono::nanoseconds(message.received_at->time_since_epoch()).count();
+  }
+  to.local = message.local ? 1 : 0;
+  const swarmtalk::Loss& lost = message.lost_before;
+  to.lost_before = {lost.air, lost.kernel, lost.daemon, lost.client, lost.late};
+  return to;
+}
+
+swarmtalk::Policy cpp_policy(const swarmtalk_policy& from) {
+  swarmtalk::Policy policy;
+  if (from.keep_last != 0) policy.keep_last = from.keep_last;
+  if (from.max_distance_m != 0) policy.max_distance_m = from.max_distance_m;  // also NaN: refused
+  if (from.max_age_ms != 0) policy.max_age = std::chrono::milliseconds(from.max_age_ms);
+  policy.drop_unknown_distance = from.drop_unknown_distance != 0;
+  policy.latest_of_each = from.latest_from_each != 0;
+  return policy;
+}
+
+swarmtalk::Sending cpp_sending(const swarmtalk_sending& from) {
+  swarmtalk::Sending sending;
+  sending.queue = from.queue;
+  sending.drop_oldest = from.drop_oldest != 0;
+  if (from.copies != 0) sending.copies = from.copies;
+  if (from.copy_interval_ms != 0) {
+    sending.copy_interval = std::chrono::milliseconds(from.copy_interval_ms);
+  }
+  return sending;
+}
+
+/// A word of digits is a number.
+swarmtalk::Channel channel_of(Client& client, const char* word,
+                              const swarmtalk::ChannelOptions& options) {
+  const std::string name = word == nullptr ? "" : word;
+  const bool is_number = !name.empty() && name.size() <= 9 &&
+                         std::all_of(name.begin(), name.end(),
+                                     [](char digit) { return digit >= '0' && digit <= '9'; });
+  return is_number ? client.channel(std::stoi(name), options) : client.channel(name, options);
+}
+
+std::function<void(const Status&)> c_event(swarmtalk_event_fn callback, void* context) {
+  if (callback == nullptr) return {};
+  return [callback, context](const Status& status) {
+    callback(code_of(status), std::string(status.text()).c_str(), context);
+  };
+}
+
+}  // namespace
+
+extern "C" {
+
+swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path) {
+  try {
+    swarmtalk::ClientOptions options;
+    if (socket_path != nullptr) options.socket_path = socket_path;
+    return new swarmtalk_client{Client(name == nullptr ? "" : name, options), {}};
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+void swarmtalk_close(swarmtalk_client* client) {
+  delete client;
+}
+
+swarmtalk_status swarmtalk_connect(swarmtalk_client* client) {
+  return guarded(client, [](Client& robot) { return robot.connect(); });
+}
+
+const char* swarmtalk_error(const swarmtalk_client* client) {
+  return client->error.c_str();
+}
+
+const char* swarmtalk_status_text(swarmtalk_status status) {
+  if (status < SWARMTALK_OK || status > SWARMTALK_SYSTEM) return "unknown status";
+  return Status(static_cast<StatusCode>(status)).text().data();  // literals, ended with a zero
+}
+
+swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client, const char* channel,
+                                          const swarmtalk_policy* policy,
+                                          swarmtalk_receive_fn receive, void* context) {
+  try {
+    const swarmtalk_policy chosen = policy == nullptr ? swarmtalk_policy{} : *policy;
+    swarmtalk::ChannelOptions options;
+    if (chosen.timestamped != 0) options.timestamped = true;
+    swarmtalk::ReceiveCallback callback;
+    if (receive != nullptr) {
+      callback = [receive, context](const Message& message) {
+        const swarmtalk_message to = c_message(message);
+        receive(&to, context);
+      };
+    }
+    auto made = std::make_unique<swarmtalk_subscriber>();
+    made->subscriber = channel_of(client->client, channel, options)
+                           .subscriber(std::move(callback), cpp_policy(chosen));
+    if (const Status status = made->subscriber.status(); !status) client->error = status.text();
+    return made.release();
+  } catch (const std::exception& error) {
+    client->error = error.what();
+    return nullptr;
+  }
+}
+
+swarmtalk_status swarmtalk_subscriber_status(const swarmtalk_subscriber* subscriber) {
+  return code_of(subscriber->subscriber.status());
+}
+
+void swarmtalk_unsubscribe(swarmtalk_subscriber* subscriber) {
+  delete subscriber;
+}
+
+swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client, const char* channel,
+                                         const swarmtalk_sending* sending, swarmtalk_sent_fn sent,
+                                         void* context) {
+  try {
+    const swarmtalk_sending chosen = sending == nullptr ? swarmtalk_sending{} : *sending;
+    swarmtalk::ChannelOptions options;
+    if (chosen.ttl != 0) options.ttl = chosen.ttl;
+    if (chosen.timestamped != 0) options.timestamped = true;
+    auto made = std::make_unique<swarmtalk_publisher>();
+    made->publisher = channel_of(client->client, channel, options)
+                          .publisher(c_event(sent, context), cpp_sending(chosen));
+    if (const Status status = made->publisher.status(); !status) client->error = status.text();
+    return made.release();
+  } catch (const std::exception& error) {
+    client->error = error.what();
+    return nullptr;
+  }
+}
+
+swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher) {
+  return code_of(publisher->publisher.status());
+}
+
+swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* bytes,
+                                size_t size_bytes) {
+  try {
+    return code_of(
+        publisher->publisher.send(std::string_view(static_cast<const char*>(bytes), size_bytes)));
+  } catch (const std::exception&) {
+    return SWARMTALK_SYSTEM;
+  }
+}
+
+int swarmtalk_is_busy(const swarmtalk_publisher* publisher) {
+  return publisher->publisher.busy() ? 1 : 0;
+}
+
+size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher) {
+  return publisher->publisher.max_message_bytes();
+}
+
+void swarmtalk_unadvertise(swarmtalk_publisher* publisher) {
+  delete publisher;
+}
+
+swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
+                                    float theta_rad) {
+  return guarded(client, [&](Client& robot) { return robot.set_pose(x_m, y_m, theta_rad); });
+}
+
+uint32_t swarmtalk_node_id(const swarmtalk_client* client) {
+  return client->client.node_id();
+}
+
+int swarmtalk_fd(const swarmtalk_client* client) {
+  return client->client.fd();
+}
+
+swarmtalk_status swarmtalk_process(swarmtalk_client* client) {
+  return guarded(client, [](Client& robot) { return robot.process(); });
+}
+
+swarmtalk_status swarmtalk_run(swarmtalk_client* client) {
+  return guarded(client, [](Client& robot) { return robot.run(); });
+}
+
+swarmtalk_status swarmtalk_run_for(swarmtalk_client* client, uint32_t time_ms) {
+  return guarded(client,
+                 [&](Client& robot) { return robot.run_for(std::chrono::milliseconds(time_ms)); });
+}
+
+void swarmtalk_stop(swarmtalk_client* client) {
+  client->client.stop();
+}
+
+void swarmtalk_on_disconnect(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
+  client->client.on_disconnect(c_event(callback, context));
+}
+
+void swarmtalk_on_reconnect(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
+  if (callback == nullptr) return client->client.on_reconnect({});
+  client->client.on_reconnect([callback, context] { callback(SWARMTALK_OK, "ok", context); });
+}
+
+void swarmtalk_on_error(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
+  client->client.on_error(c_event(callback, context));
+}
+
+void swarmtalk_on_gap(swarmtalk_client* client, swarmtalk_gap_fn callback, void* context) {
+  if (callback == nullptr) return client->client.on_gap({});
+  client->client.on_gap([callback, context](const Message& message) {
+    const swarmtalk_message to = c_message(message);
+    callback(&to, context);
+  });
+}
+
+}  // extern "C"

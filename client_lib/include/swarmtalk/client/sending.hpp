@@ -1,0 +1,42 @@
+// Sending: what becomes of messages that a publisher sends faster than they leave, and how often
+// each is sent. A value; without anything one message is on its way at a time:
+//   Sending::newest(8).repeated(3)
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace swarmtalk {
+
+struct Sending {
+  std::uint32_t queue = 0;   // messages that wait in the daemon behind the one in flight
+  bool drop_oldest = false;  // when so many do; else send() answers kBusy
+  std::uint32_t copies = 1;  // each message is sent so often, and heard once
+  std::optional<std::chrono::milliseconds> copy_interval =
+      std::nullopt;  // unset: the daemon's default
+
+  /// Up to `count` messages wait; a send() that finds so many answers kBusy.
+  static Sending queued(std::uint32_t count) {
+    Sending sending;
+    sending.queue = count;
+    return sending;
+  }
+  /// Up to `count` messages wait; for one more the oldest is dropped, and its `sent` told kDropped.
+  static Sending newest(std::uint32_t count) {
+    Sending sending = queued(count);
+    sending.drop_oldest = true;
+    return sending;
+  }
+  /// For what must not be missed: each message is sent `times`, and takes so much longer. Whoever
+  /// hears several copies is given one.
+  Sending repeated(std::uint32_t times,
+                   std::optional<std::chrono::milliseconds> interval = std::nullopt) const {
+    Sending sending = *this;
+    sending.copies = times;
+    sending.copy_interval = interval;
+    return sending;
+  }
+};
+
+}  // namespace swarmtalk

@@ -1,0 +1,169 @@
+/* The C interface of libswarmtalk: one robot program's connection to the swarmtalkd of its robot.
+ * The same rules as in C++ (docs/client.md): one thread, the caller's, owns a client and everything
+ * it hands out, and callbacks run inside swarmtalk_process() and swarmtalk_run*() only. From any
+ * thread may be called: swarmtalk_send(), swarmtalk_is_busy(), swarmtalk_stop().
+ *
+ * Link with `pkg-config --cflags --libs swarmtalk-c`. Structures begin as zero (= {0}), which means
+ * the default everywhere. Text is UTF-8 and ends with a zero. Nothing here throws or exits. */
+#ifndef SWARMTALK_SWARMTALK_H
+#define SWARMTALK_SWARMTALK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SWARMTALK_API __attribute__((visibility("default")))
+
+/* What became of a call. docs/client.md says what to do about each. */
+typedef enum swarmtalk_status {
+  SWARMTALK_OK = 0,
+  SWARMTALK_BUSY = 1,
+  SWARMTALK_TOO_LONG = 2,
+  SWARMTALK_DISCONNECTED = 3,
+  SWARMTALK_NO_DAEMON = 4,
+  SWARMTALK_DAEMON_DEAD = 5,
+  SWARMTALK_NO_PERMISSION = 6,
+  SWARMTALK_VERSION_MISMATCH = 7,
+  SWARMTALK_TIMEOUT = 8,
+  SWARMTALK_BAD_CHANNEL = 9,
+  SWARMTALK_CHANNEL_CONFLICT = 10,
+  SWARMTALK_LIMIT = 11,
+  SWARMTALK_BAD_TTL = 12,
+  SWARMTALK_BAD_POSE = 13,
+  SWARMTALK_UNSUPPORTED = 14,
+  SWARMTALK_LINK_DOWN = 15,
+  SWARMTALK_PROTOCOL = 16,
+  SWARMTALK_DROPPED = 17,
+  SWARMTALK_RATE = 18,
+  SWARMTALK_BAD_ARGUMENT = 19,
+  SWARMTALK_SYSTEM = 20
+} swarmtalk_status;
+
+typedef struct swarmtalk_client swarmtalk_client;
+typedef struct swarmtalk_publisher swarmtalk_publisher;
+typedef struct swarmtalk_subscriber swarmtalk_subscriber;
+
+/* Messages that did not come, by place; late: told as lost before, came after all. */
+typedef struct swarmtalk_loss {
+  uint64_t air;
+  uint64_t kernel;
+  uint64_t daemon;
+  uint64_t client;
+  uint64_t late;
+} swarmtalk_loss;
+
+/* Valid during the callback. */
+typedef struct swarmtalk_message {
+  const uint8_t* payload; /* exactly what was sent; not ended with a zero */
+  size_t payload_bytes;
+  uint16_t channel;
+  uint32_t sender; /* node id of the origin */
+  uint32_t epoch;
+  uint32_t message_number;
+  float distance_m;  /* to the last transmitter; NaN: unknown */
+  float bearing_rad; /* counter-clockwise from this robot's heading; NaN: unknown */
+  uint32_t hops;
+  uint32_t ttl;
+  int64_t buffering_delay_us; /* from send() to here, air left out; -1: unknown */
+  int64_t received_at_ns;     /* CLOCK_MONOTONIC; -1: unknown */
+  int local;                  /* 1: published on this robot by another program */
+  swarmtalk_loss lost_before; /* since this subscription's message before */
+} swarmtalk_message;
+
+typedef struct swarmtalk_policy {
+  uint32_t keep_last;        /* messages that wait; 1: only the newest; 0: the daemon's default */
+  float max_distance_m;      /* 0: any */
+  uint32_t max_age_ms;       /* 0: any */
+  int drop_unknown_distance; /* with max_distance_m */
+  int latest_from_each;      /* only the newest of each sender waits */
+  int timestamped;           /* register the channel as timestamped */
+} swarmtalk_policy;
+
+typedef struct swarmtalk_sending {
+  uint32_t ttl;              /* hops after the first */
+  uint32_t queue;            /* messages that wait behind the one in flight */
+  int drop_oldest;           /* a full queue drops its oldest; else send() answers BUSY */
+  uint32_t copies;           /* each message is sent so often, heard once; 0: once */
+  uint32_t copy_interval_ms; /* 0: the daemon's default */
+  int timestamped;
+} swarmtalk_sending;
+
+typedef void (*swarmtalk_receive_fn)(const swarmtalk_message* message, void* context);
+/* Once for each accepted send(): SWARMTALK_OK when its last packet has left, else why it never
+ * will. */
+typedef void (*swarmtalk_sent_fn)(swarmtalk_status status, const char* text, void* context);
+typedef void (*swarmtalk_event_fn)(swarmtalk_status status, const char* text, void* context);
+typedef void (*swarmtalk_gap_fn)(const swarmtalk_message* message, void* context);
+
+/* A client that is not connected yet. socket_path: NULL: $SWARMTALK_SOCKET, else the standard one.
+ * NULL when the process is out of memory or descriptors. */
+SWARMTALK_API swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path);
+/* Ends everything; its publishers and subscribers must still be freed. NULL is fine. */
+SWARMTALK_API void swarmtalk_close(swarmtalk_client* client);
+
+/* Waits until connected, two seconds at most. After a failure swarmtalk_run() goes on trying. */
+SWARMTALK_API swarmtalk_status swarmtalk_connect(swarmtalk_client* client);
+/* One sentence with the remedy, about the last call on this client's own thread that did not answer
+ * SWARMTALK_OK. Valid until the next such call. */
+SWARMTALK_API const char* swarmtalk_error(const swarmtalk_client* client);
+/* A general sentence about a status, for any thread. Never NULL. */
+SWARMTALK_API const char* swarmtalk_status_text(swarmtalk_status status);
+
+/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Never NULL
+ * but when out of memory; a refusal is in *_status() and in on_error. */
+SWARMTALK_API swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client,
+                                                        const char* channel,
+                                                        const swarmtalk_policy* policy,
+                                                        swarmtalk_receive_fn receive,
+                                                        void* context);
+SWARMTALK_API swarmtalk_status swarmtalk_subscriber_status(const swarmtalk_subscriber* subscriber);
+SWARMTALK_API void swarmtalk_unsubscribe(swarmtalk_subscriber* subscriber);
+
+SWARMTALK_API swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client,
+                                                       const char* channel,
+                                                       const swarmtalk_sending* sending,
+                                                       swarmtalk_sent_fn sent, void* context);
+SWARMTALK_API swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher);
+/* Hands one message to the daemon; copies it, never waits. Any thread. */
+SWARMTALK_API swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* bytes,
+                                              size_t size_bytes);
+/* 1: the next swarmtalk_send() would answer SWARMTALK_BUSY. Any thread. */
+SWARMTALK_API int swarmtalk_is_busy(const swarmtalk_publisher* publisher);
+SWARMTALK_API size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher);
+SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
+
+/* theta_rad: counter-clockwise from +x. */
+SWARMTALK_API swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
+                                                  float theta_rad);
+SWARMTALK_API uint32_t swarmtalk_node_id(const swarmtalk_client* client);
+
+/* For an event loop of your own: readable when swarmtalk_process() has work. */
+SWARMTALK_API int swarmtalk_fd(const swarmtalk_client* client);
+/* Does all that waits; never blocks. SWARMTALK_DISCONNECTED while there is no daemon. */
+SWARMTALK_API swarmtalk_status swarmtalk_process(swarmtalk_client* client);
+/* swarmtalk_process() in a loop, until swarmtalk_stop(). */
+SWARMTALK_API swarmtalk_status swarmtalk_run(swarmtalk_client* client);
+SWARMTALK_API swarmtalk_status swarmtalk_run_for(swarmtalk_client* client, uint32_t time_ms);
+/* Any thread, also a signal handler. */
+SWARMTALK_API void swarmtalk_stop(swarmtalk_client* client);
+
+/* Each replaces a default that writes a line to stderr; NULL silences it. The gap callback has no
+ * default; it is called before the receive callback of a message before which something was lost.
+ */
+SWARMTALK_API void swarmtalk_on_disconnect(swarmtalk_client* client, swarmtalk_event_fn callback,
+                                           void* context);
+SWARMTALK_API void swarmtalk_on_reconnect(swarmtalk_client* client, swarmtalk_event_fn callback,
+                                          void* context);
+SWARMTALK_API void swarmtalk_on_error(swarmtalk_client* client, swarmtalk_event_fn callback,
+                                      void* context);
+SWARMTALK_API void swarmtalk_on_gap(swarmtalk_client* client, swarmtalk_gap_fn callback,
+                                    void* context);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SWARMTALK_SWARMTALK_H */
