@@ -125,6 +125,65 @@ def test_a_program_outside_the_tree_builds_with_pkg_config(staged, tmp_path):
     assert run(tmp_path / "consumer").returncode == 0
 
 
+C_CONSUMER = r"""
+#include <stdio.h>
+#include <swarmtalk/swarmtalk.h>
+int main(void) {
+  swarmtalk_client* robot = swarmtalk_open("consumer", "/nonexistent/socket");
+  swarmtalk_status status = swarmtalk_connect(robot);
+  printf("%s\n", swarmtalk_error(robot));
+  swarmtalk_close(robot);
+  return status == SWARMTALK_NO_DAEMON ? 0 : 1;
+}
+"""
+
+
+def run_staged(path, staged):
+    folder = next(staged.rglob("libswarmtalk-c.so")).parent
+    return run(path, env={**os.environ, "LD_LIBRARY_PATH": str(folder)})
+
+
+def test_a_c_program_outside_the_tree_builds_with_pkg_config(staged, tmp_path):
+    (tmp_path / "main.c").write_text(C_CONSUMER)
+    folder = next(staged.rglob("swarmtalk-c.pc")).parent
+    flags = run("pkg-config", "--cflags", "--libs", "swarmtalk-c",
+                env={**os.environ, "PKG_CONFIG_PATH": str(folder),
+                     "PKG_CONFIG_SYSROOT_DIR": str(staged)})
+    assert flags.returncode == 0, flags.stderr
+    done = subprocess.run(["gcc", "-std=c99", "-Wall", "-Werror", str(tmp_path / "main.c"), "-o",
+                           str(tmp_path / "consumer"), *flags.stdout.split()], text=True,
+                          capture_output=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    done = run_staged(tmp_path / "consumer", staged)
+    assert done.returncode == 0
+    assert "/nonexistent/socket does not exist" in done.stdout
+
+
+def test_a_c_program_outside_the_tree_builds_with_cmake(staged, tmp_path):
+    (tmp_path / "main.c").write_text(C_CONSUMER)
+    (tmp_path / "CMakeLists.txt").write_text("""
+cmake_minimum_required(VERSION 3.25)
+project(consumer C CXX)
+find_package(swarmtalk REQUIRED)
+add_executable(consumer main.c)
+target_link_libraries(consumer swarmtalk::c)
+""")
+    done = run("cmake", "-G", "Ninja", "-S", tmp_path, "-B", tmp_path / "b",
+               f"-DCMAKE_PREFIX_PATH={staged}/usr", timeout=120)
+    assert done.returncode == 0, done.stderr
+    done = run("cmake", "--build", tmp_path / "b", timeout=120)
+    assert done.returncode == 0, done.stdout
+    assert run_staged(tmp_path / "b/consumer", staged).returncode == 0
+
+
+def test_the_c_library_shows_its_own_functions_only(staged):
+    library = next(staged.rglob("libswarmtalk-c.so"))
+    done = run("nm", "-D", "--defined-only", library)
+    names = [line.split()[-1].split("@")[0] for line in done.stdout.splitlines()]
+    assert "swarmtalk_send" in names
+    assert [name for name in names if not name.lower().startswith("swarmtalk_")] == []
+
+
 def test_the_readme_shows_the_very_first_program():
     program = (ROOT / "examples/first_program.cpp").read_text()
     body = program[program.index("#include"):]
