@@ -91,9 +91,11 @@ class Receiver {
     for (uint32_t number = 0; number < 16; ++number) {
       rounds.push_back(round_of<P>(senders, length, number));
     }
+    Swarmtalk<P>& node = *node_;
+    const DistanceSensing sensing{50};
     for (uint32_t received = 0, round = 0; received < packets; ++round) {
       for (const Packet& packet : rounds[round % 16]) {
-        node_->on_packet(packet.data(), 9, DistanceSensing{50});
+        node.on_packet(packet.data(), 9, sensing);
         if (++received == packets) break;
       }
       ticks += step;

@@ -157,7 +157,9 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     return false;
   }
 
+  /// REQUIRES wants().
   void deliver(const uint8_t* bytes, uint16_t size, const Reception<P>& reception) {
+    if (P::kSubscribers == 1) return subscribers_[0].call(bytes, size, reception);
     for (uint8_t i = 0; i < P::kSubscribers; ++i) {
       if (subscribers_[i].wants(reception.sensing)) subscribers_[i].call(bytes, size, reception);
     }

@@ -18,9 +18,30 @@
 namespace swarmtalk {
 namespace core {
 
+/// Which calls look at records for their age: every one, or every eighth at eight times as many.
+template <bool kInTurns>
+class SweepTurn {
+ protected:
+  static constexpr uint8_t kTurn = 8;
+  bool is_turn() { return --left_ == 0; }
+  void next_turn_in(uint8_t calls) { left_ = calls; }
+
+ private:
+  uint8_t left_ = kTurn;
+};
+template <>
+class SweepTurn<false> {
+ protected:
+  static constexpr uint8_t kTurn = 1;
+  bool is_turn() { return true; }
+  void next_turn_in(uint8_t) {}
+};
+
 template <class P>
-class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
+class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
+                       private SweepTurn<(P::kBuckets > 0)> {
   using Lookup = RecordIndex<P, (P::kBuckets == 0)>;  // a base: without a table it takes no memory
+  using Turn = SweepTurn<(P::kBuckets > 0)>;
 
  public:
   using W = Wire<P>;
@@ -38,7 +59,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   /// The time of what follows, until the next call.
   void set_now(Ticks now) {
     tick_ = static_cast<Stamp>(now);
-    step_ = static_cast<Stamp>(now >> P::kClosedShift);
+    if (P::kClosedShift != 0) step_ = static_cast<Stamp>(now >> P::kClosedShift);
   }
 
   /// The message's record. @return null if it is not remembered (any more); an open one is found
@@ -53,6 +74,9 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   SWARMTALK_HOT bool is_expired(const Entry& record) const { return age(record) == kOver; }
   /// Ticks since the last packet of an open message that is not expired.
   Ticks since_last_packet(const Entry& record) const { return age(record); }
+
+  /// Ticks since a stamp that is in ticks: of an open message, or a closed one-hop message.
+  Stamp time_since(const Entry& record) const { return static_cast<Stamp>(tick_ - record.stamp); }
 
   /// Begins a record for a message, closed, nothing forwarded or delivered; looks at the sender's
   /// other messages on the channel on the way (see note). REQUIRES find() found none.
@@ -93,6 +117,40 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     Lookup::link(records_, &record);
     renew(record, flood);
   }
+  /// As find() and insert() for a one-hop message that is not remembered.
+  /// @param quickly  only if one look will do: the sender's last message on the channel is long
+  /// over
+  /// @param how      Entry::kOpen or Entry::kDelivered, as with open() and close()
+  /// @return null, and nothing changed, if it is remembered, or if there is no room
+  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, bool quickly, uint8_t how, bool insist) {
+    Entry* record = Lookup::first(records_, key);
+    if (SWARMTALK_SELDOM(record == nullptr || !Lookup::is_alone(*record) || !is_spent(*record))) {
+      if (quickly) return nullptr;
+      if (find(key) != nullptr) return nullptr;
+      const Index hand = Lookup::hand();
+      record = insert(key, false, insist);
+      if (record == nullptr) {
+        Lookup::hand() = hand;
+        return nullptr;
+      }
+    }
+    record->key = key;
+    record->forwarded = 0;
+    record->flags = static_cast<uint8_t>(Entry::kKept | how);
+    record->stamp = tick_;
+    return record;
+  }
+  /// The record of a one-hop message that is being put together, its end not held. @return null if
+  /// there is none, or if it is past its time
+  SWARMTALK_HOT Entry* find_open_one_hop(const Key& key) {
+    Entry* const record = Lookup::find(records_, key);
+    return record != nullptr &&
+                   (record->flags & ~Entry::kOvertaken) == (Entry::kKept | Entry::kOpen) &&
+                   time_since(*record) <= static_cast<Stamp>(P::kAssemblyTicks)
+               ? record
+               : nullptr;
+  }
+
   /// Makes a record that is there new: nothing forwarded or delivered.
   void renew(Entry& record, bool flood) {
     record.forwarded = 0;
@@ -104,26 +162,19 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     record.flags = static_cast<uint8_t>(record.flags | Entry::kOpen);
     record.stamp = tick_;
   }
+  /// A further packet of an open message came.
+  void renew_stamp(Entry& record) { record.stamp = tick_; }
   /// @param how  Entry::kDelivered or Entry::kGivenUp
   void close(Entry& record, uint8_t how) {
     record.flags = static_cast<uint8_t>((record.flags & ~Entry::kOpen) | how);
-    record.stamp = (record.flags & Entry::kFlood) != 0 ? step_ : tick_;
+    record.stamp = (record.flags & Entry::kFlood) != 0 ? step() : tick_;
   }
 
   /// Looks at the next few records. @return an open one past its time, now closed as given up
   /// (its fragments are the caller's to release), or null. Called on every packet, so that every
   /// record is looked at before its stamp wraps.
   SWARMTALK_HOT Entry* sweep() {
-    for (uint8_t n = 0; n < kSweep && begin() != end(); ++n) {
-      Entry* const record = in_register(next_after(sweep_));
-      if (!is_expired(*record)) continue;
-      if (record->is_open()) {
-        close(*record, Entry::kGivenUp);
-        return record;
-      }
-      record->flags = 0;
-    }
-    return nullptr;
+    return SWARMTALK_SELDOM(Turn::is_turn()) ? sweep_some() : nullptr;
   }
 
   /// Whether any record of the last minutes is of node `node`: an id to avoid.
@@ -148,6 +199,23 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
   }
 
  private:
+  SWARMTALK_ASIDE Entry* sweep_some() {
+    Turn::next_turn_in(Turn::kTurn);
+    uint8_t left = kSweep * Turn::kTurn;
+    if (Turn::kTurn > 1 && end() - begin() < left) left = static_cast<uint8_t>(end() - begin());
+    for (; left != 0 && begin() != end(); --left) {
+      Entry* const record = in_register(next_after(sweep_));
+      if (!is_expired(*record)) continue;
+      if (record->is_open()) {
+        Turn::next_turn_in(1);  // the rest of this turn
+        close(*record, Entry::kGivenUp);
+        return record;
+      }
+      record->flags = 0;
+    }
+    return nullptr;
+  }
+
   /// Records looked at per packet for their age: a table with narrow stamps has to be through
   /// before a stamp wraps.
   static constexpr uint8_t kSweep = P::kStampBits == 8 ? 3 : 1;
@@ -168,6 +236,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
     Score score;
   };
 
+  /// A closed one-hop message's record whose time is over.
+  bool is_spent(const Entry& record) const {
+    return (record.flags & (Entry::kOpen | Entry::kFlood)) == 0 &&
+           (time_since(record) > static_cast<Stamp>(P::kOneHopDuplicateTicks) || record.flags == 0);
+  }
+
+  Stamp step() const { return P::kClosedShift == 0 ? tick_ : step_; }
+
   /// Time since a record's stamp, or kOver. Of a closed flooded message in 2^kClosedShift ticks.
   SWARMTALK_HOT Stamp age(const Entry& record) const {
     const uint8_t flags = record.flags;
@@ -178,7 +254,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)> {
       limit = static_cast<Stamp>(P::kAssemblyTicks);
     } else if ((flags & Entry::kFlood) != 0) {
       limit = static_cast<Stamp>(P::kFloodTicks >> P::kClosedShift);
-      time = step_;
+      time = step();
     }
     time = static_cast<Stamp>(time - record.stamp);
     return time > limit ? kOver : time;

@@ -79,24 +79,21 @@ class Reassembler {
     if (bit > before ? end_held : fragment.end) return Outcome::kContradiction;
     const Mask held = static_cast<Mask>(before | bit);
     if ((end_held || fragment.end) && !has_gap(held)) return Outcome::kComplete;
-    const Timestamp delay = delay_now(record, fragment, elapsed);
-    const Slot slot = unused_slot();
-    if (slot == kNoSlot) return Outcome::kNoSlot;
-    Held& place = slot_at(slot);
-    memcpy(place.body, fragment.payload, fragment.payload_bytes);
-    place.next = *link;
-    *link = slot;
-    record.held = held;
-    if (fragment.has_delay) {
-      W::set_timestamp(slot_at(record.first).body, W::kBodyBytes, delay);
-    }
-    if (P::kSizeBits != 0) record.set_length(fragment.size);
-    if (fragment.end) {
-      record.flags = static_cast<uint8_t>(record.flags | Entry::kEndHeld);
-      if (P::kSizeBits == 0) record.set_length(fragment.payload_bytes);
-    }
-    return Outcome::kHeld;
+    return hold(record, *link, fragment, elapsed);
   }
+
+  /// Whether a packet comes behind all that is held, and is not the end unless all before it is
+  /// held. REQUIRES the end is not held.
+  static bool is_next(const Entry& record, const Fragment<P>& fragment) {
+    return fragment.bit > record.held &&
+           (!fragment.end || record.held == static_cast<Mask>(fragment.bit - 1u)) &&
+           (P::kSizeBits == 0 || record.held == 0 || record.length() == fragment.size);
+  }
+  /// As add(). REQUIRES is_next(), not the end.
+  SWARMTALK_HOT Outcome hold_next(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
+    return hold(record, record.first, fragment, elapsed);
+  }
+  bool has_slot() const { return free_ != kNoSlot || used_ != P::kFragmentSlots; }
 
   /// The message that `last` completed (add() answered kComplete), written to `message`
   /// (W::kMessageBytes). Its fragments are released.
@@ -126,6 +123,22 @@ class Reassembler {
     return total;
   }
 
+  /// As take(). REQUIRES is_next(), the end.
+  uint16_t take_in_order(Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
+    last.delay_ticks = delay_now(record, last, elapsed);
+    uint8_t* to = message + static_cast<uint16_t>(last.sequence * last.payload_max());
+    const uint16_t total = static_cast<uint16_t>(to - message + last.payload_bytes);
+    memcpy(to, last.payload, last.payload_bytes);
+    // The copy of constant size needs no call.
+    Slot* const link = P::kPadded && last.payload_bytes == W::kBodyBytes
+                           ? copy_back<true>(record, message, to, W::kBodyBytes)
+                           : copy_back<false>(record, message, to, last.payload_max());
+    *link = free_;
+    free_ = record.first;
+    begin(record);
+    return total;
+  }
+
   /// Gives back what a message holds.
   void release(Entry& record) {
     Slot* link = &record.first;
@@ -148,6 +161,43 @@ class Reassembler {
     uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
     Slot next;
   };
+
+  /// Stores a packet of a message at `link` of its list.
+  SWARMTALK_HOT Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
+                             Ticks elapsed) {
+    const Timestamp delay = delay_now(record, fragment, elapsed);
+    const Slot slot = unused_slot();
+    if (slot == kNoSlot) return Outcome::kNoSlot;
+    Held& place = slot_at(slot);
+    // The bytes of a padded packet behind its payload are there, and are not used.
+    memcpy(place.body, fragment.payload, P::kPadded ? W::kBodyBytes : fragment.payload_bytes);
+    place.next = link;
+    link = slot;
+    record.held = static_cast<Mask>(record.held | fragment.bit);
+    if (fragment.has_delay) {
+      W::set_timestamp(slot_at(record.first).body, W::kBodyBytes, delay);
+    }
+    if (P::kSizeBits != 0) record.set_length(fragment.size);
+    if (fragment.end) {
+      record.flags = static_cast<uint8_t>(record.flags | Entry::kEndHeld);
+      if (P::kSizeBits == 0) record.set_length(fragment.payload_bytes);
+    }
+    return Outcome::kHeld;
+  }
+
+  /// Copies a message's fragments, `size` bytes each, to before `to`, the last one first.
+  /// @return the link behind the first packet's
+  template <bool kWhole>
+  SWARMTALK_HOT Slot* copy_back(Entry& record, uint8_t* message, uint8_t* to, PacketSize size) {
+    Slot* link = &record.first;
+    while (to != message) {
+      Held& held = slot_at(*link);
+      to -= kWhole ? W::kBodyBytes : size;
+      memcpy(to, held.body, kWhole ? W::kBodyBytes : size);
+      link = &held.next;
+    }
+    return link;
+  }
 
   SWARMTALK_SHARED Held& slot_at(Slot slot) { return slots_[slot]; }
   /// The link of a message's list at which packet `bit` is, or would be.

@@ -29,6 +29,8 @@ template <class P>
 struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
   using W = Wire<P>;
   using Bits = UintFor<P::kNodeBits + P::kMessageBits + P::kChannelBits>;
+  /// The first two fields of a header, as one number.
+  using MessageOfNode = core::bits::Field<0, P::kNodeBits + P::kMessageBits>;
   static constexpr uint8_t kMessageShift = P::kChannelBits;
   static constexpr uint8_t kNodeShift = P::kChannelBits + P::kMessageBits;
   static constexpr Bits kMessageBitsMask =
@@ -39,8 +41,7 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
   /// Of a packet's message.
   explicit RecordKey(const uint8_t* packet)
       : bits(static_cast<Bits>(
-            static_cast<Bits>(static_cast<Bits>(W::NodeField::get(packet)) << kNodeShift) |
-            static_cast<Bits>(static_cast<Bits>(W::MessageField::get(packet)) << kMessageShift) |
+            static_cast<Bits>(static_cast<Bits>(MessageOfNode::get(packet)) << kMessageShift) |
             W::ChannelField::get(packet))) {
     this->set(W::EpochField::get(packet));
   }
@@ -64,10 +65,17 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
   /// Bucket of the key. Small message numbers are left out, so that all messages of a sender and
   /// channel are in one chain (at most 2^kMessageBits of them).
   uint16_t bucket() const {
-    const uint64_t seed = P::kMessageBits < 16 ? bits & static_cast<Bits>(~kMessageBitsMask) : bits;
+    constexpr uint8_t kBucketBits = P::kBuckets < 2 ? 1 : bits_for(P::kBuckets - 1u);
+    const Bits seed = P::kMessageBits < 16 ? bits & static_cast<Bits>(~kMessageBitsMask) : bits;
+    // The upper bits of a product with a large odd number (2^n / golden ratio) depend on all bits.
+    if (sizeof(Bits) <= 4 && P::kEpochBits == 0) {
+      return static_cast<uint16_t>(
+          static_cast<uint32_t>(static_cast<uint32_t>(seed) * UINT32_C(0x9E3779B1)) >>
+          (32 - kBucketBits));
+    }
     const uint64_t mixed =
         (seed ^ (static_cast<uint64_t>(this->get()) << 48)) * UINT64_C(0x9E3779B97F4A7C15);
-    return static_cast<uint16_t>((mixed >> 40) & (P::kBuckets - 1u));
+    return static_cast<uint16_t>(mixed >> (64 - kBucketBits));
   }
 };
 
@@ -131,9 +139,14 @@ class RecordIndex {
 
   explicit RecordIndex(Entry*) : used_(0), hand_(0) { memset(heads_, 0, sizeof(heads_)); }
 
-  Entry* find(Entry* records, const RecordKey<P>& key) {
-    Entry* record = first(records, key);
-    while (record != nullptr && !(record->key == key)) record = next(records, record);
+  SWARMTALK_HOT Entry* find(Entry* records, const RecordKey<P>& key) {
+    const Index head = heads_[key.bucket()];
+    if (head == 0) return nullptr;
+    Entry* record = &records[head - 1];
+    while (!(record->key == key)) {
+      if (record->next_ == kNone) return nullptr;
+      record = &records[record->next_];
+    }
     return record;
   }
   void link(Entry* records, Entry* record) {
@@ -164,6 +177,8 @@ class RecordIndex {
   const Entry* end(const Entry* records) const { return records + used_; }
   /// A record that has never been used, or null.
   Entry* fresh(Entry* records) { return used_ < P::kRecords ? &records[used_++] : nullptr; }
+  /// Whether no record follows in the chain.
+  bool is_alone(const Entry& record) const { return record.next_ == kNone; }
   /// The record given away last: those after it are the oldest, roughly.
   Index& hand() { return hand_; }
 
@@ -199,6 +214,7 @@ class RecordIndex<P, true> {
     static UintFor<bits_for(P::kRecords)> none;
     return none;
   }
+  bool is_alone(const Entry&) const { return false; }
 
  private:
   Entry* end_;  // behind the records in use

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "swarmtalk/channel.hpp"
+#include "swarmtalk/channel_hint.hpp"
 #include "swarmtalk/counters.hpp"
 #include "swarmtalk/duplicate_cache.hpp"
 #include "swarmtalk/forward_queue.hpp"
@@ -56,6 +57,7 @@ class UsualPackets<false> {
 
 template <class P>
 class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
+                  private ChannelHint<P, (P::kBuckets > 0 && P::kUsualPathFirst)>,
                   private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
  public:
   using Profile = P;
@@ -112,6 +114,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     ids_[place] = static_cast<ChannelId>(id);
     channel.init(this, place, static_cast<ChannelId>(id), static_cast<uint8_t>(ttl), timestamped,
                  number);
+    this->hint(static_cast<ChannelId>(id), &channel);
     return &channel;
   }
 
@@ -120,6 +123,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   void remove_channel(Channel<P>* channel) {
     round_robin_.set_ready(static_cast<Source>(channel->index_ + 1u), false);
     channel->is_open_ = false;
+    this->forget(channel);
   }
 
   /// Why the last new_channel failed, or kOk.
@@ -155,25 +159,8 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   SWARMTALK_APART Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
     begin_call();
     count(counters_.packets_received);
-    const Error damage = W::check(bytes, size);
-    if (damage != Error::kOk) {
-      count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
-      return damage;
-    }
-    Arrival arrival;
-    arrival.size_bytes = static_cast<PacketSize>(size);
-    arrival.sensing = sensing;
-    W::decode(bytes, arrival);
-    arrival.key = Key(bytes);
-    Channel<P>* const channel = find_channel(arrival.channel);
-    arrival.to = channel;
-    if (!W::kMarksTimestamps) arrival.has_delay = channel != nullptr && channel->timestamped_;
-    if (!read_fragment(arrival, bytes)) {
-      count(counters_.bad_packets);
-      return Error::kBadPacket;
-    }
-    if (!is_own(arrival)) receive(arrival);
-    return Error::kOk;
+    if (kUsualPathFirst && receive_usual<true>(bytes, size, sensing)) return Error::kOk;
+    return receive_any(bytes, size, sensing);
   }
 
   /// Id under which this node sends; drawn when first needed.
@@ -200,6 +187,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   using Outcome = typename Reassembler<P>::Outcome;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
   static constexpr uint16_t kSources = P::kChannels + 1;
+  static constexpr bool kUsualPathFirst = P::kBuckets > 0 && P::kUsualPathFirst;
   using Source = typename RoundRobin<kSources>::Source;
   using MessageNumber = typename W::MessageNumber;
 
@@ -347,6 +335,46 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     return same_epoch;
   }
 
+  SWARMTALK_ASIDE Error receive_any(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
+    if (kUsualPathFirst && receive_usual<false>(bytes, size, sensing)) return Error::kOk;
+    const Error damage = W::check(bytes, size);
+    if (damage != Error::kOk) {
+      count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
+      return damage;
+    }
+    Arrival arrival;
+    arrival.size_bytes = static_cast<PacketSize>(size);
+    arrival.sensing = sensing;
+    W::decode(bytes, arrival);
+    arrival.key = Key(bytes);
+    Channel<P>* const channel = find_channel(arrival.channel);
+    arrival.to = channel;
+    if (!W::kMarksTimestamps) arrival.has_delay = channel != nullptr && channel->timestamped_;
+    if (!read_fragment(arrival, bytes)) {
+      count(counters_.bad_packets);
+      return Error::kBadPacket;
+    }
+    if (!is_own(arrival)) receive(arrival);
+    return Error::kOk;
+  }
+
+  // --- the usual packet: defined in usual_path.hpp --------------------------------------------
+  /// Takes a sound packet of a one-hop message that goes its usual way: new and whole, or the next
+  /// of its message.
+  /// @tparam kQuickly  only if the record of the message is the first one looked at
+  /// @return false, and nothing changed, for all others
+  template <bool kQuickly>
+  SWARMTALK_HOT bool receive_usual(const uint8_t* bytes, uint16_t size, const Sensing& sensing);
+  SWARMTALK_HOT bool read_usual(Arrival& arrival, const uint8_t* bytes, uint16_t size);
+  template <bool kQuickly>
+  SWARMTALK_HOT bool assemble_usual(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
+                                    const Sensing& sensing);
+  SWARMTALK_ASIDE void complete_usual(Channel<P>& to, const uint8_t* bytes, uint16_t size,
+                                      const Sensing& sensing, Entry& record);
+  SWARMTALK_HOT void deliver_usual(Reception<P>& reception, const Sensing& sensing, Channel<P>& to,
+                                   const uint8_t* bytes, uint16_t size);
+  SWARMTALK_HOT Channel<P>* find_channel_usual(ChannelId id);
+
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
   SWARMTALK_HOT_APART void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
@@ -392,3 +420,4 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
 }  // namespace swarmtalk
 
 #include "swarmtalk/receive_path.hpp"
+#include "swarmtalk/usual_path.hpp"

@@ -10,17 +10,23 @@
 /// For a function on the way of every packet: inlined where speed counts more than size.
 /// SWARMTALK_APART: for one that -Os would inline into its only caller, where a large function has
 /// too few registers.
+/// SWARMTALK_ASIDE: for one that is not on the usual packet's way: kept out of its caller's
+/// registers.
 #ifdef __AVR__
 #define SWARMTALK_HOT
 #define SWARMTALK_APART __attribute__((noinline))
 #define SWARMTALK_HOT_APART __attribute__((noinline))
 #define SWARMTALK_SHARED __attribute__((noinline))
+#define SWARMTALK_ASIDE
 #else
 #define SWARMTALK_HOT inline __attribute__((always_inline))
 #define SWARMTALK_APART
 #define SWARMTALK_HOT_APART SWARMTALK_HOT
 #define SWARMTALK_SHARED
+#define SWARMTALK_ASIDE __attribute__((noinline))
 #endif
+/// A condition that is seldom true.
+#define SWARMTALK_SELDOM(condition) __builtin_expect((condition) ? 1 : 0, 0)
 
 namespace swarmtalk {
 namespace core {

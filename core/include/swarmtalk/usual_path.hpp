@@ -1,0 +1,104 @@
+// The way of the usual packet: sound, on a channel that this node listens to, of a one-hop message,
+// and either that message's only packet or its next one. It does to such a packet exactly what
+// receive_path.hpp does, in half as many instructions, and leaves every other packet, untouched, to
+// that one. Only in profiles with buckets. Definitions of Swarmtalk's members, included by
+// swarmtalk.hpp only.
+//
+// What is read of a packet stays in registers: no Arrival is handed out by address.
+#pragma once
+
+#include "swarmtalk/swarmtalk.hpp"
+
+namespace swarmtalk {
+namespace core {
+
+template <class P>
+template <bool kQuickly>
+SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t size,
+                                               const Sensing& sensing) {
+  if (SWARMTALK_SELDOM(size < W::kHeaderBytes || W::ttl(bytes) != 0)) return false;
+  Channel<P>* const to = find_channel_usual(W::ChannelField::get(bytes));
+  if (SWARMTALK_SELDOM(to == nullptr || to->ttl_ != 0 || !to->wants(sensing))) return false;
+  if (SWARMTALK_SELDOM(W::check(bytes, size) != Error::kOk)) return false;
+  Arrival arrival;
+  arrival.to = to;
+  if (SWARMTALK_SELDOM(!read_usual(arrival, bytes, size))) return false;
+  if (SWARMTALK_SELDOM(arrival.node == identity_.id())) return false;
+  if (!arrival.end || arrival.sequence != 0) {
+    return assemble_usual<kQuickly>(arrival, bytes, size, sensing);
+  }
+  Reception<P> reception;
+  W::decode(bytes, reception);
+  reception.has_delay = arrival.has_delay;
+  reception.delay_ticks = arrival.delay_ticks;
+  if (cache_.begin_one_hop(arrival.key, kQuickly, Entry::kDelivered, false) == nullptr) {
+    return false;
+  }
+  deliver_usual(reception, sensing, *to, arrival.payload, arrival.payload_bytes);
+  return true;
+}
+
+template <class P>
+SWARMTALK_HOT bool Swarmtalk<P>::read_usual(Arrival& arrival, const uint8_t* bytes, uint16_t size) {
+  arrival.size_bytes = static_cast<PacketSize>(size);
+  W::decode(bytes, arrival);
+  arrival.key = Key(bytes);
+  if (!W::kMarksTimestamps) arrival.has_delay = arrival.to->timestamped_;
+  return read_fragment(arrival, bytes);
+}
+
+template <class P>
+template <bool kQuickly>
+SWARMTALK_HOT bool Swarmtalk<P>::assemble_usual(const Arrival& arrival, const uint8_t* bytes,
+                                                uint16_t size, const Sensing& sensing) {
+  Entry* record = cache_.find_open_one_hop(arrival.key);
+  if (SWARMTALK_SELDOM(record == nullptr)) {
+    if (arrival.end || !reassembler_.has_slot()) return false;
+    record = cache_.begin_one_hop(arrival.key, kQuickly, Entry::kOpen, true);
+    if (record == nullptr) return false;
+    reassembler_.begin(*record);
+  } else if (SWARMTALK_SELDOM(!reassembler_.is_next(*record, arrival))) {
+    return false;
+  } else if (arrival.end) {
+    complete_usual(*arrival.to, bytes, size, sensing, *record);
+    return true;
+  }
+  const Outcome outcome = reassembler_.hold_next(*record, arrival, cache_.time_since(*record));
+  if (SWARMTALK_SELDOM(outcome == Outcome::kNoSlot)) return false;
+  cache_.renew_stamp(*record);
+  return true;
+}
+
+template <class P>
+SWARMTALK_ASIDE void Swarmtalk<P>::complete_usual(Channel<P>& to, const uint8_t* bytes,
+                                                  uint16_t size, const Sensing& sensing,
+                                                  Entry& record) {
+  Arrival arrival;
+  arrival.to = &to;
+  if (!read_usual(arrival, bytes, size)) return;  // it was sound a moment ago
+  uint8_t message[W::kMessageBytes];
+  const uint16_t message_bytes =
+      reassembler_.take_in_order(record, arrival, cache_.time_since(record), message);
+  cache_.close(record, Entry::kDelivered);
+  deliver_usual(arrival, sensing, to, message, message_bytes);
+}
+
+template <class P>
+SWARMTALK_HOT void Swarmtalk<P>::deliver_usual(Reception<P>& reception, const Sensing& sensing,
+                                               Channel<P>& to, const uint8_t* bytes,
+                                               uint16_t size) {
+  reception.sensing = sensing;
+  if (P::kHopsBits == 0) reception.hops = P::kHopsFromTtl ? 0 : kHopsUnknown;
+  count(counters_.messages_received);
+  to.deliver(bytes, size, reception);
+}
+
+template <class P>
+SWARMTALK_HOT Channel<P>* Swarmtalk<P>::find_channel_usual(ChannelId id) {
+  Channel<P>* const channel = this->hinted(id);
+  if (this->kIsSure || (channel != nullptr && channel->id() == id)) return channel;
+  return find_channel(id);
+}
+
+}  // namespace core
+}  // namespace swarmtalk
