@@ -42,7 +42,7 @@ inline RadioConfig coachbot_radio() {
 }
 
 struct ClockConfig {
-  uint32_t drift_ppm = 10000;            // each clock is off by up to this
+  uint32_t drift_ppm = 5000;             // each clock is off by up to this
   uint32_t power_on_spread_us = 250000;  // each robot starts within this
 };
 

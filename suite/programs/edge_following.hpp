@@ -17,8 +17,9 @@ template <class Robot>
 class EdgeFollowing {
  public:
   static constexpr int32_t kSetMm = 60;       // to the nearest seed, in Kilobot mm
-  static constexpr int32_t kToleranceMm = 2;  // dito
-  static constexpr int32_t kStepMm = 3;       // dito, ahead
+  static constexpr int32_t kToleranceMm = 4;  // dito
+  static constexpr int32_t kNearerMm = 3;     // dito
+  static constexpr int32_t kStepMm = 5;       // dito, ahead
   static constexpr int32_t kStepDeg = 12;     // turns
   static constexpr int32_t kRangeMm = 200;    // dito
   static constexpr uint8_t kNobody = 255;
@@ -52,14 +53,14 @@ class EdgeFollowing {
       return;
     }
     if (robot_.is_moving()) return;
-    if (!is_granted_) {
+    const bool waits = partner_ == kNobody || held_ != partner_;
+    if (waits) {
       robot_.led(platforms::kRed);
     } else if (has_reading_) {
       has_reading_ = false;
       step();
-      last_mm_ = distance_mm_;
     }
-    robot_.log("waits", is_granted_ ? 0 : 1);
+    robot_.log("waits", waits ? 1 : 0);
   }
 
  private:
@@ -75,18 +76,25 @@ class EdgeFollowing {
     return static_cast<uint8_t>(static_cast<uint8_t>(robot_.clock()) - heard_tick_);
   }
 
-  /// Seeds: who may follow. Followers: whom they follow.
+  /// Of seeds: number, who may follow. Of followers: number, whom they want, whom they have.
   static void on_sent(void* self) {
     EdgeFollowing& me = *static_cast<EdgeFollowing*>(self);
-    const uint8_t message[2] = {me.number_, me.partner_};
+    const uint8_t message[3] = {me.number_, me.partner_, me.held_};
     me.publisher_->send(message, sizeof message);
   }
 
   static void on_follower(void* self, const uint8_t* bytes, uint16_t size, const Reception&) {
     EdgeFollowing& me = *static_cast<EdgeFollowing*>(self);
-    if (size < 2 || bytes[1] != me.number_) return;
-    if (me.partner_ == kNobody) me.partner_ = bytes[0];
-    if (me.partner_ == bytes[0]) me.heard_tick_ = static_cast<uint8_t>(me.robot_.clock());
+    if (size < 3) return;
+    const bool wants_me = bytes[1] == me.number_;
+    const bool has_me = bytes[2] == me.number_;
+    if (me.partner_ == kNobody && wants_me) me.partner_ = bytes[0];
+    if (me.partner_ != bytes[0]) return;
+    if (wants_me || has_me) {
+      me.heard_tick_ = static_cast<uint8_t>(me.robot_.clock());
+    } else {
+      me.partner_ = kNobody;
+    }
   }
 
   static void on_seed(void* self, const uint8_t* bytes, uint16_t size, const Reception& reception) {
@@ -95,27 +103,37 @@ class EdgeFollowing {
     if (size < 2 || reception.sensing.distance < 0 || me.robot_.is_moving()) return;
     const Distance distance_mm = reception.sensing.distance;
     if (bytes[0] != me.partner_) {
-      if (me.partner_ != kNobody && distance_mm >= me.distance_mm_) return;
+      // Clearly nearer, or two robots between two seeds could each want the other's for ever.
+      if (me.partner_ != kNobody && distance_mm >= me.distance_mm_ - length(kNearerMm)) return;
       me.partner_ = bytes[0];
       me.last_mm_ = distance_mm;
     }
-    me.is_granted_ = bytes[1] == me.number_;
+    // A follower that waits for its next seed keeps the one it has: nobody comes up behind it.
+    if (bytes[1] == me.number_) me.held_ = me.partner_;
     me.distance_mm_ = distance_mm;
     me.has_reading_ = true;
   }
 
-  /// One step along the edge, the seeds to the right.
+  /// One step along the edge, the seeds to the right: the error and how it grows decide on a turn;
+  /// after a turn always a step ahead, or nothing could be seen of what the turn has done.
   void step() {
-    if (distance_mm_ > length(kSetMm + kToleranceMm) && distance_mm_ >= last_mm_) {
-      robot_.led(platforms::kYellow);
-      robot_.right(platforms::turn_ticks<Robot>(kStepDeg));
-    } else if (distance_mm_ < length(kSetMm - kToleranceMm) && distance_mm_ <= last_mm_) {
-      robot_.led(platforms::kWhite);
-      robot_.left(platforms::turn_ticks<Robot>(kStepDeg));
-    } else {
-      robot_.led(platforms::kGreen);
-      robot_.forward(platforms::forward_ticks<Robot>(kStepMm));
+    if (!has_turned_) {
+      const int16_t error = static_cast<int16_t>(distance_mm_ - length(kSetMm));
+      const int16_t trend = static_cast<int16_t>(error + 3 * (distance_mm_ - last_mm_));
+      last_mm_ = distance_mm_;
+      has_turned_ = true;
+      if (trend > length(kToleranceMm)) {
+        robot_.led(platforms::kYellow);
+        return robot_.right(platforms::turn_ticks<Robot>(kStepDeg));
+      }
+      if (trend < -length(kToleranceMm)) {
+        robot_.led(platforms::kWhite);
+        return robot_.left(platforms::turn_ticks<Robot>(kStepDeg));
+      }
     }
+    has_turned_ = false;
+    robot_.led(platforms::kGreen);
+    robot_.forward(platforms::forward_ticks<Robot>(kStepMm));
   }
 
   Robot& robot_;
@@ -124,7 +142,8 @@ class EdgeFollowing {
   uint8_t number_;
   uint8_t partner_;
   uint8_t heard_tick_ = 0;    // seeds: of the partner
-  bool is_granted_ = false;   // followers: the seed lets us
+  uint8_t held_ = kNobody;    // followers: the seed that lets us; partner_ is the one we want
+  bool has_turned_ = false;   // dito, in the last step
   bool has_reading_ = false;  // dito, since the last step
   Distance distance_mm_ = 0;  // dito, to the partner
   Distance last_mm_ = 0;      // dito, at the last step

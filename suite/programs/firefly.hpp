@@ -19,7 +19,7 @@ class BasicFirefly {
  public:
   static constexpr uint16_t kPeriodTicks = 120;  // 3.9 s
   static constexpr int16_t kLatestTicks = 45;
-  static constexpr uint8_t kFlashTicks = 5;  // LED on
+  static constexpr uint8_t kFlashTicks = 8;  // LED on
   static constexpr uint8_t kPackets = 4;
   static constexpr int32_t kRangeMm = 250;  // farther neighbours are not heard, in Kilobot mm
   static constexpr uint8_t kChannel = 8;    // the first that carries delays

@@ -77,7 +77,7 @@ Scenario read_scenario(const std::string& path) {
   scenario.platform = text.at("platform").get<std::string>();
   scenario.seed = text.at("seed").get<uint64_t>();
   scenario.seconds = text.at("seconds").get<double>();
-  scenario.log_messages = text.value("log_messages", true);
+  scenario.has_random_ids = text.value("random_ids", false);
   for (const json& robot : text.at("robots")) {
     scenario.robots.push_back({robot.at("x_mm").get<double>(), robot.at("y_mm").get<double>(),
                                robot.value("theta_rad", 0.0), robot.value("role", 0)});

@@ -23,7 +23,7 @@ struct Scenario {
   std::string platform;  // sim-kilobot or sim-coachbot
   uint64_t seed = 1;
   double seconds = 10;
-  bool log_messages = true;
+  bool has_random_ids = false;  // else ids are the robots' numbers, as a swarm with uids has them
   std::vector<Placement> robots;
   nlohmann::json text;  // as read
 };

@@ -77,6 +77,10 @@ class Simulation {
 
   void set_up(uint32_t index) {
     Site& site = sites_[index];
+    if (!scenario_.has_random_ids) {
+      // All ones means "no node".
+      world_.node(index).set_node_id(static_cast<typename World::Node::NodeId>(index % 255));
+    }
     make(site.program, static_cast<Program*>(nullptr), site.robot, scenario_.robots[index].role,
          index);
     site.program->setup();

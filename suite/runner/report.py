@@ -1,0 +1,156 @@
+"""One self-contained HTML page of a folder's logs: the paper's figures, with numbers under them."""
+import collections
+import html
+import io
+import pathlib
+
+import metrics
+import scenarios
+
+
+def figure_text(figure) -> str:
+    """A figure as SVG to put into the page."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", bbox_inches="tight")
+    text = buffer.getvalue()
+    return text[text.index("<svg"):]
+
+
+def gradient_map(axes, log: metrics.Log):
+    """Robots in the colours they showed at the judged time, with the borders between hop counts."""
+    until = (log.start_s() + metrics.JUDGED_AT_S) * 1e6
+    shown = {e["robot"]: e["rgb"] for e in log.of("led") if e["t"] <= until}
+    places = log.scenario["robots"]
+    xs, ys = [p["x_mm"] for p in places], [p["y_mm"] for p in places]
+    colours = [tuple(c / 255 for c in shown.get(i, (128, 128, 128))) for i in range(len(places))]
+    for number, colour in ((1, "0.2"), (2, "darkcyan")):
+        hops = log.values(f"hops_{number}", until / 1e6)
+        if len(hops) == len(places) > 3 and max(hops.values()) > min(hops.values()):
+            levels = [h + 0.5 for h in range(max(hops.values()))]
+            axes.tricontour(xs, ys, [hops[i] for i in range(len(places))], levels=levels,
+                            colors=colour, linewidths=0.8)
+    axes.scatter(xs, ys, c=colours, s=70, edgecolors="black", linewidths=0.5, zorder=3)
+    seeds = [p for p in places if p["role"]]
+    axes.scatter([p["x_mm"] for p in seeds], [p["y_mm"] for p in seeds], marker="*", c="white",
+                 s=35, zorder=4)
+    axes.set_aspect("equal")
+    axes.invert_yaxis()
+    axes.set_xlabel("x / mm")
+
+
+def flash_series(axes, log: metrics.Log):
+    """Robots flashing at the same time, over time."""
+    changes = collections.Counter()
+    for each in metrics.flashes(log).values():
+        for time in each:
+            changes[round(time, 4)] += 1
+            changes[round(time + metrics.FLASH_S, 4)] -= 1
+    times, counts, now = [0.0], [0], 0
+    for time in sorted(changes):
+        now += changes[time]
+        times.append(time)
+        counts.append(now)
+    axes.step(times, counts, where="post", linewidth=0.5, color="C0")
+    axes.axhline(log.robots, color="0.6", linewidth=0.6, linestyle="--")
+    axes.set_xlabel("time / s")
+    axes.set_ylim(0, log.robots * 1.08)
+
+
+def paths(axes, log: metrics.Log):
+    """Where the followers went."""
+    places = log.scenario["robots"]
+    seeds = [p for p in places if p["role"] == scenarios.EDGE_SEED]
+    axes.scatter([p["x_mm"] for p in seeds], [p["y_mm"] for p in seeds], s=60, c="0.5")
+    colours = iter(("tab:red", "tab:blue"))
+    for robot, place in enumerate(places):
+        if place["role"] == scenarios.EDGE_FOLLOWER:
+            poses = [e for e in log.of("pose") if e["robot"] == robot]
+            axes.plot([e["x_mm"] for e in poses], [e["y_mm"] for e in poses], linewidth=0.5,
+                      color=next(colours, "0.3"))
+    axes.set_aspect("equal")
+    axes.set_xlabel("x / mm")
+
+
+FIGURES = {
+    "hop_count": ("Gradient from one seed", gradient_map, (3, 3),
+                  "Colour after 10 s: red is an odd hop count, blue an even one. The star is the "
+                  "seed; lines are the borders between hop counts."),
+    "hop_count_two_seeds": ("Gradients from two seeds", gradient_map, (3, 3),
+                            "Four colours for two parities. Dark lines are borders of the counts "
+                            "from seed 1, cyan ones from seed 2."),
+    "firefly": ("Firefly synchronisation with delay mitigation", flash_series, (5, 2.2),
+                "Robots flashing at the same time; the dashed line is all of them."),
+    "firefly_no_delay": ("Firefly synchronisation without delay mitigation", flash_series,
+                         (5, 2.2), "As above, but arrival is taken for the time of the flash."),
+    "edge_following": ("Edge following", paths, (3, 3), "Paths of the two followers (red, blue) "
+                       "around four seeds (grey)."),
+}
+HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted"}
+STYLE = """body{font:15px/1.5 serif;max-width:70em;margin:2em auto;padding:0 1em;color:#111}
+h1,h2{font-family:sans-serif}figure{margin:1em 0}svg{max-width:100%;height:auto}
+table{border-collapse:collapse;font-size:13px}td,th{padding:.15em .8em;text-align:right;
+border-bottom:1px solid #ccc}th:first-child,td:first-child{text-align:left}figcaption{color:#444}"""
+
+
+def table(runs: dict[str, list[dict]]) -> str:
+    """Rows of figures, columns of platforms: mean and 95 % confidence interval."""
+    keys = [k for k in dict.fromkeys(k for rs in runs.values() for r in rs for k in r)
+            if k not in HIDDEN]
+    lines = ["<table><tr><th></th>" + "".join(f"<th>{html.escape(p)}</th>" for p in runs) + "</tr>",
+             "<tr><td>runs that succeeded</td>" + "".join(
+                 f"<td>{sum(r['success'] for r in rs)} of {len(rs)}</td>" for rs in runs.values())
+             + "</tr>"]
+    for key in keys:
+        cells = []
+        for rs in runs.values():
+            values = [r[key] for r in rs if isinstance(r.get(key), (int, float))]
+            mean, half = metrics.interval(values) if values else (0, 0)
+            few = f" ({len(values)} runs)" if len(values) < len(rs) else ""
+            cells.append(f"<td>{mean:.4g} &plusmn; {half:.2g}{few}</td>" if values else "<td></td>")
+        lines.append(f"<tr><td>{key}</td>" + "".join(cells) + "</tr>")
+    return "\n".join(lines + ["</table>"])
+
+
+def section(program: str, logs: dict[str, list[metrics.Log]]) -> str:
+    """One program: a panel for each platform (its first run) and the table of all runs."""
+    import matplotlib
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = program
+    from matplotlib import pyplot
+    title, draw, (width, height), caption = FIGURES[program]
+    figure, panels = pyplot.subplots(1, len(logs), squeeze=False,
+                                     figsize=(width * len(logs), height))
+    for axes, (platform, runs) in zip(panels[0], logs.items()):
+        draw(axes, runs[0])
+        axes.set_title(f"{platform}, {runs[0].robots} robots, seed {runs[0].scenario['seed']}",
+                       fontsize=9)
+        axes.tick_params(labelsize=8)
+    text = figure_text(figure)
+    pyplot.close(figure)
+    numbers = {p: [metrics.evaluate(log) for log in runs] for p, runs in logs.items()}
+    return (f"<h2>{title}</h2><figure>{text}<figcaption>{caption}</figcaption></figure>"
+            + table(numbers))
+
+
+def write(folder: str, output: str) -> int:
+    """Writes the page. Raises ScenarioError when there is nothing to show."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise scenarios.ScenarioError(
+            "figures need matplotlib: apt-get install python3-matplotlib") from error
+    logs = collections.defaultdict(lambda: collections.defaultdict(list))
+    for path in sorted(pathlib.Path(folder).glob("*.jsonl")):
+        log = metrics.Log(str(path))
+        logs[log.scenario["program"]][log.scenario["platform"]].append(log)
+    if not logs:
+        raise scenarios.ScenarioError(f"no logs in {folder}; make some with swarmtalk-suite run")
+    sections = [section(program, logs[program]) for program in FIGURES if program in logs]
+    page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
+            f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
+            "<p>Three algorithms from one source each. Figures show the first run of each "
+            "platform; tables give means and 95 % confidence intervals of all runs.</p>"
+            + "".join(sections) + "</body></html>\n")
+    pathlib.Path(output).write_text(page, encoding="utf-8")
+    print(f"{output}: {sum(len(r) for ps in logs.values() for r in ps.values())} runs")
+    return 0

@@ -1,0 +1,103 @@
+"""What a run is made of: programs, platforms, places of robots, scenario files.
+
+A scenario is a dict of plain values; resolved, it is the first line of a run's log, and all that a
+run needs. Lengths in mm, times in s unless the key says otherwise.
+"""
+import copy
+import math
+import tomllib
+
+BODY_MM = {"sim-kilobot": 33, "sim-coachbot": 110, "kilobot-emulated": 33, "coachbot-lab": 110}
+PLATFORMS = tuple(BODY_MM)
+PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following")
+FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count
+EDGE_SEED, EDGE_FOLLOWER = 0, 1
+
+# Between robots of the grid, and how far the radio reaches: eight neighbours.
+SPACING_MM = {"sim-kilobot": 50, "sim-coachbot": 500, "kilobot-emulated": 50, "coachbot-lab": 500}
+RANGE_MM = {"sim-kilobot": 75, "sim-coachbot": 750, "kilobot-emulated": 75, "coachbot-lab": 750}
+
+# Virtual seconds of a run. Hop counts are judged 10 s after the start, as in the paper.
+SECONDS = {
+    "hop_count": dict.fromkeys(PLATFORMS, 12),
+    "hop_count_two_seeds": dict.fromkeys(PLATFORMS, 12),
+    "firefly": {"sim-kilobot": 600, "sim-coachbot": 400, "kilobot-emulated": 240,
+                "coachbot-lab": 300},
+    "edge_following": {"sim-kilobot": 1500, "sim-coachbot": 400, "kilobot-emulated": 900,
+                       "coachbot-lab": 400},
+}
+SECONDS["firefly_no_delay"] = SECONDS["firefly"]
+
+KEYS = {"program", "platform", "robots", "runs", "seed", "seconds", "spacing_mm", "random_ids",
+        "radio", "body", "clock", "fault"}
+
+
+class ScenarioError(Exception):
+    """One line for the user: what is wrong and what to do."""
+
+
+def read_file(path: str) -> dict:
+    """A scenario file (TOML) as it stands; keys are checked."""
+    try:
+        with open(path, "rb") as file:
+            scenario = tomllib.load(file)
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(f"{path}: {error}") from error
+    unknown = set(scenario) - KEYS
+    if unknown:
+        raise ScenarioError(f"{path}: no key '{sorted(unknown)[0]}'; there is: "
+                            + " ".join(sorted(KEYS)))
+    return scenario
+
+
+def grid(robots: int, spacing_mm: float) -> list[dict]:
+    """Places of `robots` in a compact square, row by row from (0, 0)."""
+    columns = math.ceil(math.sqrt(robots))
+    return [{"x_mm": spacing_mm * (i % columns), "y_mm": spacing_mm * (i // columns),
+             "role": FOLLOWER} for i in range(robots)]
+
+
+def edge_places(body_mm: float) -> list[dict]:
+    """Four seeds in a square, two followers at the set distance on either side of them."""
+    unit = body_mm / 33
+    side, away = 35 * unit, 60 * unit
+    places = [{"x_mm": x, "y_mm": y, "role": EDGE_SEED} for y in (0, side) for x in (0, side)]
+    places.append({"x_mm": side, "y_mm": side + away, "theta_rad": 0.0, "role": EDGE_FOLLOWER})
+    places.append({"x_mm": 0, "y_mm": -away, "theta_rad": math.pi, "role": EDGE_FOLLOWER})
+    return places
+
+
+def places_of(program: str, platform: str, robots: int, spacing_mm: float | None) -> list[dict]:
+    """Where the robots stand and what they are."""
+    if program == "edge_following":
+        if robots != 6:
+            raise ScenarioError("edge_following has four seeds and two followers: use --robots 6")
+        return edge_places(BODY_MM[platform])
+    places = grid(robots, spacing_mm or SPACING_MM[platform])
+    if program.startswith("hop_count"):
+        columns = math.ceil(math.sqrt(robots))
+        places[0]["role"] = SEED_1
+        if program == "hop_count_two_seeds":
+            places[(robots - 1) // columns * columns]["role"] = SEED_2
+    return places
+
+
+def resolve(options: dict) -> dict:
+    """Fills in what `options` (a scenario file's keys) leave open."""
+    scenario = copy.deepcopy(options)
+    program, platform = scenario.get("program"), scenario.get("platform")
+    if program not in PROGRAMS:
+        raise ScenarioError(f"no program '{program}'; there is: " + " ".join(PROGRAMS))
+    if platform not in PLATFORMS:
+        raise ScenarioError(f"no platform '{platform}'; there is: " + " ".join(PLATFORMS))
+    robots = scenario.pop("robots", None) or (6 if program == "edge_following" else 36)
+    scenario["robots"] = places_of(program, platform, robots, scenario.pop("spacing_mm", None))
+    scenario.setdefault("seconds", SECONDS[program][platform])
+    scenario.setdefault("seed", 1)
+    scenario["faults"] = scenario.pop("fault", [])
+    scenario.pop("runs", None)
+    radio = scenario.setdefault("radio", {})
+    if program == "edge_following":  # the way around is longer than a side: 6 robot radii
+        radio.setdefault("range_mm", 100 * BODY_MM[platform] / 33)
+    radio.setdefault("range_mm", RANGE_MM[platform])
+    return scenario

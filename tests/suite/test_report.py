@@ -1,0 +1,54 @@
+"""The report opens offline and shows figures, as a browser draws it."""
+import html.parser
+import importlib.util
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from test_runner import suite
+
+if importlib.util.find_spec("matplotlib") is None:
+    pytest.skip("no matplotlib (python3-matplotlib)", allow_module_level=True)
+
+
+@pytest.fixture
+def page(tmp_path):
+    for program in ("hop_count", "hop_count_two_seeds"):
+        for platform in ("sim-kilobot", "sim-coachbot"):
+            suite(tmp_path, "run", program, "--platform", platform, "--runs", 1)
+    suite(tmp_path, "run", "firefly", "--runs", 1, "--seconds", 100)
+    suite(tmp_path, "run", "edge_following", "--runs", 1, "--seconds", 100)
+    done = suite(tmp_path, "report")
+    assert done.returncode == 0, done.stderr
+    return tmp_path / "suite-report.html"
+
+
+def test_the_page_needs_nothing_but_itself(page):
+    text = page.read_text()
+    assert text.count("<svg") == 4
+    assert not re.search(r"(src|href)=\"(https?:)?//|url\(http|@import", text)
+    assert "1 of 1" in text and "&plusmn;" in text
+    html.parser.HTMLParser().feed(text)
+
+
+def test_a_browser_draws_it(page, tmp_path):
+    browser = shutil.which("chromium")
+    if browser is None:
+        pytest.skip("no chromium (apt-get install chromium)")
+    picture = tmp_path / "report.png"
+    subprocess.run([browser, "--headless", "--no-sandbox", "--disable-gpu",
+                    f"--user-data-dir={tmp_path}/profile", f"--screenshot={picture}",
+                    "--window-size=1200,2400", page.as_uri()], check=True, timeout=120,
+                   capture_output=True)
+    from matplotlib import image
+    pixels = image.imread(picture)[:, :, :3]
+    red = (pixels[:, :, 0] > 0.9) & (pixels[:, :, 1:].max(axis=2) < 0.1)
+    blue = (pixels[:, :, 2] > 0.9) & (pixels[:, :, :2].max(axis=2) < 0.1)
+    assert red.sum() > 1000 and blue.sum() > 1000, "no robots in the picture"
+
+
+def test_an_empty_folder_is_told(tmp_path):
+    done = suite(tmp_path, "report", "--logs", ".")
+    assert done.returncode == 1 and "no logs" in done.stderr

@@ -1,0 +1,123 @@
+"""The runner with its simulated platforms, as a user calls it."""
+import json
+import os
+import pathlib
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
+SUITE = ROOT / "suite/swarmtalk-suite"
+ENVIRONMENT = os.environ | {"SWARMTALK_BUILD": str(BUILD), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def suite(folder, *arguments):
+    """Runs swarmtalk-suite in a folder."""
+    return subprocess.run([SUITE, *map(str, arguments)], cwd=folder, env=ENVIRONMENT,
+                          capture_output=True, text=True, timeout=250)
+
+
+def results(process) -> list[dict]:
+    return [json.loads(line) for line in process.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("program, platform, runs", [
+    ("hop_count", "sim-kilobot", 10), ("hop_count", "sim-coachbot", 3),
+    ("hop_count_two_seeds", "sim-kilobot", 10), ("firefly", "sim-coachbot", 3),
+    ("edge_following", "sim-coachbot", 1)])
+def test_runs_succeed(tmp_path, program, platform, runs):
+    done = suite(tmp_path, "run", program, "--platform", platform, "--runs", runs)
+    assert done.returncode == 0, done.stderr
+    assert [r["success"] for r in results(done)] == [True] * runs
+    assert f"{runs} of {runs} runs succeeded" in done.stderr
+
+
+def test_delay_mitigation_synchronises_tighter(tmp_path):
+    """Figure 7: the 95 % intervals of five Kilobot runs each lie apart."""
+    intervals = []
+    for program in ("firefly", "firefly_no_delay"):
+        orders = [r["order"] for r in results(suite(tmp_path, "run", program, "--runs", 5))]
+        mean = sum(orders) / 5
+        deviation = (sum((o - mean) ** 2 for o in orders) / 4) ** 0.5
+        half = 2.78 * deviation / 5 ** 0.5
+        intervals.append((mean - half, mean + half))
+    assert intervals[0][0] > intervals[1][1], intervals
+
+
+def test_a_log_replays_its_run_to_the_byte(tmp_path):
+    assert suite(tmp_path, "run", "hop_count", "--robots", 9).returncode == 0
+    log = tmp_path / "suite-logs/hop_count-sim-kilobot-9-1.jsonl"
+    assert suite(tmp_path, "replay", log).stdout == "same bytes\n"
+    log.write_text(log.read_text().replace('"hops_1","value":1', '"hops_1","value":2', 1))
+    changed = suite(tmp_path, "replay", log)
+    assert changed.returncode == 1 and changed.stdout.startswith("differs")
+
+
+def test_a_failing_run_prints_the_command_that_repeats_it(tmp_path):
+    (tmp_path / "deaf.toml").write_text("program = 'hop_count'\nrobots = 4\nradio.loss = 1.0\n")
+    done = suite(tmp_path, "run", "--scenario", "deaf.toml", "--seed", 7)
+    assert done.returncode == 1
+    command = done.stderr.split("repeat it with: ")[1].splitlines()[0]
+    again = suite(tmp_path, *shlex.split(command)[1:])
+    assert results(again) == results(done)
+
+
+@pytest.mark.parametrize("arguments, says", [
+    (["run", "dance"], "no program 'dance'"), (["run", "firefly", "--platform", "x"], "platform"),
+    (["run", "hop_count", "--robots", "0"], "at least 1"), (["run"], "name a program"),
+    (["run", "edge_following", "--robots", "36"], "--robots 6")])
+def test_bad_input_is_one_clear_line(tmp_path, arguments, says):
+    done = suite(tmp_path, *arguments)
+    assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_unknown_keys_of_the_radio_are_named(tmp_path):
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\nradio.rnage_mm = 5\n")
+    done = suite(tmp_path, "run", "--scenario", "s.toml")
+    assert done.returncode == 1 and "no key 'rnage_mm'" in done.stderr
+
+
+def test_interrupt_ends_with_what_there_is(tmp_path):
+    process = subprocess.Popen(
+        [SUITE, "run", "hop_count", "--platform", "sim-coachbot", "--seconds", "50000"],
+        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    log = tmp_path / "suite-logs/hop_count-sim-coachbot-36-1.jsonl"
+    deadline = time.monotonic() + 60
+    while not (log.exists() and log.stat().st_size > 100000) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=200)
+    assert process.returncode == 130, errors
+    assert json.loads(output)["interrupted"]
+
+
+def test_programs_have_one_source_without_platforms_in_it():
+    """No conditional compilation, no macros: each platform compiles the same text."""
+    programs = sorted((ROOT / "suite/programs").glob("*.hpp"))
+    assert len(programs) >= 4
+    for program in programs:
+        lines = program.read_text().splitlines()
+        directives = {line.split()[0] for line in lines if line.startswith("#")}
+        assert directives == {"#pragma", "#include"}, program
+
+
+def test_another_compiler_and_level_give_the_same_bytes(tmp_path):
+    """g++ as built, against clang++ without optimisation."""
+    compiler = shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("no clang++")
+    other = tmp_path / "swarmtalk-sim"
+    subprocess.run([compiler, "-std=c++20", "-O0", "-ffp-contract=off", f"-I{ROOT}",
+                    f"-I{ROOT}/core/include", ROOT / "suite/sim/main.cpp",
+                    ROOT / "suite/sim/scenario.cpp", "-o", other], check=True, timeout=250)
+    for program, robots in (("hop_count_two_seeds", 36), ("edge_following", 6)):
+        suite(tmp_path, "run", program, "--seconds", 60)
+        log = tmp_path / f"suite-logs/{program}-sim-kilobot-{robots}-1.jsonl"
+        copy = tmp_path / "copy.jsonl"
+        subprocess.run([other, log, copy], check=True, timeout=100)
+        assert log.read_bytes() == copy.read_bytes()
