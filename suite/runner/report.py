@@ -34,7 +34,9 @@ def gradient_map(axes, log: metrics.Log):
     axes.scatter([p["x_mm"] for p in seeds], [p["y_mm"] for p in seeds], marker="*", c="white",
                  s=35, zorder=4)
     axes.set_aspect("equal")
-    axes.invert_yaxis()
+    edge = 0.1 * (max(xs) - min(xs)) or 10  # contours would cut the outer robots in half
+    axes.set_xlim(min(xs) - edge, max(xs) + edge)
+    axes.set_ylim(max(ys) + edge, min(ys) - edge)  # row by row from the upper left
     axes.set_xlabel("x / mm")
 
 
