@@ -12,11 +12,11 @@ find_program(KILOBOT_SIZE avr-size)
 
 set(KILOBOT_IMAGE_DIR ${CMAKE_BINARY_DIR}/kilobot)
 
-# The four passes switched off make no difference to speed here and cost 4 % of flash together.
+# The passes switched off make no difference to speed here and cost flash.
 set(KILOBOT_FLAGS
   -mmcu=atmega328p -DF_CPU=8000000UL -std=c++14 -Os -flto -ffunction-sections -fdata-sections
   -mcall-prologues -mstrict-X -fno-move-loop-invariants -fno-guess-branch-probability
-  -fno-ipa-cp -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit
+  -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit
   -funsigned-char -fshort-enums -Wall -Wextra -Wshadow
   -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/core/include)
 set(KILOBOT_LINK_FLAGS -Wl,--gc-sections -mrelax)

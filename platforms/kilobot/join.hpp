@@ -7,21 +7,39 @@
 // where MyProgram is a template over Robot with setup() and loop().
 #pragma once
 
+#include <stddef.h>
+
 #include "platforms/kilobot/kilobot_robot.hpp"
 
 namespace swarmtalk {
 namespace kilobot {
 
+/// Where an object of this image is made (there is no <new> for this processor).
+struct Place {
+  void* address;
+};
+
+}  // namespace kilobot
+}  // namespace swarmtalk
+
+inline void* operator new(size_t, swarmtalk::kilobot::Place place) noexcept {
+  return place.address;
+}
+
+namespace swarmtalk {
+namespace kilobot {
+
 /// One robot and its program, without heap. There is one per image: the main loop calls plain
-/// functions, which find it here.
+/// functions, which find it here. Its address is known when the image is built, not looked up,
+/// which saves a twentieth of an image's flash.
 /// @tparam Robot  KilobotRobot, or ClassicKilobotRobot for the wire format of 2020
 template <template <class> class ProgramTemplate, class Robot = KilobotRobot>
 class Joined {
  public:
   /// @param arguments  what the program's constructor takes behind the robot
   template <class... Arguments>
-  explicit Joined(Arguments... arguments) : program_(robot_, arguments...) {
-    instance_ = this;
+  explicit Joined(Arguments... arguments) {
+    new (Place{&room_.parts}) Parts(arguments...);
   }
 
   [[noreturn]] void run(uint16_t spacing = kDefaultSpacing) {
@@ -29,18 +47,31 @@ class Joined {
   }
 
  private:
-  static void setup() { instance_->program_.setup(); }
-  static void loop() { instance_->program_.loop(); }
-  static void receive(const IrReception& reception) { instance_->robot_.receive(reception); }
-  static bool next(IrMessage& out) { return instance_->robot_.next(out); }
+  struct Parts {
+    template <class... Arguments>
+    explicit Parts(Arguments... arguments) : program(robot, arguments...) {}
+    Robot robot;
+    ProgramTemplate<Robot> program;
+  };
 
-  static Joined* instance_;
-  Robot robot_;
-  ProgramTemplate<Robot> program_;
+  /// Memory for the parts, which are made with arguments that are known late.
+  union Room {
+    constexpr Room() : none(0) {}  // constant: nothing to do at start
+    unsigned char none;
+    Parts parts;
+  };
+
+  static Parts& parts() { return room_.parts; }
+  static void setup() { parts().program.setup(); }
+  static void loop() { parts().program.loop(); }
+  static void receive(const IrReception& reception) { parts().robot.receive(reception); }
+  static bool next(IrMessage& out) { return parts().robot.next(out); }
+
+  static Room room_;
 };
 
 template <template <class> class ProgramTemplate, class Robot>
-Joined<ProgramTemplate, Robot>* Joined<ProgramTemplate, Robot>::instance_ = nullptr;
+typename Joined<ProgramTemplate, Robot>::Room Joined<ProgramTemplate, Robot>::room_;
 
 }  // namespace kilobot
 }  // namespace swarmtalk

@@ -189,7 +189,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   const Entry* begin() const { return records_; }
   const Entry* end() const { return Lookup::end(records_); }
   /// Steps `hand` to the next of them, round and round. REQUIRES one
-  Entry* next_after(Index& hand) {
+  SWARMTALK_SHARED Entry* next_after(Index& hand) {
     Entry* record = in_register(&records_[++hand]);
     if (record >= end()) {
       hand = 0;

@@ -80,7 +80,7 @@ class Fragmenter {
   /// Writes the next packet.
   /// @param timestamped  as in reset()
   /// @return bytes written to `out`; is_busy() is false after the last packet
-  SWARMTALK_APART PacketSize next(bool timestamped, Ticks now, uint8_t* out) {
+  PacketSize next(bool timestamped, Ticks now, uint8_t* out) {
     PacketSize payload = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
     const Size left = static_cast<Size>(size_ - at_);
     const bool end = left <= payload;

@@ -132,7 +132,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
-  SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
+  uint16_t pull_packet(uint8_t* out) {
     const Ticks time = begin_call();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
@@ -259,7 +259,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   /// Others will send this on: their copies are echoes, also under an id that we gave up since.
-  SWARMTALK_APART void remember_own(const uint8_t* packet) {
+  void remember_own(const uint8_t* packet) {
     const Key key(packet);
     Entry* record = cache_.find(key);
     if (record == nullptr) {
@@ -282,7 +282,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   // --- receiving ----------------------------------------------------------------------------
   /// Fills in what the packet holds of its message, and checks lengths and numbers against each
   /// other. @return false if they contradict
-  SWARMTALK_HOT_APART bool read_fragment(Arrival& arrival, const uint8_t* packet) const {
+  SWARMTALK_HOT bool read_fragment(Arrival& arrival, const uint8_t* packet) const {
     PacketSize body_bytes =
         P::kPadded
             ? W::kBodyBytes
@@ -318,7 +318,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   /// Our own packet come back, or somebody else under our id: neither is received.
-  SWARMTALK_HOT_APART bool is_own(const Arrival& arrival) {
+  SWARMTALK_HOT bool is_own(const Arrival& arrival) {
     if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
     const bool same_epoch = arrival.epoch == identity_.epoch();
     const Entry* const record = cache_.find(arrival.key);
@@ -376,7 +376,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   SWARMTALK_HOT Channel<P>* find_channel_usual(ChannelId id);
 
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
-  SWARMTALK_HOT_APART void receive(Arrival& arrival);
+  SWARMTALK_HOT void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
   SWARMTALK_HOT_APART Entry* record_of(const Key& key, bool flood, bool whole);
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
@@ -384,7 +384,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   SWARMTALK_APART void forward(const Arrival& arrival, Entry* record);
   SWARMTALK_HOT_APART void assemble(Arrival& arrival, Entry& record);
   /// Kept out of the callers' frames: the message lies on the stack.
-  SWARMTALK_APART void complete(Arrival& arrival, Entry& record, Ticks elapsed);
+  void complete(Arrival& arrival, Entry& record, Ticks elapsed);
   SWARMTALK_HOT void deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size);
   void give_up(Entry& record);
   /// Whether memory will do for the one-hop message that this packet begins: if all that are begun
