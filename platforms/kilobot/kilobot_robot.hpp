@@ -43,6 +43,8 @@ class BasicKilobotRobot {
   using Distance = typename Profile::Sensing::Distance;
   static constexpr uint16_t kBodyMm = kilobot::kBodyMm;
   static constexpr uint32_t kTicksPerSecond = kilobot::kTicksPerSecond;
+  static constexpr uint16_t kSpeedMmPerS = 10;  // calibrated motors, both
+  static constexpr uint16_t kTurnDegPerS = 45;  // one of them
 
   BasicKilobotRobot() : node_(core::Port{&port_clock, &port_random, nullptr}) {}
   BasicKilobotRobot(const BasicKilobotRobot&) = delete;
