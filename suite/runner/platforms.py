@@ -51,12 +51,4 @@ def run_simulated(scenario: dict, log: pathlib.Path):
 
 def run(scenario: dict, log: pathlib.Path):
     """Runs it to its end. Raises PlatformError when it cannot."""
-    platform = scenario["platform"]
-    if platform.startswith("sim-"):
-        run_simulated(scenario, log)
-    elif platform == "kilobot-emulated":
-        import emulated
-        emulated.run(scenario, log)
-    else:
-        import coachbot_lab
-        coachbot_lab.run(scenario, log)
+    run_simulated(scenario, log)
