@@ -62,7 +62,7 @@ class Reassembler {
   }
 
   /// Adds a packet to a message that has been begun. @param elapsed ticks since its last packet
-  SWARMTALK_HOT_APART Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
+  SWARMTALK_HOT Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
     if (P::kSizeBits != 0 && record.held != 0 && record.length() != fragment.size) {
       return Outcome::kContradiction;
     }
