@@ -106,6 +106,15 @@ Json to_json(const std::string& channel, const Message& message) {
   }
   json["local"] = message.local;
   json["lost_before"] = to_json(message.lost_before);
+  json["origin"] = nullptr;
+  if (message.origin) {
+    json["origin"] = {{"link", nullptr}, {"node", nullptr}, {"message_number", nullptr}};
+    if (!message.origin->link.empty()) {
+      json["origin"] = {{"link", message.origin->link},
+                        {"node", message.origin->node},
+                        {"message_number", message.origin->message_number}};
+    }
+  }
   json["size_bytes"] = message.payload.size();
   json["text"] = nullptr;
   if (client::is_utf8(message.payload)) json["text"] = message.payload;
@@ -134,6 +143,8 @@ Json to_json(const DaemonStatus& status) {
                              {"mtu_bytes", link.mtu_bytes},
                              {"max_message_bytes", link.max_message_bytes},
                              {"max_ttl", link.max_ttl},
+                             {"node_id", link.node_id},
+                             {"max_channel", link.max_channel},
                              {"counters", to_json(link.counters)}});
   }
   json["channels"] = Json::array();
@@ -143,6 +154,7 @@ Json to_json(const DaemonStatus& status) {
                                 {"publishers", channel.publishers},
                                 {"subscribers", channel.subscribers},
                                 {"timestamped", channel.timestamped},
+                                {"links", channel.links},
                                 {"received", channel.received},
                                 {"lost", to_json(channel.lost)}});
   }
@@ -187,7 +199,15 @@ std::string to_line(const std::string& channel, const Message& message) {
     line += "  from this robot";
   } else {
     line += "  distance " + metres(message.distance_m) + "  bearing " +
-            degrees(message.bearing_rad) + "  hops " + std::to_string(message.hops);
+            degrees(message.bearing_rad) + "  hops " +
+            (message.hops == Message::kHopsUnknown ? "unknown" : std::to_string(message.hops));
+  }
+  if (message.origin) {
+    line += "  through a gateway";
+    if (!message.origin->link.empty()) {
+      line += " from robot " + std::to_string(message.origin->node) + " on link " +
+              message.origin->link;
+    }
   }
   if (message.buffering_delay) {
     line += "  delay " + std::to_string(message.buffering_delay->count()) + " us";
@@ -256,10 +276,10 @@ std::string to_text(const DaemonStatus& status) {
                      (status.clients == 1 ? " client\n" : " clients\n");
   text += "pose    " + (status.pose ? to_line(*status.pose) : "unknown") + "\n";
   if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";
-  std::vector<Row> links{
-      {"LINK", "TYPE", "DEVICE", "PROFILE", "PACKETS UP TO", "MESSAGES UP TO", "MAX TTL", "STATE"}};
+  std::vector<Row> links{{"LINK", "TYPE", "DEVICE", "PROFILE", "ROBOT", "PACKETS UP TO",
+                          "MESSAGES UP TO", "MAX TTL", "STATE"}};
   for (const LinkStatus& link : status.links) {
-    links.push_back({link.name, link.type, link.device, link.profile,
+    links.push_back({link.name, link.type, link.device, link.profile, std::to_string(link.node_id),
                      std::to_string(link.mtu_bytes) + " bytes",
                      std::to_string(link.max_message_bytes) + " bytes",
                      std::to_string(link.max_ttl), link.state});

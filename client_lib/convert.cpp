@@ -55,6 +55,8 @@ LinkStatus convert_link(const ipc::LinkStatus& from) {
   to.mtu_bytes = from.mtu_bytes();
   to.max_message_bytes = from.max_message_bytes();
   to.max_ttl = from.max_ttl();
+  to.node_id = from.node_id();
+  to.max_channel = from.max_channel();
   for (const auto& counter : from.counters()) to.counters.push_back(convert_counter(counter));
   return to;
 }
@@ -67,6 +69,7 @@ ChannelStatus convert_channel(const ipc::ChannelStatus& from) {
   to.subscribers = from.subscribers();
   to.timestamped = from.timestamped();
   to.received = from.received();
+  to.links.assign(from.links().begin(), from.links().end());
   to.lost = {from.lost_air(), from.lost_kernel(), from.lost_daemon(), 0, from.late()};
   return to;
 }
@@ -111,6 +114,11 @@ void convert(const ipc::Deliver& deliver, Message& message) {
         std::chrono::steady_clock::time_point(std::chrono::nanoseconds(deliver.received_at_ns()));
   }
   message.local = deliver.local();
+  message.origin.reset();
+  if (deliver.has_origin()) {
+    const ipc::GatewayOrigin& origin = deliver.origin();
+    message.origin = GatewayOrigin{origin.link(), origin.node(), origin.message_number()};
+  }
   const ipc::LostBefore& lost = deliver.lost_before();
   message.lost_before = {lost.air(), lost.kernel(), lost.daemon(), 0, lost.late()};
 }

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "frame/air_frame.hpp"
+
 namespace swarmtalk::daemon {
 
 inline constexpr const char* kDefaultConfigPath = "/etc/swarmtalk/swarmtalkd.toml";
@@ -35,6 +37,8 @@ inline constexpr double kMaxRateHz = 1e6;
 inline constexpr double kMaxPoseM = 32.767;       // what the air frame can say
 inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
 inline constexpr std::size_t kMaxLinks = 8;
+inline constexpr std::size_t kMaxGatewayRules = 256;
+inline constexpr IntegerLimits kGatewayQueueLimits{1, 1024};
 
 /// A position in the swarm's frame of reference.
 struct FixedPose {
@@ -61,18 +65,31 @@ enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay };
 struct LinkConfig {
   std::string name;
   LinkType type = LinkType::kRawL2;
-  std::string interface;             // raw_l2, udp (there optional)
-  std::uint16_t ethertype = 0x88B5;  // raw_l2, replay
-  std::string address;               // udp; empty: the driver's default group
-  std::uint16_t port = 0;            // udp; 0: the driver's default
-  std::string file;                  // replay: capture to receive from
-  std::string output;                // replay: capture to transmit to; empty: nowhere
-  bool is_fastest = false;           // replay: not at the recorded pace
-  std::string key_file;              // raw_l2, udp, replay; empty: no swarm key
-  double rate_hz = 0.0;              // frames/s; 0: unlimited
+  frame::ProfileId profile = frame::ProfileId::kWifi;
+  std::optional<std::uint16_t> node_id;  // none: the daemon's, if the profile has room for it
+  bool is_gateway_target = false;        // some gateway rule copies to it
+  std::string interface;                 // raw_l2, udp (there optional)
+  std::uint16_t ethertype = 0x88B5;      // raw_l2, replay
+  std::string address;                   // udp; empty: the driver's default group
+  std::uint16_t port = 0;                // udp; 0: the driver's default
+  std::string file;                      // replay: capture to receive from
+  std::string output;                    // replay: capture to transmit to; empty: nowhere
+  bool is_fastest = false;               // replay: not at the recorded pace
+  std::string key_file;                  // raw_l2, udp, replay; empty: no swarm key
+  double rate_hz = 0.0;                  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
   std::size_t receive_buffer_bytes = std::size_t{4} << 20;
+};
+
+/// One direction of a [[gateway]]: what comes on a channel of one link leaves on one of another.
+struct GatewayRule {
+  std::size_t from_link = 0;  // index into Config::links
+  std::uint16_t from_channel = 0;
+  std::size_t to_link = 0;
+  std::uint16_t to_channel = 0;
+  std::optional<std::uint8_t> ttl;   // none: what the message has left
+  std::uint32_t queue_messages = 8;  // copies that wait for the link; a newer one drops the oldest
 };
 
 struct LimitsConfig {
@@ -98,6 +115,7 @@ struct Config {
   SocketConfig socket;
   std::vector<LinkConfig> links;                  // in the order of the file
   std::map<std::string, std::uint16_t> channels;  // name to number
+  std::vector<GatewayRule> gateways;
   LimitsConfig limits;
   std::string log_level = "info";
 };

@@ -11,6 +11,8 @@
 #include <set>
 #include <sstream>
 
+#include "daemon/config_gateways.hpp"
+#include "daemon/profiles.hpp"
 #include "daemon/table_reader.hpp"
 #include "daemon/toml_text.hpp"
 #include "ipc/framing.hpp"
@@ -97,21 +99,31 @@ void read_key_file(const TableReader& table, LinkConfig& link) {
   }
 }
 
+void read_profile(const TableReader& table, LinkConfig& link) {
+  const int profile = table.read_choice("profile", {"wifi", "kilobot", "classic2020", "footbot"});
+  if (profile >= 0) link.profile = static_cast<frame::ProfileId>(profile);
+  if (!table.has("node_id")) return;
+  const ProfileEntry& entry = profile_entry(link.profile);
+  std::uint16_t id = 0;
+  table.read_integer("node_id", {1, entry.limits.max_node_id}, id);
+  link.node_id = id;
+}
+
 LinkConfig read_link(const TableReader& table, const std::string& name) {
   LinkConfig link;
   link.name = name;
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay"});
   if (type < 0) {
-    table.expect_keys({"type", "profile", "interface", "ethertype", "address", "port", "file",
-                       "output", "pace", "key_file", "rate_hz", "burst_frames", "jitter_us",
+    table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "address", "port",
+                       "file", "output", "pace", "key_file", "rate_hz", "burst_frames", "jitter_us",
                        "receive_buffer_bytes"});
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\" or \"replay\"");
   }
   link.type = static_cast<LinkType>(type);
   switch (link.type) {
     case LinkType::kRawL2:
-      table.expect_keys({"type", "profile", "interface", "ethertype", "key_file", "rate_hz",
-                         "burst_frames", "jitter_us", "receive_buffer_bytes"});
+      table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "key_file",
+                         "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -120,15 +132,16 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       read_pacing(table, link);
       break;
     case LinkType::kUdp:
-      table.expect_keys({"type", "profile", "interface", "address", "port", "key_file", "rate_hz",
-                         "burst_frames", "jitter_us", "receive_buffer_bytes"});
+      table.expect_keys({"type", "profile", "node_id", "interface", "address", "port", "key_file",
+                         "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);
       read_pacing(table, link);
       break;
     case LinkType::kReplay:
-      table.expect_keys({"type", "profile", "file", "output", "pace", "ethertype", "key_file"});
+      table.expect_keys(
+          {"type", "profile", "node_id", "file", "output", "pace", "ethertype", "key_file"});
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);
@@ -136,7 +149,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       link.is_fastest = table.read_choice("pace", {"recorded", "fastest"}) == 1;
       break;
   }
-  table.read_choice("profile", {"wifi"});
+  read_profile(table, link);
   read_key_file(table, link);
   return link;
 }
@@ -260,7 +273,7 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   ParsedConfig parsed{{}, KeyLines(file)};
   parsed.config.socket.path = ipc::kDefaultSocketPath;
   const TableReader root(table, "", parsed.lines);
-  root.expect_keys({"node", "socket", "links", "channels", "limits", "log"});
+  root.expect_keys({"node", "socket", "links", "channels", "gateway", "limits", "log"});
   const auto section = [&](const char* name) {
     return TableReader(root.table(name), name, parsed.lines);
   };
@@ -270,6 +283,9 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   read_limits(section("limits"), parsed.config.limits);
   read_log(section("log"), parsed.config.log_level);
   read_links(root, parsed.lines, parsed.config.links);
+  read_gateways(root, parsed.lines, parsed.config);
+  check_channels(root, parsed.lines, parsed.config);
+  check_node_ids(parsed.lines, parsed.config);
   return parsed;
 }
 

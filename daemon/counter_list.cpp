@@ -41,6 +41,14 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "deliveries_lost_in_client", "messages dropped by a program's own queue, as it says"},
     {kDaemon, "duplicate_node_ids", "packets of another transmitter or origin under our node id"},
     {kDaemon, "node_id_changes", "times that an automatic node id was drawn again"},
+    {kDaemon, "link_duplicates", "messages heard before over another link or by another gateway"},
+    {kDaemon, "gateway_sent", "copies that gateway rules made, whose last packet has left"},
+    {kDaemon, "gateway_crossed", "messages that no rule copies, for they crossed a gateway before"},
+    {kDaemon, "gateway_there", "messages not copied because another gateway's copy was heard"},
+    {kDaemon, "gateway_full", "oldest waiting copies dropped for newer ones"},
+    {kDaemon, "gateway_too_long", "messages not copied because the other link has no room"},
+    {kDaemon, "gateway_empty", "messages of 0 bytes that the other link cannot carry"},
+    {kDaemon, "gateway_link_down", "copies not made or given up because the other link is down"},
     {kLink, "frames_sent", "air frames handed to the kernel"},
     {kLink, "frames_received", "air frames that are readable and of our profile"},
     {kLink, "packets_sent", "packets in the frames sent"},
@@ -77,6 +85,7 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "node_aged_out", "messages of which a packet never came"},
     {kLink, "node_contradictions", "packets that cannot be of one message"},
     {kLink, "node_id_collisions", "packets of another origin under our node id"},
+    {kLink, "node_bad_origins", "messages marked as crossed whose origin cannot be read"},
 };
 
 }  // namespace

@@ -7,14 +7,14 @@
 #include <csignal>
 #include <utility>
 
-#include "daemon/link_factory.hpp"
+#include "daemon/config_gateways.hpp"
 #include "daemon/privileges.hpp"
+#include "daemon/station_factory.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
 constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
-constexpr ProfileName kWifi{frame::ProfileId::kWifi, "wifi"};
 
 }  // namespace
 
@@ -32,12 +32,26 @@ Daemon::Daemon(const ParsedConfig& parsed)
       link_timer_(io_),
       copy_timer_(io_) {
   status_.set_clients(clients_);
+  open_stations(parsed.lines);
+}
+
+void Daemon::open_stations(const KeyLines& lines) {
   for (const LinkConfig& link : config_.links) {
-    stations_.push_back(std::make_unique<WifiStation>(
-        link.name, kWifi, open_link(io_, link, parsed.lines, kWifi.id, core::Wifi::kMtuBytes),
-        identity_, poses_, hub_));
+    stations_.push_back(make_station(io_, link, lines, identity_for(link), poses_, hub_));
     hub_.add(*stations_.back());
   }
+  if (const auto refusal = hub_.set_gateways(config_.gateways)) {
+    throw lines.error("gateway", refusal->text);
+  }
+}
+
+NodeIdentity& Daemon::identity_for(const LinkConfig& link) {
+  const auto own = own_ids(config_, link);
+  if (!own && !link.node_id) return identity_;
+  const NodeIdRange range = own ? NodeIdRange{own->least, own->most} : NodeIdRange{};
+  link_identities_.push_back(
+      std::make_unique<NodeIdentity>(link.node_id, range, identity_.epoch()));
+  return *link_identities_.back();
 }
 
 Daemon::~Daemon() {

@@ -11,9 +11,8 @@
 #include "daemon/config_parser.hpp"
 #include "daemon/hub.hpp"
 #include "daemon/listening_socket.hpp"
-#include "daemon/node_station.hpp"
+#include "daemon/station.hpp"
 #include "daemon/status_report.hpp"
-#include "swarmtalk/profiles/wifi.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -29,8 +28,8 @@ class Daemon {
   void run();
 
  private:
-  using WifiStation = NodeStation<core::Wifi>;
-
+  void open_stations(const KeyLines& lines);
+  NodeIdentity& identity_for(const LinkConfig& link);
   void wait_signal();
   void watch_links();
   void wait_for_copy(Hub::Time at);
@@ -44,7 +43,8 @@ class Daemon {
   ChannelTable names_;
   Hub hub_;
   StatusReport status_;
-  std::vector<std::unique_ptr<WifiStation>> stations_;
+  std::vector<std::unique_ptr<NodeIdentity>> link_identities_;  // of links with ids of their own
+  std::vector<std::unique_ptr<Station>> stations_;
   ListeningSocket socket_;
   Clients clients_;
   boost::asio::signal_set signals_;

@@ -36,6 +36,14 @@ drivers::Counters DaemonCounters::list() const {
       {"deliveries_lost_in_client", deliveries_lost_in_client},
       {"duplicate_node_ids", duplicate_node_ids},
       {"node_id_changes", node_id_changes},
+      {"link_duplicates", link_duplicates},
+      {"gateway_sent", gateway_sent},
+      {"gateway_crossed", gateway_crossed},
+      {"gateway_there", gateway_there},
+      {"gateway_full", gateway_full},
+      {"gateway_too_long", gateway_too_long},
+      {"gateway_empty", gateway_empty},
+      {"gateway_link_down", gateway_link_down},
   };
 }
 

@@ -37,9 +37,7 @@ std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscriptio
   if (auto refusal = use(request, subscription.held_name, channel)) return refusal;
   subscription.channel = channel->number;
   channel->subscriptions.push_back(&subscription);
-  if (channel->subscriptions.size() == 1) {
-    for (Station* station : stations_) station->set_listening(channel->number, true);
-  }
+  if (channel->subscriptions.size() == 1) listen(*channel);
   return std::nullopt;
 }
 
@@ -49,10 +47,22 @@ void Hub::unsubscribe(Subscription& subscription) {
   names_.release(channel.number, subscription.held_name);
   if (!channel.subscriptions.empty()) return;
   losses_.forget(channel.number);
-  for (Station* station : stations_) station->set_listening(channel.number, false);
+  listen(channel);
+}
+
+void Hub::listen(Channel& channel) {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    const Slot& slot = channel.slots[i];
+    if (!slot.is_open) continue;
+    stations_[i]->set_listening(channel.number, slot.is_gateway || !channel.subscriptions.empty());
+  }
 }
 
 std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& publisher) {
+  std::uint16_t number = 0;
+  if (auto refusal = resolve(request, number)) return refusal;
+  if (auto refusal = check_ttl(request.ttl, limits(number))) return refusal;
+  publisher.ttl = static_cast<std::uint8_t>(request.ttl);
   Channel* channel = nullptr;
   if (auto refusal = use(request, publisher.held_name, channel)) return refusal;
   publisher.channel = channel->number;
@@ -119,7 +129,7 @@ void Hub::start(Publication& publication, Channel& channel) {
   publication.owner->in_flight = &publication;
   ++publication.pending;  // ours, so that it is not finished before all stations have it
   for (std::size_t i = 0; i < stations_.size(); ++i) {
-    if (!carries(*stations_[i], channel, publication.payload.size())) continue;
+    if (!carries(i, channel, publication.payload.size())) continue;
     ++publication.pending;
     channel.slots[i].waiting.push_back(&publication);
     feed(i, channel);
@@ -154,8 +164,9 @@ void Hub::feed(std::size_t station, Channel& channel) {
     const std::span<const std::uint8_t> payload(
         reinterpret_cast<const std::uint8_t*>(next.payload.data()), next.payload.size());
     const std::uint64_t waited_us = (monotonic_ns() - next.sent_at_ns) / 1000;
+    const GatewayOrigin* const origin = next.origin ? &*next.origin : nullptr;
     const SendResult result =
-        stations_[station]->send(channel.number, payload, next.ttl, waited_us, number);
+        stations_[station]->send(channel.number, payload, next.ttl, origin, waited_us, number);
     if (result == SendResult::kBusy) return;
     slot.waiting.erase(slot.waiting.begin());
     if (result == SendResult::kRefused) {
@@ -166,7 +177,7 @@ void Hub::feed(std::size_t station, Channel& channel) {
     slot.copies_left = next.copies - 1;
     slot.is_between_copies = false;
     slot.has_left = false;
-    deliver_locally(next, channel, number);
+    deliver_locally(next, station, channel, number);
   }
 }
 
@@ -228,7 +239,9 @@ void Hub::finish(Publication& publication, Channel& channel, bool was_sent) {
   --waiting_;
   Publisher* owner = publication.owner;
   if (owner != nullptr) owner->in_flight = nullptr;
-  if (publication.sent > 0) {
+  if (publication.rule != nullptr) {
+    count_copy(publication);
+  } else if (publication.sent > 0) {
     ++counters_.messages_sent;
     if (owner != nullptr) owner->client->on_sent(owner->id, publication.number);
   } else {
@@ -264,14 +277,16 @@ bool Hub::give_up_on_dead_links() {
   return waiting_ > 0;
 }
 
-void Hub::deliver_locally(Publication& publication, Channel& channel, std::uint32_t number) {
+void Hub::deliver_locally(Publication& publication, std::size_t station, Channel& channel,
+                          std::uint32_t number) {
   if (std::exchange(publication.is_heard_locally, true)) return;
+  if (publication.rule == nullptr && !rules_.empty()) cross_own(publication, channel, number);
   const auto is_other = [&](const Subscription* s) { return s->client != publication.client; };
   if (std::none_of(channel.subscriptions.begin(), channel.subscriptions.end(), is_other)) return;
   MessageRef message = pool_.take();
   message->payload.assign(publication.payload);
   message->channel = channel.number;
-  message->sender = identity_.id();
+  message->sender = stations_[station]->identity().id();
   message->epoch = identity_.epoch() & 0xFFFFu;  // as a packet carries it
   message->number = number;
   message->distance_m = 0.0f;
@@ -287,6 +302,8 @@ void Hub::deliver_locally(Publication& publication, Channel& channel, std::uint3
         (message->received_at_ns - publication.sent_at_ns) / 1000, UINT32_MAX));
   }
   message->is_local = true;
+  message->crossed_gateway = publication.rule != nullptr;
+  message->origin = publication.origin;
   deliver(channel, message, publication.client);
 }
 
@@ -306,10 +323,17 @@ void Hub::note_losses(Channel& channel, const Station& station, const MessageHea
 void Hub::on_message(Station& station, const MessageHead& head,
                      std::span<const std::uint8_t> payload) {
   const auto found = channels_.find(head.channel);
-  if (found == channels_.end() || found->second.subscriptions.empty()) return;
+  if (found == channels_.end()) return;
+  const bool is_wanted = !found->second.subscriptions.empty();
+  if (is_wanted && head.has_wide_number) note_losses(found->second, station, head);
+  if (stations_.size() > 1 || head.origin) {
+    const std::size_t index = index_of(station);
+    if (came_otherwise(index, head, payload)) return;
+    cross(index, head, payload);
+  }
+  if (!is_wanted) return;
   ++counters_.messages_received;
   ++found->second.received;
-  if (head.has_wide_number) note_losses(found->second, station, head);
   MessageRef message = pool_.take();
   message->payload.assign(reinterpret_cast<const char*>(payload.data()), payload.size());
   message->channel = head.channel;
@@ -325,6 +349,8 @@ void Hub::on_message(Station& station, const MessageHead& head,
   message->received_at_ns = head.received_at_ns;
   message->is_time_known = head.is_time_known;
   message->is_local = false;
+  message->crossed_gateway = head.crossed_gateway;
+  message->origin = head.origin;
   deliver(found->second, message, nullptr);
 }
 
@@ -347,19 +373,22 @@ void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* 
   }
 }
 
-// All stations are one node to the swarm's programs: they change together.
+// Stations under one id are one node to the swarm's programs: they change together.
 void Hub::on_namesake(Station& station) {
   ++counters_.duplicate_node_ids;
-  const std::uint16_t old = identity_.id();
-  if (!identity_.is_fixed()) {
+  NodeIdentity& identity = station.identity();
+  const std::uint16_t old = identity.id();
+  if (!identity.is_fixed()) {
     ++counters_.node_id_changes;
-    identity_.draw_again();
-    for (Station* each : stations_) each->set_node_id(identity_.id());
+    identity.draw_again();
+    for (Station* each : stations_) {
+      if (&each->identity() == &identity) each->adopt_node_id();
+    }
   }
   if (const auto silent = namesake_log_.pass(std::chrono::steady_clock::now())) {
-    const std::string what = identity_.is_fixed()
+    const std::string what = identity.is_fixed()
                                  ? "ours is configured, so it stays: give one of them another"
-                                 : "ours is now " + std::to_string(identity_.id());
+                                 : "ours is now " + std::to_string(identity.id());
     spdlog::warn("link {}: another robot has node id {}; {} ({} more since the last line)",
                  station.name(), old, what, *silent);
   }
@@ -368,10 +397,18 @@ void Hub::on_namesake(Station& station) {
 std::vector<Hub::ChannelView> Hub::channels() const {
   std::vector<ChannelView> views;
   for (const auto& [number, channel] : channels_) {
-    if (!channel.has_users()) continue;
-    views.push_back({number, names_.name_of(number), channel.publishers,
+    if (!channel.has_users() && !channel.is_pinned) continue;
+    views.push_back({number,
+                     names_.name_of(number),
+                     channel.publishers,
                      static_cast<std::uint32_t>(channel.subscriptions.size()),
-                     channel.is_timestamped, channel.received, channel.lost});
+                     channel.is_timestamped,
+                     {},
+                     channel.received,
+                     channel.lost});
+    for (std::size_t i = 0; i < stations_.size(); ++i) {
+      if (channel.slots[i].is_open) views.back().links.push_back(stations_[i]->name());
+    }
   }
   std::sort(views.begin(), views.end(),
             [](const auto& a, const auto& b) { return a.number < b.number; });

@@ -21,6 +21,7 @@
 #include "daemon/log_limiter.hpp"
 #include "daemon/loss_tracker.hpp"
 #include "daemon/node_identity.hpp"
+#include "daemon/seen_messages.hpp"
 #include "daemon/station.hpp"
 
 namespace swarmtalk::daemon {
@@ -38,6 +39,10 @@ struct Publication {
   std::uint32_t pending = 0;  // stations that have not sent it
   std::uint32_t sent = 0;     // stations that have
   bool is_heard_locally = false;
+  // Of a copy that a gateway rule makes: it has no owner.
+  const GatewayRule* rule = nullptr;
+  std::optional<GatewayOrigin> origin;
+  bool is_replaced = false;  // by a newer copy
 };
 
 class Hub final : public StationUser {
@@ -45,6 +50,7 @@ class Hub final : public StationUser {
   struct Limits {
     std::uint16_t message_bytes = 0;
     std::uint8_t ttl = 0;
+    std::uint16_t least_message_bytes = 0;
   };
   struct ChannelView {
     std::uint16_t number;
@@ -52,6 +58,7 @@ class Hub final : public StationUser {
     std::uint32_t publishers;
     std::uint32_t subscribers;
     bool is_timestamped;
+    std::vector<std::string> links;  // that carry it
     std::uint64_t received;
     Loss lost;
   };
@@ -63,6 +70,11 @@ class Hub final : public StationUser {
   /// Before any session. The station must outlive the hub's use.
   void add(Station& station);
   const std::vector<Station*>& stations() const { return stations_; }
+
+  /// After every station, before any session. Links are counted in the order of add(). Opens the
+  /// channels of the rules for good.
+  /// @return what is impossible; none: done
+  std::optional<Refusal> set_gateways(std::vector<GatewayRule> rules);
 
   // Each returns none when done. Pointers are kept until the opposite call.
   std::optional<Refusal> subscribe(const ChannelRequest& request, Subscription& subscription);
@@ -84,7 +96,7 @@ class Hub final : public StationUser {
   /// Called with the time of the next copy, whenever that changes to an earlier one. Must be cheap.
   void set_copy_hook(std::function<void(Time)> hook) { copy_hook_ = std::move(hook); }
 
-  /// What every station can carry on this channel.
+  /// What every station that has this channel can carry on it.
   Limits limits(std::uint16_t channel) const;
 
   /// Gives up what waits for stations that are down. Call about once a second while messages wait.
@@ -110,6 +122,7 @@ class Hub final : public StationUser {
     std::uint32_t copies_left = 0;   // of the one in flight
     bool is_between_copies = false;  // it waits for its next copy's time
     bool has_left = false;           // a copy of it has
+    bool is_gateway = false;         // heard for a gateway rule, whoever subscribes
   };
   struct Channel {
     std::uint16_t number = 0;
@@ -121,6 +134,7 @@ class Hub final : public StationUser {
     std::uint64_t received = 0;  // from stations, for a subscription
     Loss lost;
     std::uint64_t last_used = 0;  // by use_count_
+    bool is_pinned = false;       // of a gateway rule: never evicted
 
     bool is_idle() const { return publishers == 0 && publications == 0 && subscriptions.empty(); }
     bool has_users() const { return publishers > 0 || !subscriptions.empty(); }
@@ -129,21 +143,39 @@ class Hub final : public StationUser {
   std::optional<Refusal> use(const ChannelRequest& request, std::string& held_name,
                              Channel*& channel);
   std::optional<Refusal> resolve(const ChannelRequest& request, std::uint16_t& number) const;
-  Limits limits_of(bool is_timestamped) const;
+  bool default_timestamping(std::uint16_t number) const;
+  std::optional<Refusal> check_carried(const ChannelRequest& request, std::uint16_t number,
+                                       bool is_timestamped) const;
+  std::optional<Refusal> open_anew(Channel& channel, bool is_timestamped);
+  Limits limits_of(std::uint16_t channel, bool is_timestamped) const;
+  void listen(Channel& channel);
   std::optional<Refusal> open(Channel& channel);
   void close(Channel& channel);
   bool evict_idle();
   std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
                                std::size_t size_bytes, std::uint32_t ttl) const;
+  static std::optional<Refusal> check_ttl(std::uint32_t ttl, const Limits& most);
+  std::optional<Refusal> check_up(const Channel& channel) const;
   std::optional<Refusal> check_mtu(const Channel& channel, std::size_t size_bytes) const;
-  static bool carries(const Station& station, const Channel& channel, std::size_t size_bytes);
+  bool carries(std::size_t station, const Channel& channel, std::size_t size_bytes) const;
   void feed(std::size_t station, Channel& channel);
   void start(Publication& publication, Channel& channel);
   void start_next(Publisher& publisher, Channel& channel);
   void drop_queued(Publisher& publisher, Channel& channel, Publication& publication);
   bool wait_for_copy(std::size_t station, Channel& channel, Slot& slot);
   void finish(Publication& publication, Channel& channel, bool was_sent);
-  void deliver_locally(Publication& publication, Channel& channel, std::uint32_t number);
+  void deliver_locally(Publication& publication, std::size_t station, Channel& channel,
+                       std::uint32_t number);
+  // hub_gateway.cpp
+  std::optional<Refusal> pin(std::uint16_t number, std::size_t listening_station);
+  bool came_otherwise(std::size_t station, const MessageHead& head,
+                      std::span<const std::uint8_t> payload);
+  void cross(std::size_t station, const MessageHead& head, std::span<const std::uint8_t> payload);
+  void cross_own(const Publication& publication, const Channel& channel, std::uint32_t number);
+  void copy(const GatewayRule& rule, GatewayOrigin origin, std::span<const std::uint8_t> payload,
+            std::uint8_t ttl);
+  void make_room(const GatewayRule& rule, Channel& channel);
+  void count_copy(const Publication& publication);
   void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
   void note_losses(Channel& channel, const Station& station, const MessageHead& head);
   std::size_t index_of(const Station& station) const;
@@ -171,6 +203,8 @@ class Hub final : public StationUser {
   std::vector<DueCopy> due_copies_;  // in no order; a few
   std::function<void(Time)> copy_hook_ = [](Time) {};
   std::uint64_t use_count_ = 0;
+  std::vector<GatewayRule> rules_;
+  SeenMessages seen_;
 };
 
 }  // namespace swarmtalk::daemon

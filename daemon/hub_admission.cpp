@@ -33,14 +33,40 @@ std::optional<Refusal> Hub::resolve(const ChannelRequest& request, std::uint16_t
   } else {
     return refuse("no channel is named; give it a name or a number");
   }
+  std::string ranges;
   for (const Station* station : stations_) {
-    const std::uint16_t most = station->limits().max_channel;
-    if (wanted <= most) continue;
-    return refuse("channel " + text_of(wanted) + " does not exist on link " + station->name() +
-                  "; the largest number is " + text_of(most));
+    const StationLimits& own = station->limits();
+    if (own.carries(wanted)) {
+      number = static_cast<std::uint16_t>(wanted);
+      return std::nullopt;
+    }
+    ranges += (ranges.empty() ? "" : ", ") + ("link " + station->name() + " has 0 to ") +
+              text_of(own.max_channel);
   }
-  number = static_cast<std::uint16_t>(wanted);
-  return std::nullopt;
+  return refuse("channel " + text_of(wanted) + " does not exist on any link (" + ranges + "); " +
+                (request.name.empty() ? "take one that does"
+                                      : "give '" + request.name + "' a number under [channels]"));
+}
+
+// A link whose channel numbers say what is timestamped decides for clients that do not care.
+bool Hub::default_timestamping(std::uint16_t number) const {
+  return std::any_of(stations_.begin(), stations_.end(), [&](const Station* station) {
+    return station->limits().carries(number) && !station->limits().carries(number, false);
+  });
+}
+
+std::optional<Refusal> Hub::check_carried(const ChannelRequest& request, std::uint16_t number,
+                                          bool is_timestamped) const {
+  for (const Station* station : stations_) {
+    if (station->limits().carries(number, is_timestamped)) return std::nullopt;
+  }
+  const std::string from = text_of(stations_.front()->limits().timestamped_from);
+  return Refusal{ipc::ERROR_CHANNEL_CONFLICT,
+                 shown(request, number) + " is never " +
+                     (is_timestamped ? "timestamped" : "without timestamps") +
+                     " here: the links' packets are timestamped on the channels from " + from +
+                     " on, and on no others",
+                 std::nullopt};
 }
 
 // Finds or makes the channel and holds its name for a new subscription or publisher.
@@ -48,7 +74,7 @@ std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held
                                 Channel*& channel) {
   std::uint16_t number = 0;
   if (auto refusal = resolve(request, number)) return refusal;
-  const bool is_timestamped = request.is_timestamped.value_or(false);
+  const bool is_timestamped = request.is_timestamped.value_or(default_timestamping(number));
   auto found = channels_.find(number);
   // The first registration decides, until the last publisher and subscriber are gone.
   const bool must_agree =
@@ -61,16 +87,15 @@ std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held
                          " timestamps; use it the same way, or another channel",
                      std::nullopt};
     }
-    close(found->second);
-    channels_.erase(found);
-    found = channels_.end();
+    if (auto refusal = check_carried(request, number, is_timestamped)) return refusal;
+    if (auto refusal = open_anew(found->second, is_timestamped)) return refusal;
   }
   if (found == channels_.end()) {
+    if (auto refusal = check_carried(request, number, is_timestamped)) return refusal;
     found = channels_.try_emplace(number).first;
     found->second.number = number;
-    found->second.is_timestamped = is_timestamped;
     found->second.slots.resize(stations_.size());
-    if (auto refusal = open(found->second)) {
+    if (auto refusal = open_anew(found->second, is_timestamped)) {
       channels_.erase(found);
       return refusal;
     }
@@ -82,12 +107,32 @@ std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held
   return std::nullopt;
 }
 
+// With other timestamping than before, or for the first time. A gateway's links must carry it then,
+// or the rule would fall silent.
+std::optional<Refusal> Hub::open_anew(Channel& channel, bool is_timestamped) {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (!channel.is_pinned || !channel.slots[i].is_open) continue;
+    if (stations_[i]->limits().carries(channel.number, is_timestamped)) continue;
+    return Refusal{ipc::ERROR_CHANNEL_CONFLICT,
+                   "channel " + text_of(channel.number) + " is used by a gateway " +
+                       (is_timestamped ? "without" : "with") + " timestamps, as link " +
+                       stations_[i]->name() + " has it; use it the same way, or another channel",
+                   std::nullopt};
+  }
+  close(channel);
+  channel.is_timestamped = is_timestamped;
+  if (auto refusal = open(channel)) return refusal;
+  listen(channel);
+  return std::nullopt;
+}
+
 // A channel stays open when its last user leaves: that may be in the middle of its `sent`, where a
 // node cannot close it. Idle channels go, the longest unused first, when a station has no room.
 std::optional<Refusal> Hub::open(Channel& channel) {
   ++channel.publications;  // not idle while it is being opened
   bool is_open = true;
   for (std::size_t i = 0; is_open && i < stations_.size(); ++i) {
+    if (!stations_[i]->limits().carries(channel.number, channel.is_timestamped)) continue;
     do {
       is_open = stations_[i]->open_channel(channel.number, channel.is_timestamped);
     } while (!is_open && evict_idle());
@@ -112,7 +157,7 @@ void Hub::close(Channel& channel) {
 bool Hub::evict_idle() {
   auto oldest = channels_.end();
   for (auto it = channels_.begin(); it != channels_.end(); ++it) {
-    if (!it->second.is_idle()) continue;
+    if (!it->second.is_idle() || it->second.is_pinned) continue;
     if (oldest == channels_.end() || it->second.last_used < oldest->second.last_used) oldest = it;
   }
   if (oldest == channels_.end()) return false;
@@ -123,32 +168,37 @@ bool Hub::evict_idle() {
 
 Hub::Limits Hub::limits(std::uint16_t channel_number) const {
   const auto found = channels_.find(channel_number);
-  return limits_of(found != channels_.end() && found->second.is_timestamped);
+  const bool is_timestamped = found != channels_.end() ? found->second.is_timestamped
+                                                       : default_timestamping(channel_number);
+  return limits_of(channel_number, is_timestamped);
 }
 
-Hub::Limits Hub::limits_of(bool is_timestamped) const {
-  Limits least{UINT16_MAX, UINT8_MAX};
+Hub::Limits Hub::limits_of(std::uint16_t channel, bool is_timestamped) const {
+  Limits least{UINT16_MAX, UINT8_MAX, 0};
   for (const Station* station : stations_) {
     const StationLimits& own = station->limits();
-    const std::uint16_t bytes =
-        is_timestamped ? own.max_timestamped_message_bytes : own.max_message_bytes;
-    least.message_bytes = std::min(least.message_bytes, bytes);
+    if (!own.carries(channel, is_timestamped)) continue;
+    least.message_bytes = std::min(least.message_bytes, own.message_bytes(is_timestamped));
     least.ttl = std::min(least.ttl, own.max_ttl);
+    least.least_message_bytes = std::max(least.least_message_bytes, own.min_message_bytes);
   }
   return least;
 }
 
-bool Hub::carries(const Station& station, const Channel& channel, std::size_t size_bytes) {
-  return station.is_up() && size_bytes <= station.message_bytes_that_fit(channel.is_timestamped);
+bool Hub::carries(std::size_t station, const Channel& channel, std::size_t size_bytes) const {
+  const Station& link = *stations_[station];
+  return channel.slots[station].is_open && link.is_up() &&
+         size_bytes <= link.message_bytes_that_fit(channel.is_timestamped);
 }
 
 // Within the profile's limit, but too long for the interfaces as they are.
 std::optional<Refusal> Hub::check_mtu(const Channel& channel, std::size_t size_bytes) const {
   std::size_t most = 0;
   std::string states;
-  for (Station* station : stations_) {
-    if (carries(*station, channel, size_bytes)) return std::nullopt;
-    if (!station->is_up()) continue;
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    Station* station = stations_[i];
+    if (carries(i, channel, size_bytes)) return std::nullopt;
+    if (!channel.slots[i].is_open || !station->is_up()) continue;
     most = std::max(most, station->message_bytes_that_fit(channel.is_timestamped));
     states += (states.empty() ? "" : "; ") + station->name() + ": " + station->link().state();
   }
@@ -160,28 +210,42 @@ std::optional<Refusal> Hub::check_mtu(const Channel& channel, std::size_t size_b
                  most};
 }
 
+std::optional<Refusal> Hub::check_ttl(std::uint32_t ttl, const Limits& most) {
+  if (ttl <= most.ttl) return std::nullopt;
+  return Refusal{ipc::ERROR_BAD_TTL,
+                 "TTL " + text_of(ttl) + " is too large; the limit is " + text_of(most.ttl),
+                 most.ttl};
+}
+
+std::optional<Refusal> Hub::check_up(const Channel& channel) const {
+  std::string states;
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (!channel.slots[i].is_open) continue;
+    if (stations_[i]->is_up()) return std::nullopt;
+    states +=
+        (states.empty() ? "" : "; ") + stations_[i]->name() + ": " + stations_[i]->link().state();
+  }
+  ++counters_.messages_link_down;
+  return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
+}
+
 std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& channel,
                                   std::size_t size_bytes, std::uint32_t ttl) const {
-  const Limits most = limits_of(channel.is_timestamped);
+  const Limits most = limits_of(channel.number, channel.is_timestamped);
   if (size_bytes > most.message_bytes) {
     return Refusal{ipc::ERROR_TOO_LONG,
                    "the message has " + text_of(size_bytes) + " bytes, the limit is " +
                        text_of(most.message_bytes) + "; send it in parts",
                    most.message_bytes};
   }
-  if (ttl > most.ttl) {
-    return Refusal{ipc::ERROR_BAD_TTL,
-                   "TTL " + text_of(ttl) + " is too large; the limit is " + text_of(most.ttl),
-                   most.ttl};
+  if (size_bytes < most.least_message_bytes) {
+    return Refusal{ipc::ERROR_TOO_LONG,
+                   "a link of this channel has packets that cannot say how long a message is, so "
+                   "one of 0 bytes is impossible; send at least 1 byte",
+                   most.message_bytes};
   }
-  if (std::none_of(stations_.begin(), stations_.end(), [](auto* s) { return s->is_up(); })) {
-    ++counters_.messages_link_down;
-    std::string states;
-    for (Station* station : stations_) {
-      states += (states.empty() ? "" : "; ") + station->name() + ": " + station->link().state();
-    }
-    return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
-  }
+  if (auto refusal = check_ttl(ttl, most)) return refusal;
+  if (auto refusal = check_up(channel)) return refusal;
   if (auto refusal = check_mtu(channel, size_bytes)) return refusal;
   const bool is_full =
       publisher.in_flight != nullptr && publisher.queue.size() >= publisher.queue_limit;

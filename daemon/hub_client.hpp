@@ -31,7 +31,8 @@ class HubClient {
 struct ChannelRequest {
   std::string name;
   std::optional<std::uint32_t> number;
-  std::optional<bool> is_timestamped;  // none: as registered, else no
+  std::optional<bool> is_timestamped;  // none: as registered, else as its number says, else no
+  std::uint32_t ttl = 0;               // that a publisher wants
 };
 
 struct Subscription {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/gateway_origin.hpp"
 #include "frame/air_frame.hpp"
 
 namespace swarmtalk::daemon {
@@ -31,6 +32,8 @@ struct Message {
   std::uint64_t received_at_ns = 0;                 // CLOCK_MONOTONIC
   bool is_time_known = true;                        // false: that is when it was read
   bool is_local = false;
+  bool crossed_gateway = false;
+  std::optional<GatewayOrigin> origin;  // of one that crossed, where it is known
 };
 
 class MessagePool;

@@ -4,8 +4,6 @@
 
 #include <stdexcept>
 
-#include "daemon/config.hpp"
-
 namespace swarmtalk::daemon {
 
 std::uint32_t random_bits() {
@@ -16,8 +14,12 @@ std::uint32_t random_bits() {
   return bits;
 }
 
-NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed)
-    : is_fixed_(fixed.has_value()), epoch_(random_bits()) {
+NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range)
+    : NodeIdentity(fixed, range, random_bits()) {}
+
+NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range,
+                           std::uint32_t epoch)
+    : range_(range), is_fixed_(fixed.has_value()), epoch_(epoch) {
   if (fixed)
     id_ = *fixed;
   else
@@ -26,9 +28,10 @@ NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed)
 
 void NodeIdentity::draw_again() {
   const std::uint16_t old = id_;
+  const std::uint32_t count = range_.most - range_.least + 1u;
   do {
-    id_ = static_cast<std::uint16_t>(1 + random_bits() % kNodeIdLimits.most);
-  } while (id_ == old);
+    id_ = static_cast<std::uint16_t>(range_.least + random_bits() % count);
+  } while (id_ == old && count > 1);
 }
 
 }  // namespace swarmtalk::daemon

@@ -1,6 +1,7 @@
-// NodeIdentity: under which id this robot speaks, on all its links alike, and the epoch that tells
-// this start of the daemon from others. A configured id never changes; an automatic one is random
-// and is drawn again when somebody else is heard under it (Zhang et al., AAMAS 2020, sec. 2.1).
+// NodeIdentity: under which id this robot speaks, and the epoch that tells this start of the daemon
+// from others. One for the daemon; a link whose packets have no room for that id has its own. A
+// configured id never changes; an automatic one is random and is drawn again when somebody else is
+// heard under it (Zhang et al., AAMAS 2020, sec. 2.1).
 #pragma once
 
 #include <cstdint>
@@ -11,19 +12,28 @@ namespace swarmtalk::daemon {
 /// Random bits from the kernel. @throws std::runtime_error
 std::uint32_t random_bits();
 
+struct NodeIdRange {
+  std::uint16_t least = 1;
+  std::uint16_t most = 65534;
+};
+
 class NodeIdentity {
  public:
-  /// @param fixed  1..65534; none: automatic
-  explicit NodeIdentity(std::optional<std::uint16_t> fixed);
+  /// @param fixed  within `range`; none: automatic
+  explicit NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range = {});
+
+  /// Another id of the same daemon: the same epoch.
+  NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range, std::uint32_t epoch);
 
   std::uint16_t id() const { return id_; }
   bool is_fixed() const { return is_fixed_; }
   std::uint32_t epoch() const { return epoch_; }
 
-  /// Another id than now, 1..65534. @pre not fixed
+  /// Another id than now, within the range. @pre not fixed
   void draw_again();
 
  private:
+  NodeIdRange range_;
   std::uint16_t id_ = 0;
   bool is_fixed_;
   std::uint32_t epoch_;

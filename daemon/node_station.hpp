@@ -9,7 +9,9 @@
 #include <memory>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
+#include "daemon/gateway_origin.hpp"
 #include "daemon/node_identity.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/ranging.hpp"
@@ -18,41 +20,53 @@
 
 namespace swarmtalk::daemon {
 
-/// Which profile's packets a station speaks, for frames and for people.
-struct ProfileName {
-  frame::ProfileId id;
-  const char* text;
-};
+/// What core is told of a range. The hub gets the range itself: some profiles know no bearing, and
+/// count in millimetres.
+template <class Sensing>
+Sensing sensing_of(const Range& range);
+template <>
+inline core::PoseSensing sensing_of(const Range& range) {
+  return {range.distance_m, range.bearing_rad, 0};
+}
+template <>
+inline core::DistanceSensing sensing_of(const Range& range) {
+  return {range.distance_mm()};
+}
+template <>
+inline core::RangeBearingSensing sensing_of(const Range& range) {
+  return {range.distance_mm(), range.bearing_rad};
+}
 
 template <class P>
 class NodeStation final : public Station, public drivers::LinkUser {
  public:
   /// All references must outlive the station. @param link  not yet started
   NodeStation(std::string name, ProfileName profile, std::unique_ptr<drivers::Link> link,
-              const NodeIdentity& identity, const PoseKeeper& poses, StationUser& user)
+              NodeIdentity& identity, const PoseKeeper& poses, StationUser& user)
       : name_(std::move(name)),
         profile_(profile),
         identity_(identity),
         poses_(poses),
         user_(user),
-        node_(std::make_unique<Node>(core::Port{&clock_us, &random, this})),
+        node_(std::make_unique<Node>(core::Port{&clock_ticks, &random, this})),
         link_(std::move(link)) {
-    node_->set_node_id(identity.id());
+    adopt_node_id();
     node_->set_epoch(static_cast<std::uint16_t>(identity.epoch()));
   }
 
-  /// After every privilege is dropped.
-  void start() { link_->start(*this); }
+  void start() override { link_->start(*this); }
 
   const std::string& name() const override { return name_; }
   const char* profile() const override { return profile_.text; }
+  NodeIdentity& identity() override { return identity_; }
   const StationLimits& limits() const override { return kLimits; }
   bool is_up() const override { return link_->is_up(); }
   std::size_t message_bytes_that_fit(bool is_timestamped) const override {
     const std::size_t packet_bytes = link_->packet_limit_bytes();
     if (packet_bytes >= W::kMtuBytes) {
-      return is_timestamped ? kLimits.max_timestamped_message_bytes : kLimits.max_message_bytes;
+      return kLimits.message_bytes(is_timestamped);
     }
+    if (P::kPadded) return 0;  // every packet has its full length
     // All packets of a message but the last are of the profile's full length, so only a message of
     // one packet fits.
     const std::size_t around =
@@ -90,12 +104,20 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   SendResult send(std::uint16_t number, std::span<const std::uint8_t> payload, std::uint8_t ttl,
-                  std::uint64_t waited_us, std::uint32_t& message_number) override {
+                  const GatewayOrigin* origin, std::uint64_t waited_us,
+                  std::uint32_t& message_number) override {
     Entry& entry = *entries_.at(number);
-    const auto waited =
-        static_cast<Ticks>(std::min<std::uint64_t>(waited_us, std::numeric_limits<Ticks>::max()));
+    const bool is_marked = origin != nullptr && kLimits.marks_gateways;
+    if (is_marked) {
+      crossing_.clear();
+      append_origin(*origin, crossing_);
+      crossing_.insert(crossing_.end(), payload.begin(), payload.end());
+      payload = crossing_;
+    }
+    const auto waited = static_cast<Ticks>(
+        std::min<std::uint64_t>(waited_us / kTickUs<P>, std::numeric_limits<Ticks>::max()));
     const core::Error error = entry.channel->publish(
-        payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, false, waited);
+        payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, is_marked, waited);
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
     message_number = ++numbers_[number];
@@ -117,7 +139,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
     reattach(entry);
   }
 
-  void set_node_id(std::uint16_t node_id) override { node_->set_node_id(node_id); }
+  void adopt_node_id() override {
+    node_->set_node_id(static_cast<typename W::NodeId>(identity_.id()));
+  }
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
@@ -149,20 +173,23 @@ class NodeStation final : public Station, public drivers::LinkUser {
     core::Publisher<P>* publisher = nullptr;
   };
 
-  static constexpr StationLimits kLimits{W::kMtuBytes, W::kMessageBytes, W::kTimedMessageBytes,
-                                         W::kTtlMax, W::kChannelMax};
-  static constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+  static constexpr StationLimits kLimits = limits_of_profile<P>();
+  using Distance = typename P::Sensing::Distance;
+  static constexpr Distance kNoLimit = std::numeric_limits<Distance>::has_infinity
+                                           ? std::numeric_limits<Distance>::infinity()
+                                           : std::numeric_limits<Distance>::max();
 
-  static std::uint32_t clock_us(void* station) {
-    return static_cast<NodeStation*>(station)->now_us();
+  static std::uint32_t clock_ticks(void* station) {
+    return static_cast<NodeStation*>(station)->now_ticks();
   }
   /// While a packet is being received, the time when the kernel took it: what it waited for us then
   /// counts in its delay. Never goes back, as a node's clock must not.
-  std::uint32_t now_us() {
+  std::uint32_t now_ticks() {
     const auto now = frame_ != nullptr ? frame_->received_at : std::chrono::steady_clock::now();
     latest_ = std::max(latest_, now);
+    const auto time = latest_.time_since_epoch();
     return static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(latest_.time_since_epoch()).count());
+        std::chrono::duration_cast<std::chrono::microseconds>(time).count() / kTickUs<P>);
   }
   static std::uint32_t random(void*) { return random_bits(); }
 
@@ -195,31 +222,44 @@ class NodeStation final : public Station, public drivers::LinkUser {
     static_cast<Entry*>(context)->station->hand_up(bytes, size, reception);
   }
   void hand_up(const std::uint8_t* bytes, std::uint16_t size, const core::Reception<P>& reception);
+  std::uint8_t hops_of(const core::Reception<P>& reception) const;
+  std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
+  Range range_of(const drivers::FrameReception& frame) const;
 
   std::string name_;
   ProfileName profile_;
-  const NodeIdentity& identity_;
+  NodeIdentity& identity_;
   const PoseKeeper& poses_;
   StationUser& user_;
   std::unordered_map<std::uint16_t, std::unique_ptr<Entry>> entries_;
   std::unordered_map<std::uint16_t, std::uint32_t> numbers_;  // last message sent on a channel
   std::unique_ptr<Node> node_;                                // megabytes, most of them untouched
+  std::vector<std::uint8_t> crossing_;                        // reused
   const drivers::FrameReception* frame_ = nullptr;            // in which the packet in hand came
   drivers::MonotonicTime latest_{};                           // that the node was told
+  Range range_ = Range::unknown();                            // of its transmitter
+  std::uint64_t bad_origins_ = 0;
   std::unique_ptr<drivers::Link> link_;  // last: it calls the others until it is gone
 };
 
 template <class P>
+Range NodeStation<P>::range_of(const drivers::FrameReception& frame) const {
+  if (frame.distance_m) {
+    return {*frame.distance_m, std::numeric_limits<float>::quiet_NaN()};
+  }
+  const bool is_usable = frame.pose && poses_.is_usable(*frame.pose);
+  return range_to(poses_.valid(std::chrono::steady_clock::now()),
+                  is_usable ? frame.pose : std::optional<frame::FramePose>());
+}
+
+template <class P>
 void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
                                const drivers::FrameReception& frame) {
-  const auto now = std::chrono::steady_clock::now();
-  const bool is_usable = frame.pose && poses_.is_usable(*frame.pose);
-  const Range range =
-      range_to(poses_.valid(now), is_usable ? frame.pose : std::optional<frame::FramePose>());
+  range_ = range_of(frame);
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
   node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
-                   {range.distance_m, range.bearing_rad, 0});
+                   sensing_of<typename P::Sensing>(range_));
   frame_ = nullptr;
   if (node_->has_packet()) link_->wake();  // one to forward
   const bool is_namesake =
@@ -230,26 +270,51 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
 template <class P>
 void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
                              const core::Reception<P>& reception) {
-  using std::chrono::duration_cast;
-  const auto stamp = frame_->received_at.time_since_epoch();
+  std::span<const std::uint8_t> payload(bytes, size);
   MessageHead head;
+  head.crossed_gateway =
+      reception.crossed_gateway ||
+      (!kLimits.marks_gateways && kLimits.first_gateway_id <= std::uint16_t{reception.node});
+  if (reception.crossed_gateway) {
+    head.origin = take_origin(payload);
+    if (!head.origin) {
+      ++bad_origins_;
+      return;
+    }
+  }
+  const auto stamp = frame_->received_at.time_since_epoch();
   head.channel = reception.channel;
   head.sender = reception.node;
   head.epoch = reception.epoch;
   head.number = reception.message;
-  head.distance_m = reception.sensing.distance_m;
-  head.bearing_rad = reception.sensing.bearing_rad;
+  head.distance_m = range_.distance_m;
+  head.bearing_rad = range_.bearing_rad;
   head.sender_pose = frame_->pose;
-  head.hops = reception.hops;
+  head.hops = hops_of(reception);
   head.ttl = reception.ttl;
-  head.received_at_ns =
-      static_cast<std::uint64_t>(duration_cast<std::chrono::nanoseconds>(stamp).count());
+  head.received_at_ns = static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(stamp).count());
   head.has_wide_number = P::kMessageBits == 32;
   head.drops = {frame_->kernel_drops, node_->counters().no_memory};
-  // Until the kernel's stamp; what has passed since, whoever hands the message on adds.
-  if (reception.has_delay) head.buffering_delay_us = reception.delay_ticks;
+  head.buffering_delay_us = delay_us(reception);
   head.is_time_known = frame_->is_time_known;
-  user_.on_message(*this, head, {bytes, size});
+  user_.on_message(*this, head, payload);
+}
+
+// Where packets count no hops, one that its origin transmitted is all that can be told.
+template <class P>
+std::uint8_t NodeStation<P>::hops_of(const core::Reception<P>& reception) const {
+  const bool is_direct = reception.hops == core::kHopsUnknown && P::kHopsBits == 0 &&
+                         frame_->transmitter != 0 && frame_->transmitter == reception.node;
+  return is_direct ? std::uint8_t{0} : reception.hops;
+}
+
+// Until the kernel's stamp; what has passed since, whoever hands the message on adds.
+template <class P>
+std::optional<std::uint32_t> NodeStation<P>::delay_us(const core::Reception<P>& reception) const {
+  if (!reception.has_delay) return std::nullopt;
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(std::uint64_t{reception.delay_ticks} * kTickUs<P>, UINT32_MAX));
 }
 
 template <class P>
@@ -269,6 +334,7 @@ drivers::Counters NodeStation<P>::counters() const {
       {"node_aged_out", c.aged_out},
       {"node_contradictions", c.contradictions},
       {"node_id_collisions", c.id_collisions},
+      {"node_bad_origins", bad_origins_},
   };
 }
 

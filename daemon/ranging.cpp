@@ -1,5 +1,6 @@
 #include "daemon/ranging.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +10,11 @@ namespace swarmtalk::daemon {
 Range Range::unknown() {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   return {kNaN, kNaN};
+}
+
+std::int16_t Range::distance_mm() const {
+  if (!(distance_m >= 0.0f)) return -1;  // or NaN
+  return static_cast<std::int16_t>(std::lround(std::min(distance_m * 1000.0f, 32766.0f)));
 }
 
 double wrap_angle(double angle_rad) {

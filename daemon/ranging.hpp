@@ -1,6 +1,7 @@
 // Distance and bearing of a transmitter, from its pose and ours. What cannot be known is NaN.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "daemon/pose_keeper.hpp"
@@ -13,6 +14,9 @@ struct Range {
   float bearing_rad;  // counter-clockwise from our heading, -pi..pi; NaN: unknown
 
   static Range unknown();
+
+  /// Whole millimetres, at most 32766; -1: unknown. As the small profiles count.
+  std::int16_t distance_mm() const;
 };
 
 /// Unknown when either pose is. At the very same place the distance is 0 and the bearing unknown.

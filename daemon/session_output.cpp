@@ -35,6 +35,13 @@ void fill_loss(ipc::LostBefore& to, const Loss& from) {
   if (from.late > 0) to.set_late(cut(from.late));
 }
 
+void fill_origin(const Message& message, ipc::GatewayOrigin& origin) {
+  if (!message.origin) return;
+  origin.set_link(message.origin->link);
+  origin.set_node(message.origin->node);
+  origin.set_message_number(message.origin->number);
+}
+
 }  // namespace
 
 void Session::send_reply() {
@@ -180,6 +187,7 @@ void Session::append_delivery(QueuedSubscription& subscription) {
     deliver.set_received_at_ns(message.received_at_ns);
   }
   if (message.is_local) deliver.set_local(true);
+  if (message.crossed_gateway) fill_origin(message, *deliver.mutable_origin());
   if (taken.lost_before != Loss{}) fill_loss(*deliver.mutable_lost_before(), taken.lost_before);
   ipc::append_frame(host_.delivery, output_);  // 16 KiB of payload always fit
   ++host_.counters.deliveries_sent;

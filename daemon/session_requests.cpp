@@ -185,14 +185,7 @@ void Session::advertise(const ipc::Advertise& request) {
       request.has_copy_interval_ms() ? request.copy_interval_ms() : host_.limits.copy_interval_ms;
   publisher->client = this;
   publisher->id = ++last_id_;
-  const std::uint32_t max_ttl = host_.hub.limits(0).ttl;
-  if (request.ttl() > max_ttl) {
-    return refuse({ipc::ERROR_BAD_TTL,
-                   "TTL " + std::to_string(request.ttl()) + " is too large; the limit is " +
-                       std::to_string(max_ttl),
-                   max_ttl});
-  }
-  publisher->ttl = static_cast<std::uint8_t>(request.ttl());
+  channel.ttl = request.ttl();
   if (const auto refusal = host_.hub.advertise(channel, *publisher)) return refuse(*refusal);
   const Hub::Limits limits = host_.hub.limits(publisher->channel);
   ipc::Advertised& reply = *new_reply().mutable_advertised();

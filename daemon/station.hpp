@@ -10,6 +10,8 @@
 
 #include "daemon/loss.hpp"
 #include "daemon/message.hpp"
+#include "daemon/node_identity.hpp"
+#include "daemon/profiles.hpp"
 #include "drivers/link.hpp"
 
 namespace swarmtalk::daemon {
@@ -30,6 +32,8 @@ struct MessageHead {
   bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is no use
   DropTotals drops;             // of the station, until the message came
   bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
+  bool crossed_gateway = false;
+  std::optional<GatewayOrigin> origin;  // of one that crossed, where its link's packets can tell
 };
 
 class Station;
@@ -50,23 +54,19 @@ class StationUser {
   virtual void on_namesake(Station& station) = 0;
 };
 
-/// What a station can carry.
-struct StationLimits {
-  std::uint16_t max_packet_bytes = 0;
-  std::uint16_t max_message_bytes = 0;
-  std::uint16_t max_timestamped_message_bytes = 0;
-  std::uint8_t max_ttl = 0;
-  std::uint16_t max_channel = 0;
-};
-
 enum class SendResult : std::uint8_t { kSent, kBusy, kRefused };
 
 class Station {
  public:
   virtual ~Station() = default;
 
+  /// Begins to receive and transmit. After every privilege is dropped.
+  virtual void start() = 0;
+
   virtual const std::string& name() const = 0;  // of its [links.NAME]
   virtual const char* profile() const = 0;      // "wifi"
+  /// Under which id it speaks: the daemon's, or the link's own.
+  virtual NodeIdentity& identity() = 0;
   virtual const StationLimits& limits() const = 0;
   virtual bool is_up() const = 0;
   /// Longest message that the link carries now: less than limits() when the MTU of its interface
@@ -75,7 +75,7 @@ class Station {
   virtual drivers::Link& link() = 0;
   virtual drivers::Counters counters() const = 0;  // the node's
 
-  /// Makes room for a channel. @return false: every slot is taken
+  /// Makes room for a channel. @pre limits().carries() it. @return false: every slot is taken
   virtual bool open_channel(std::uint16_t channel, bool is_timestamped) = 0;
   /// @pre opened. A message in flight is given up without on_sent().
   virtual void close_channel(std::uint16_t channel) = 0;
@@ -83,18 +83,21 @@ class Station {
   virtual void set_listening(std::uint16_t channel, bool is_listening) = 0;
 
   /// Hands one message to the node, which copies it. @pre opened; size and TTL within limits()
+  /// @param origin  of one that crosses a gateway here; null: our own
   /// @param waited_us  since its program sent it: its delay on a timestamped channel counts from
   ///   there
   /// @param number  set to the message's number when sent
   virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,
-                          std::uint8_t ttl, std::uint64_t waited_us, std::uint32_t& number) = 0;
+                          std::uint8_t ttl, const GatewayOrigin* origin, std::uint64_t waited_us,
+                          std::uint32_t& number) = 0;
   /// Sends the message that has left last on this channel once more; on_sent() follows. @pre there
   /// was one since the channel was opened. @return false: it cannot
   virtual bool send_again(std::uint16_t channel) = 0;
   /// Gives up the message in flight, if any, without on_sent().
   virtual void cancel(std::uint16_t channel) = 0;
 
-  virtual void set_node_id(std::uint16_t node_id) = 0;
+  /// The id of identity() has changed.
+  virtual void adopt_node_id() = 0;
 };
 
 }  // namespace swarmtalk::daemon

@@ -55,6 +55,7 @@ void StatusReport::fill_status(ipc::Status& status) {
     channel.set_lost_kernel(view.lost.kernel);
     channel.set_lost_daemon(view.lost.daemon);
     channel.set_late(view.lost.late);
+    for (const std::string& link : view.links) channel.add_links(link);
   }
   if (clients_ != nullptr) clients_->fill(*status.mutable_clients_served());
   add_counters(counters_.list(), *status.mutable_counters());
@@ -88,6 +89,8 @@ void StatusReport::fill_links(ipc::Status& status) const {
     entry.set_mtu_bytes(limits.max_packet_bytes);
     entry.set_max_message_bytes(limits.max_message_bytes);
     entry.set_max_ttl(limits.max_ttl);
+    entry.set_node_id(station->identity().id());
+    entry.set_max_channel(limits.max_channel);
     add_counters(link.counters(), *entry.mutable_counters());
     add_counters(station->counters(), *entry.mutable_counters());
   }

@@ -114,6 +114,13 @@ void TableReader::read_text(const std::string& key, std::string& value) const {
   if (value.find('\0') != std::string::npos) fail(key, "contains a zero byte; remove it");
 }
 
+void TableReader::read_bool(const std::string& key, bool& value) const {
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return;
+  if (!node->is_boolean()) fail_type(key, "true or false");
+  value = **node->as_boolean();
+}
+
 std::vector<double> TableReader::read_numbers(const std::string& key, std::size_t count,
                                               const std::string& form) const {
   const toml::array* array = node(key).as_array();
@@ -149,6 +156,19 @@ const toml::table& TableReader::table(const std::string& key) const {
   if (node == nullptr) return empty;
   if (!node->is_table()) fail_type(key, "a section [" + full(key) + "]");
   return *node->as_table();
+}
+
+std::vector<const toml::table*> TableReader::tables(const std::string& key) const {
+  std::vector<const toml::table*> found;
+  const toml::node* node = table_.get(key);
+  if (node == nullptr) return found;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) fail_type(key, "one or more sections [[" + full(key) + "]]");
+  for (const toml::node& element : *array) {
+    if (!element.is_table()) fail(key, "is no section; write [[" + full(key) + "]]");
+    found.push_back(element.as_table());
+  }
+  return found;
 }
 
 void TableReader::fail(const std::string& key, const std::string& what) const {

@@ -35,6 +35,7 @@ class TableReader {
   }
   void read_number(const std::string& key, double least, double most, double& value) const;
   void read_text(const std::string& key, std::string& value) const;
+  void read_bool(const std::string& key, bool& value) const;
   /// The array `key`, which must hold `count` finite numbers. @pre has(key)
   /// @param form  how it must look, for the message
   std::vector<double> read_numbers(const std::string& key, std::size_t count,
@@ -44,6 +45,9 @@ class TableReader {
 
   /// The table `key`, empty when absent.
   const toml::table& table(const std::string& key) const;
+
+  /// The tables of [[key]], empty when absent. Errors in them are told as "key", with their line.
+  std::vector<const toml::table*> tables(const std::string& key) const;
 
   /// @throws ConfigError  at a key, at this table's own line
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;

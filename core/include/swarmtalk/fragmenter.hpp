@@ -81,7 +81,8 @@ class Fragmenter {
   /// @param timestamped  as in reset()
   /// @return bytes written to `out`; is_busy() is false after the last packet
   PacketSize next(bool timestamped, Ticks now, uint8_t* out) {
-    PacketSize payload = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    PacketSize payload =
+        static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const Size left = static_cast<Size>(size_ - at_);
     const bool end = left <= payload;
     if (end) payload = static_cast<PacketSize>(left);

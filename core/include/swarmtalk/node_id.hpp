@@ -44,11 +44,11 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
     NodeId id = id_;
     for (uint8_t tries = 0; tries < kDraws; ++tries) {
       const NodeId drawn = static_cast<NodeId>(port.random(port.context) & W::kNoNode);
-      if (drawn == id_ || drawn == W::kNoNode) continue;
+      if (drawn == id_ || drawn >= W::kFirstGatewayId) continue;
       id = drawn;
       if (!is_known(drawn)) break;
     }
-    if (id == id_ && ++id >= W::kNoNode) id = 0;
+    if (id == id_ && ++id >= W::kFirstGatewayId) id = 0;
     id_ = id;
   }
 

@@ -26,9 +26,9 @@ struct Fragment : Reception<P> {
 
   /// Bytes in each packet of the message but the last.
   typename Wire<P>::PacketSize payload_max() const {
-    return P::kPadded        ? payload_bytes
-           : this->has_delay ? Wire<P>::kTimedPayloadBytes
-                             : Wire<P>::kPayloadBytes;
+    return static_cast<typename Wire<P>::PacketSize>(
+        P::kPadded ? payload_bytes
+                   : (this->has_delay ? Wire<P>::kTimedPayloadBytes : Wire<P>::kPayloadBytes));
   }
 };
 

@@ -48,6 +48,10 @@ struct Wire {
   using PacketSize = UintFor<bits_for(P::kMtuBytes)>;  // of a packet or a part of it
 
   static constexpr NodeId kNoNode = static_cast<NodeId>(low_bits(P::kNodeBits));
+  /// Ids from here on are for gateways, where packets have no bit to say that they crossed one; no
+  /// node draws them. kNoNode: there are none.
+  static constexpr NodeId kFirstGatewayId =
+      static_cast<NodeId>(P::kGatewayBits == 0 && P::kNodeBits == 8 ? 248 : kNoNode);
   static constexpr MessageNumber kMessageMask =
       static_cast<MessageNumber>(low_bits(P::kMessageBits));
   static constexpr uint8_t kTtlMax = static_cast<uint8_t>(low_bits(P::kTtlBits));

@@ -98,7 +98,8 @@ const Wrong kWrong[] = {
      "f.toml:2: key 'links.w.type': \"wifi\" is not known; use one of \"raw_l2\", \"udp\", "
      "\"replay\""},
     {"key_of_another_link_type", std::string(kLink) + "ethertype = 0x88B5\n",
-     "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, interface, "
+     "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
+     "interface, "
      "address, port, key_file, rate_hz, burst_frames, jitter_us, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "

@@ -54,12 +54,15 @@ class FakeStation final : public Station {
     bool operator==(const Sent&) const = default;
   };
 
-  explicit FakeStation(StationUser& user, std::string name = "fake")
-      : user_(user), name_(std::move(name)) {}
+  explicit FakeStation(StationUser& user, std::string name = "fake", std::uint16_t id = 5)
+      : own_identity(id), user_(user), name_(std::move(name)) {}
+
+  void start() override {}
 
   const std::string& name() const override { return name_; }
   const char* profile() const override { return "fake"; }
-  const StationLimits& limits() const override { return limits_; }
+  NodeIdentity& identity() override { return identity_in_use ? *identity_in_use : own_identity; }
+  const StationLimits& limits() const override { return station_limits; }
   bool is_up() const override { return link_.up; }
   std::size_t message_bytes_that_fit(bool is_timestamped) const override {
     return is_timestamped ? fits - 4 : fits;
@@ -80,12 +83,14 @@ class FakeStation final : public Station {
       listening.erase(channel);
   }
   SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload, std::uint8_t ttl,
-                  std::uint64_t waited_us, std::uint32_t& number) override {
+                  const GatewayOrigin* origin, std::uint64_t waited_us,
+                  std::uint32_t& number) override {
     if (busy.count(channel) > 0) return SendResult::kBusy;
     if (refuses) return SendResult::kRefused;
     busy.insert(channel);
     sent.push_back({channel, std::string(payload.begin(), payload.end()), ttl});
     last_waited_us = waited_us;
+    origins.push_back(origin == nullptr ? std::nullopt : std::optional<GatewayOrigin>(*origin));
     number = ++last_number;
     return SendResult::kSent;
   }
@@ -96,7 +101,7 @@ class FakeStation final : public Station {
     return true;
   }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
-  void set_node_id(std::uint16_t id) override { node_id = id; }
+  void adopt_node_id() override { node_id = identity().id(); }
 
   /// The last packet of what was sent last on this channel has left.
   void leave(std::uint16_t channel) {
@@ -114,6 +119,10 @@ class FakeStation final : public Station {
   std::size_t fits = 1000;
   std::set<std::uint16_t> open, listening, busy;
   std::vector<Sent> sent;
+  std::vector<std::optional<GatewayOrigin>> origins;  // of what was sent
+  NodeIdentity own_identity;
+  NodeIdentity* identity_in_use = nullptr;  // none: its own
+  StationLimits station_limits{100, 1000, 996, 15, 65535};
   std::uint32_t last_number = 0;
   std::uint64_t last_waited_us = 0;
   std::uint16_t node_id = 0;
@@ -122,7 +131,6 @@ class FakeStation final : public Station {
   StationUser& user_;
   std::string name_;
   FakeLink link_;
-  StationLimits limits_{100, 1000, 996, 15, 65535};
 };
 
 class FakeClient final : public HubClient {

@@ -21,8 +21,7 @@ class HubTest : public testing::Test {
     auto& made = *publishers_.emplace_back(std::make_unique<Publisher>());
     made.client = &client;
     made.id = static_cast<std::uint32_t>(publishers_.size());
-    made.ttl = ttl;
-    EXPECT_FALSE(hub_.advertise({"", channel, std::nullopt}, made));
+    EXPECT_FALSE(hub_.advertise({"", channel, std::nullopt, ttl}, made));
     return made;
   }
   Subscription& subscription(HubClient& client, std::uint32_t channel) {
@@ -331,6 +330,7 @@ TEST(HubWithTwoStations, SendsOnEveryLinkThatIsUpAndWaitsForAll) {
   Hub hub(names, limits, counters, identity);
   FakeStation wifi(hub, "wifi");
   FakeStation wire(hub, "wire");
+  wifi.identity_in_use = wire.identity_in_use = &identity;
   hub.add(wifi);
   hub.add(wire);
   FakeClient client, listener;
@@ -358,6 +358,26 @@ TEST(HubWithTwoStations, SendsOnEveryLinkThatIsUpAndWaitsForAll) {
   hub.on_namesake(wifi);
   EXPECT_NE(identity.id(), old);
   EXPECT_EQ(wire.node_id, identity.id());
+}
+
+TEST(HubWithTwoStations, IdOfALinkOfItsOwnChangesAlone) {
+  ChannelTable names({});
+  LimitsConfig limits;
+  DaemonCounters counters;
+  NodeIdentity identity(5);
+  NodeIdentity own(std::nullopt, {248, 254}, identity.epoch());
+  Hub hub(names, limits, counters, identity);
+  FakeStation wifi(hub, "wifi");
+  FakeStation small(hub, "small");
+  small.identity_in_use = &own;
+  hub.add(wifi);
+  hub.add(small);
+  const auto old = own.id();
+  hub.on_namesake(small);
+  EXPECT_NE(own.id(), old);
+  EXPECT_GE(own.id(), 248);
+  EXPECT_EQ(small.node_id, own.id());
+  EXPECT_EQ(wifi.node_id, 0) << "untouched";
 }
 
 }  // namespace

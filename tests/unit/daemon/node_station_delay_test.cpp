@@ -30,7 +30,7 @@ struct Lone final : StationUser {
   std::uint32_t send(std::size_t size, std::uint64_t waited_us = 0, std::uint8_t ttl = 0) {
     const std::vector<std::uint8_t> payload(size, 'x');
     std::uint32_t number = 0;
-    EXPECT_EQ(station.send(kChannel, payload, ttl, waited_us, number), SendResult::kSent);
+    EXPECT_EQ(station.send(kChannel, payload, ttl, nullptr, waited_us, number), SendResult::kSent);
     return number;
   }
   void transmit_to(Lone& other, std::chrono::microseconds ago = 0us) {

@@ -38,7 +38,7 @@ TEST(CounterList, HoldsEveryCounterThatSomebodyCounts) {
     void on_sent(Station&, std::uint16_t) override {}
     void on_namesake(Station&) override {}
   } user;
-  const NodeIdentity identity(7);
+  NodeIdentity identity(7);
   const PoseKeeper poses(NodeConfig{});
   const NodeStation<core::Wifi> station("w", {frame::ProfileId::kWifi, "wifi"},
                                         std::make_unique<FakeLink>(), identity, poses, user);

@@ -26,6 +26,8 @@ struct LinkStatus {
   std::uint32_t mtu_bytes = 0;
   std::uint32_t max_message_bytes = 0;
   std::uint32_t max_ttl = 0;
+  std::uint32_t node_id = 0;  // under which it speaks: the daemon's, or the link's own
+  std::uint32_t max_channel = 0;
   std::vector<Counter> counters;
 };
 
@@ -35,8 +37,9 @@ struct ChannelStatus {
   std::uint32_t publishers = 0;
   std::uint32_t subscribers = 0;
   bool timestamped = false;
-  std::uint64_t received = 0;  // from the air, while somebody on this robot subscribes
-  Loss lost;                   // of these, before they came to any subscription's queue
+  std::vector<std::string> links;  // that carry it
+  std::uint64_t received = 0;      // from the air, while somebody on this robot subscribes
+  Loss lost;                       // of these, before they came to any subscription's queue
 };
 
 /// A program that the daemon serves.

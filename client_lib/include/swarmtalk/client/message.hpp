@@ -43,6 +43,13 @@ struct Loss {
   bool operator==(const Loss&) const = default;
 };
 
+/// Where a message that crossed a gateway was sent first.
+struct GatewayOrigin {
+  std::string link;                  // its name on the gateway; empty: not known
+  std::uint32_t node = 0;            // node id on that link
+  std::uint32_t message_number = 0;  // of the message there
+};
+
 struct Message {
   /// An unknown distance or bearing is NaN: every comparison with it is false, so a program that
   /// asks `distance_m < 0.5` never takes an unknown distance for a short one.
@@ -56,14 +63,17 @@ struct Message {
   float distance_m = kUnknown;       // to the last transmitter
   float bearing_rad = kUnknown;     // of it, counter-clockwise from this robot's heading, -pi to pi
   std::optional<Pose> sender_pose;  // of the last transmitter
-  std::uint32_t hops = 0;           // 0: heard from the sender itself
-  std::uint32_t ttl = 0;            // hops still allowed
+  static constexpr std::uint32_t kHopsUnknown = 255;  // of a small profile that tells none
+  std::uint32_t hops = 0;                             // 0: heard from the sender itself
+  std::uint32_t ttl = 0;                              // hops still allowed
   /// Timestamped channels only: from send() in the sender's program to this callback, without the
   /// time on the air.
   std::optional<std::chrono::microseconds> buffering_delay;
   std::optional<std::chrono::steady_clock::time_point> received_at;  // by the kernel
   bool local = false;  // published on this robot by another program
-  Loss lost_before;    // messages of the channel, since this subscription's message before
+  /// Set when the message crossed a gateway. `sender` is then the gateway, on the link it came by.
+  std::optional<GatewayOrigin> origin;
+  Loss lost_before;  // messages of the channel, since this subscription's message before
 
   bool has_distance() const { return !std::isnan(distance_m); }
   bool has_bearing() const { return !std::isnan(bearing_rad); }
