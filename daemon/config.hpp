@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/kilobot_config.hpp"
 #include "frame/air_frame.hpp"
 
 namespace swarmtalk::daemon {
@@ -59,7 +60,7 @@ struct SocketConfig {
   std::string group;  // empty: the process's own
 };
 
-enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay };
+enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay, kKilobot };
 
 /// One [links.NAME] section. Which members count depends on the type.
 struct LinkConfig {
@@ -80,6 +81,7 @@ struct LinkConfig {
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
   std::size_t receive_buffer_bytes = std::size_t{4} << 20;
+  KilobotConfig kilobot;
 };
 
 /// One direction of a [[gateway]]: what comes on a channel of one link leaves on one of another.

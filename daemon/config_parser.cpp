@@ -112,12 +112,14 @@ void read_profile(const TableReader& table, LinkConfig& link) {
 LinkConfig read_link(const TableReader& table, const std::string& name) {
   LinkConfig link;
   link.name = name;
-  const int type = table.read_choice("type", {"raw_l2", "udp", "replay"});
+  const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
   if (type < 0) {
-    table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "address", "port",
-                       "file", "output", "pace", "key_file", "rate_hz", "burst_frames", "jitter_us",
-                       "receive_buffer_bytes"});
-    table.fail_missing("type", "add type = \"raw_l2\", \"udp\" or \"replay\"");
+    std::vector<std::string> keys = kilobot_keys();
+    keys.insert(keys.end(),
+                {"interface", "ethertype", "address", "port", "file", "output", "pace", "key_file",
+                 "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
+    table.expect_keys(keys);
+    table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
   }
   link.type = static_cast<LinkType>(type);
   switch (link.type) {
@@ -147,6 +149,9 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       table.read_text("output", link.output);
       table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
       link.is_fastest = table.read_choice("pace", {"recorded", "fastest"}) == 1;
+      break;
+    case LinkType::kKilobot:
+      read_kilobot(table, link.kilobot, link.profile);
       break;
   }
   read_profile(table, link);

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <limits>
 #include <utility>
 
 #include "daemon/config_gateways.hpp"
@@ -39,10 +40,32 @@ void Daemon::open_stations(const KeyLines& lines) {
   for (const LinkConfig& link : config_.links) {
     stations_.push_back(make_station(io_, link, lines, identity_for(link), poses_, hub_));
     hub_.add(*stations_.back());
+    if (link.type == LinkType::kKilobot) add_kilobots(link, *stations_.back());
   }
   if (const auto refusal = hub_.set_gateways(config_.gateways)) {
     throw lines.error("gateway", refusal->text);
   }
+}
+
+void Daemon::add_kilobots(const LinkConfig& link, Station& station) {
+  auto& kilobots = dynamic_cast<kilobot_bridge::KilobotLink&>(station.link());
+  kilobots_.add(link.name, kilobots);
+  clients_.kilobots = &kilobots_;
+  if (!link.kilobot.is_text) return;
+  kilobots.set_text_hook([this, &station, channel = link.kilobot.text_channel,
+                          number = std::uint32_t{0}](const std::string& line) mutable {
+    MessageHead head;
+    head.channel = channel;
+    head.sender = station.identity().id();
+    head.epoch = identity_.epoch() & 0xFFFFu;
+    head.number = ++number;
+    head.distance_m = head.bearing_rad = std::numeric_limits<float>::quiet_NaN();
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    head.received_at_ns = static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+    hub_.on_message(station, head,
+                    {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
+  });
 }
 
 NodeIdentity& Daemon::identity_for(const LinkConfig& link) {

@@ -10,6 +10,7 @@
 #include "daemon/clients.hpp"
 #include "daemon/config_parser.hpp"
 #include "daemon/hub.hpp"
+#include "daemon/kilobot_control.hpp"
 #include "daemon/listening_socket.hpp"
 #include "daemon/station.hpp"
 #include "daemon/status_report.hpp"
@@ -29,6 +30,7 @@ class Daemon {
 
  private:
   void open_stations(const KeyLines& lines);
+  void add_kilobots(const LinkConfig& link, Station& station);
   NodeIdentity& identity_for(const LinkConfig& link);
   void wait_signal();
   void watch_links();
@@ -44,6 +46,7 @@ class Daemon {
   Hub hub_;
   StatusReport status_;
   std::vector<std::unique_ptr<NodeIdentity>> link_identities_;  // of links with ids of their own
+  KilobotControl kilobots_;  // behind the sessions, before the links
   std::vector<std::unique_ptr<Station>> stations_;
   ListeningSocket socket_;
   Clients clients_;

@@ -22,15 +22,34 @@ void read_device(const TableReader& table, const std::string& key, std::string& 
   }
 }
 
-bool read_flag(const TableReader& table, const std::string& key) {
-  if (!table.has(key)) return false;
-  if (!table.node(key).is_boolean()) table.fail_type(key, "true or false");
-  return *table.node(key).value<bool>();
+void read_text_uplink(const TableReader& table, KilobotConfig& config) {
+  config.is_text = table.read_choice("uplink_form", {"frames", "text"}) == 1;
+  table.read_integer("text_channel", kChannelLimits, config.text_channel);
+  if (!config.is_text && table.has("text_channel")) {
+    table.fail("text_channel", "means nothing without uplink_form = \"text\"");
+  }
+  if (!config.is_text) return;
+  if (config.uplink.empty()) {
+    table.fail_missing("uplink", "uplink_form = \"text\" needs the device that prints");
+  }
+  if (!table.has("text_channel")) {
+    table.fail_missing("text_channel",
+                       "uplink_form = \"text\" needs the number of the channel on which its lines "
+                       "are published");
+  }
 }
 
 }  // namespace
 
-void read_kilobot(const TableReader& table, KilobotConfig& config) {
+std::vector<std::string> kilobot_keys() {
+  return {"type",         "profile",    "node_id", "downlink", "uplink",    "uplink_form",
+          "text_channel", "ohc_single", "baud",    "copies",   "settle_ms", "time_scale"};
+}
+
+void read_kilobot(const TableReader& table, KilobotConfig& config, frame::ProfileId& profile) {
+  table.expect_keys(kilobot_keys());
+  const bool is_classic = table.read_choice("profile", {"kilobot", "classic2020"}) == 1;
+  profile = is_classic ? frame::ProfileId::kClassic2020 : frame::ProfileId::kKilobot;
   read_device(table, "downlink", config.downlink);
   read_device(table, "uplink", config.uplink);
   if (config.downlink.empty() && config.uplink.empty()) {
@@ -38,17 +57,8 @@ void read_kilobot(const TableReader& table, KilobotConfig& config) {
                        "add downlink = \"/dev/serial/by-id/...\" (the overhead controller), "
                        "uplink = ... (a gateway Kilobot), or both");
   }
-  config.is_text = table.read_choice("uplink_form", {"frames", "text"}) == 1;
-  table.read_integer("text_channel", kChannelLimits, config.text_channel);
-  if (config.is_text && (!table.has("text_channel") || config.uplink.empty())) {
-    table.fail_missing(config.uplink.empty() ? "uplink" : "text_channel",
-                       "uplink_form = \"text\" needs the device that prints (uplink) and the "
-                       "number of the channel on which its lines are published (text_channel)");
-  }
-  if (!config.is_text && table.has("text_channel")) {
-    table.fail("text_channel", "means nothing without uplink_form = \"text\"");
-  }
-  config.ohc_single = read_flag(table, "ohc_single");
+  read_text_uplink(table, config);
+  table.read_bool("ohc_single", config.ohc_single);
   table.read_integer("baud", kBaudLimits, config.baud);
   table.read_integer("copies", kCopiesLimits, config.copies);
   table.read_integer("settle_ms", kSettleMsLimits, config.settle_ms);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "frame/air_frame.hpp"
 #include "kilobot_bridge/kilobot_link.hpp"
@@ -23,15 +24,16 @@ struct KilobotConfig {
   std::uint32_t copies = 3;
   std::uint32_t settle_ms = 3500;
   double time_scale = 1.0;
+
+  bool operator==(const KilobotConfig&) const = default;
 };
 
-/// The keys beside "type" and what links of all types have.
-inline constexpr const char* kKilobotKeys[] = {"downlink",     "uplink",     "uplink_form",
-                                               "text_channel", "ohc_single", "baud",
-                                               "copies",       "settle_ms",  "time_scale"};
+/// The keys of the section, "type" and "profile" too.
+std::vector<std::string> kilobot_keys();
 
+/// Checks the keys and reads all but "type" and "node_id".
 /// @throws ConfigError
-void read_kilobot(const TableReader& table, KilobotConfig& config);
+void read_kilobot(const TableReader& table, KilobotConfig& config, frame::ProfileId& profile);
 
 kilobot_bridge::KilobotLinkConfig kilobot_link_config(const KilobotConfig& config,
                                                       frame::ProfileId profile);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "daemon/key_file.hpp"
+#include "daemon/kilobot_config.hpp"
 #include "drivers/raw_l2.hpp"
 #include "drivers/replay.hpp"
 #include "drivers/udp.hpp"
@@ -38,6 +39,9 @@ std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfi
       udp.receive_buffer_bytes = config.receive_buffer_bytes;
       return std::make_unique<drivers::UdpLink>(io, udp);
     }
+    case LinkType::kKilobot:
+      return std::make_unique<kilobot_bridge::KilobotLink>(
+          io, kilobot_link_config(config.kilobot, profile));
     case LinkType::kReplay:
       break;
   }
@@ -57,6 +61,10 @@ std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
   if (complaint.find("permission to use port") != std::string::npos ||
       complaint.find("the port is taken") != std::string::npos) {
     return section + ".port";
+  }
+  if (config.type == LinkType::kKilobot) {
+    const std::string quoted = "'" + config.kilobot.downlink + "'";
+    return section + (complaint.find(quoted) != std::string::npos ? ".downlink" : ".uplink");
   }
   if (!config.interface.empty() && complaint.find(config.interface) != std::string::npos) {
     return section + ".interface";

@@ -246,6 +246,7 @@ void KilobotLink::on_hello(const GatewayHello& hello) {
 
 void KilobotLink::on_text(std::string_view text) {
   heard_at_ = Clock::now();
+  ++texts_;
   if (on_line_) on_line_(to_utf8(std::string(text)));
 }
 
@@ -295,7 +296,7 @@ drivers::Counters KilobotLink::counters() const {
       {"gateway_reports_dropped", heard.gateway_drops},
       {"gateway_restarts", heard.gateway_restarts},
       {"gateway_other_messages", messages_of_programs_},
-      {"uplink_lines", lines_.counters().lines},
+      {"uplink_texts", texts_},
       {"uplink_lines_cut", lines_.counters().cut_lines},
   };
   list.insert(list.end(), own.begin(), own.end());

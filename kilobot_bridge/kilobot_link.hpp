@@ -131,6 +131,7 @@ class KilobotLink final : public drivers::Link,
   drivers::MonotonicTime unreadable_told_at_{};
 
   drivers::LinkCounters counters_;
+  std::uint64_t texts_ = 0;                 // lines, and texts of the gateway
   std::uint64_t messages_of_programs_ = 0;  // reports with infrared types of no profile of ours
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

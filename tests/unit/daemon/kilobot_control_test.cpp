@@ -21,6 +21,7 @@ using kilobot_bridge::KilobotLinkConfig;
 class SilentUser final : public drivers::LinkUser {
  public:
   std::size_t pull_packet(std::span<std::uint8_t>) override { return 0; }
+  std::size_t next_packet_bytes() override { return 0; }
   void on_packet(std::span<const std::uint8_t>, const drivers::FrameReception&) override {}
   frame::FrameHeader frame_header() override { return {}; }
 };

@@ -1,0 +1,126 @@
+"""The whole way: command line, daemon, bridge, emulated controller, infrared, emulated robots."""
+import json
+import os
+
+import pytest
+import swarm
+from table import (EMULATOR, IMAGES, Daemon, kilobot_link, needs_emulator, needs_root, run,
+                   wait_for)
+
+pytestmark = needs_emulator
+
+SPEED = 2.0        # emulated seconds per second, at most
+TIME_SCALE = 1.3   # what the bridge believes: a margin for a busy machine
+SETTLE_MS = 1800   # the controller flashes for 2 s
+BEACON_TYPE = 0x10
+
+
+def start_emulator(stack, robots, medium=None, **root):
+    """Robots and a controller behind stack.folder/ohc, until the test ends."""
+    scenario = stack.folder / "scenario.toml"
+    log = stack.folder / "log.jsonl"
+    ohc = {"image": swarm.image("overhead"), "infrared_pin": "D3", "pty": str(stack.folder / "ohc")}
+    scenario.write_text(swarm.scenario_text(
+        robots, {"seconds": 0, "seed": 1, "real_time_factor": SPEED, **root}, medium or {}, ohc))
+    stack.start("emulator", EMULATOR, "--scenario", scenario, "--log", log)
+    wait_for((stack.folder / "ohc").exists, what="the controller's terminal")
+    return log
+
+
+class Wire:
+    """Two network namespaces joined by a cable; names are this process's own."""
+
+    def __init__(self, stack):
+        self.names = [f"stkb{os.getpid()}{end}" for end in "ab"]
+        for name in self.names:
+            self.ip("netns", "add", name)
+            stack.callback(self.ip, "netns", "del", name)
+        self.ip("link", "add", "air0", "netns", self.names[0], "type", "veth", "peer", "name",
+                "air0", "netns", self.names[1])
+        for name in self.names:
+            done = run("ip", "netns", "exec", name, "sysctl", "-qw",
+                       "net.ipv6.conf.all.disable_ipv6=1")
+            assert done.returncode == 0, done.stderr
+            self.ip("-n", name, "link", "set", "air0", "up")
+
+    @staticmethod
+    def ip(*words):
+        done = run("ip", *words)
+        assert done.returncode == 0, done.stderr
+
+    def prefix(self, end):
+        return ("ip", "netns", "exec", self.names[end])
+
+
+def air(node: int, x_m: float) -> str:
+    return (f'[node]\nid = {node}\npose = [{x_m}, 0.0, 0.0]\n'
+            '[links.air]\ntype = "raw_l2"\ninterface = "air0"\n')
+
+
+@needs_root
+def test_from_the_command_line_through_robots_to_another_daemon(stack):
+    """A number from `pub` is counted up by the robots and heard far away, with its distance."""
+    robots = [{"x_mm": 0, "y_mm": 0, "image": swarm.image("gateway"),
+               "pty": str(stack.folder / "gateway"), "uid": 77}]
+    robots += [{"x_mm": x, "y_mm": y, "image": swarm.image("hop_count"), "uid": uid}
+               for x, y, uid in ((50, 0, 11), (0, 50, 12), (50, 50, 13))]
+    start_emulator(stack, robots, {"range_mm": 100})
+    wire = Wire(stack)
+    table = kilobot_link(stack.folder / "ohc", stack.folder / "gateway", settle_ms=SETTLE_MS,
+                         time_scale=TIME_SCALE, node_id=248)
+    rules = ('[[gateway]]\nfrom = "table/0"\nto = "air/5"\n'
+             '[[gateway]]\nfrom = "air/6"\nto = "table/0"\n')
+    near = Daemon(stack, "near", air(3, 0.0) + table + rules, wire.prefix(0)).wait_up()
+    far = Daemon(stack, "far", air(4, 5.0), wire.prefix(1)).wait_up()
+    near.wait_link("table")
+    here = stack.start("here", *near.words("sub", 0, "--json"))
+    there = stack.start("there", *far.words("sub", 5, "--json"))
+
+    def run_is_heard():  # again, as an operator does, should the emulator lag behind
+        done = near.kilobot("run")
+        assert (done.returncode, done.stdout) == (0, "sent run\n"), done.stderr
+        return there.lines()
+
+    wait_for(run_is_heard, what="the robots' first message")
+
+    def heard(sub, first_byte):
+        """Messages that begin with this byte, whatever they are padded with."""
+        return [line for line in sub.lines() if line["hex"].startswith(first_byte)]
+
+    done = near.cli("pub", 0, "--hex", "07", "-W", 20)
+    assert done.returncode == 0, done.stderr
+    message = wait_for(lambda: heard(there, "08"), what="the message far away")[0]
+    assert message["hex"] == "0800000000", "robots pad to a whole packet"
+    assert message["distance_m"] == pytest.approx(5.0, abs=0.01), "of the daemon that sent it"
+    own = wait_for(lambda: [m for m in heard(here, "08") if m["distance_m"] is not None],
+                   what="the robots' distance")[0]
+    assert own["distance_m"] in (pytest.approx(0.050, abs=0.003), pytest.approx(0.071, abs=0.003))
+    # And back: from Wi-Fi to the robots.
+    done = far.cli("pub", 6, "--hex", "03")
+    assert done.returncode == 0, done.stderr
+    wait_for(lambda: heard(there, "04"), what="the message from Wi-Fi, counted by the robots")
+    counters = near.link("table")["counters"]
+    print(json.dumps({key: value for key, value in counters.items() if value}))
+    assert counters["gateway_frames_unreadable"] == 0
+    assert counters["gateway_frames_missing"] == 0
+
+
+def test_a_program_reaches_two_robots_and_runs(stack):
+    robots = swarm.grid(1, 2, 40, image=swarm.image("hop_count"),
+                        bootloader=swarm.image("bootloader"))
+    log = start_emulator(stack, robots)
+    daemon = Daemon(stack, "daemon", kilobot_link(stack.folder / "ohc", settle_ms=SETTLE_MS,
+                                                  time_scale=TIME_SCALE)).wait_up()
+    daemon.wait_link("table")
+    done = daemon.kilobot("program", IMAGES / "beacon.hex", "--passes", 2)
+    assert done.returncode == 0, done.stderr
+    assert "sent 2 passes" in done.stdout
+    assert "pass 2 of 2" in done.stderr
+
+    def beacons():
+        sent = swarm.Log(log.read_text().split("\n")[:-1]).of("sent", type=BEACON_TYPE)
+        return {event["node"] for event in sent}
+
+    assert beacons() == set(), "it waits for run"
+    assert daemon.kilobot("run").stdout == "sent run\n"
+    wait_for(lambda: beacons() == {"k0", "k1"}, what="both robots to run the new program")
