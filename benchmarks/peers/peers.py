@@ -23,8 +23,12 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+import wire as wires  # noqa: E402
+
 TIMEOUT_S = 60
-NETWORK = "10.231.77"
+NETWORK = wires.Robots.NETWORK
 SYSTEMS = ("minimal", "swarmtalkd", "bare", "lcm", "cyclonedds", "mosquitto")
 
 
@@ -39,44 +43,6 @@ def parse():
     parser.add_argument("--window", type=int, default=256)
     parser.add_argument("--systems", default=",".join(SYSTEMS))
     return parser.parse_args()
-
-
-def run(*command):
-    subprocess.run([str(word) for word in command], check=True, timeout=TIMEOUT_S)
-
-
-class Wire:
-    """Two namespaces and the wire between them."""
-
-    def __init__(self):
-        self.names = [f"stpeers{os.getpid()}{end}" for end in "ab"]
-
-    def __enter__(self):
-        for name in self.names:
-            run("ip", "netns", "add", name)
-            for key in ("all", "default"):
-                self.command(name, "sysctl", "-qw", f"net.ipv6.conf.{key}.disable_ipv6=1")
-        a, b = self.names
-        run("ip", "link", "add", "wlan0", "netns", a, "type", "veth", "peer", "wlan0", "netns", b)
-        for number, name in enumerate(self.names, 1):
-            self.command(name, "ip", "address", "add", f"{NETWORK}.{number}/24", "dev", "wlan0")
-            for interface in ("lo", "wlan0"):
-                self.command(name, "ip", "link", "set", interface, "up")
-            self.command(name, "ip", "route", "add", "default", "dev", "wlan0")
-        return self
-
-    def __exit__(self, *_):
-        for name in self.names:
-            subprocess.run(["ip", "netns", "delete", name], check=False)
-
-    def words(self, name, *command):
-        return ["ip", "netns", "exec", name, *map(str, command)]
-
-    def command(self, name, *command):
-        subprocess.run(self.words(name, *command), check=True, timeout=TIMEOUT_S)
-
-    def start(self, name, *command, **options):
-        return subprocess.Popen(self.words(name, *command), **options)
 
 
 class System:
@@ -248,7 +214,8 @@ def main():
     options = parse()
     if os.geteuid() != 0:
         sys.exit("peers.py: network namespaces need root")
-    with tempfile.TemporaryDirectory(prefix="swarmtalk-peers-") as folder, Wire() as wire:
+    with tempfile.TemporaryDirectory(prefix="swarmtalk-peers-") as folder, \
+            wires.Robots(2, "stp") as wire:
         results = measure_all(options, wire, pathlib.Path(folder))
     show(options, results)
 
