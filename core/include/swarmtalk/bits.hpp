@@ -45,7 +45,8 @@ struct Field {
       static_cast<Span>((((static_cast<Span>(1) << (kWidth - 1)) - 1) << 1 | 1));
 
   static Value get(const uint8_t* bytes) {
-    return static_cast<Value>((Bytes<Span, kFirst, kLast>::read(bytes) >> kShift) & kMask);
+    return static_cast<Value>(static_cast<Span>(Bytes<Span, kFirst, kLast>::read(bytes) >> kShift) &
+                              kMask);
   }
   /// What byte kByte of the packet has of a field with this value: 0 outside the field.
   template <uint16_t kByte>

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "swarmtalk/profile.hpp"
+#include "swarmtalk/types.hpp"
 
 namespace swarmtalk {
 namespace core {
@@ -33,13 +34,28 @@ struct Counters {
   // Node ids:
   Counter id_collisions;  // packets of somebody else under our id
   Counter id_changes;
-};
 
-template <class Counter>
-inline void count(Counter& counter) {
-  const Counter next = static_cast<Counter>(counter + 1);
-  if (next != 0) counter = next;
-}
+  /// One more. @param counter  of this object
+  SWARMTALK_INLINE void count(Counter& counter) {
+#ifdef __AVR__  // one register to set at each call
+    count_at(static_cast<uint8_t>(&counter - first()));
+#else
+    count_up(counter);
+#endif
+  }
+
+ private:
+  SWARMTALK_SHARED void count_at(uint8_t place) {
+    count_up(first()[place]);
+  }
+  Counter* first() {
+    return reinterpret_cast<Counter*>(this);
+  }
+  static SWARMTALK_INLINE void count_up(Counter& counter) {
+    const Counter next = static_cast<Counter>(counter + 1);
+    if (next != 0) counter = next;
+  }
+};
 
 }  // namespace core
 }  // namespace swarmtalk

@@ -46,6 +46,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
  public:
   using W = Wire<P>;
   using Key = RecordKey<P>;
+  using KeyArgument = typename Key::Argument;
   using Entry = Record<P>;
   using MessageNumber = typename W::MessageNumber;
   using Ticks = UintFor<P::kClockBits>;
@@ -64,7 +65,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
   /// The message's record. @return null if it is not remembered (any more); an open one is found
   /// even past its time (see is_expired), because somebody holds packets of it
-  SWARMTALK_HOT Entry* find(const Key& key) {
+  SWARMTALK_HOT_APART Entry* find(KeyArgument key) {
     Entry* const record = Lookup::find(records_, key);
     return record == nullptr || record->is_open() || !is_expired(*record) ? record : nullptr;
   }
@@ -83,7 +84,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// @param flood   copies may come by other ways, for long
   /// @param insist  take a younger flooded message's record if there is nothing better
   /// @return null if all records are open, or too precious when not insisting
-  SWARMTALK_HOT Entry* insert(const Key& key, bool flood, bool insist) {
+  SWARMTALK_HOT Entry* insert(KeyArgument key, bool flood, bool insist) {
     Choice choice = {nullptr, 0};
     Entry* record = Lookup::first(records_, key);
     const Entry* const stop = Lookup::stop();
@@ -95,9 +96,11 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     if (choice.score != kOver) {
       Entry* const fresh = Lookup::fresh(records_);
       if (fresh != nullptr) {
-        fresh->key = key;
-        Lookup::link(records_, fresh);
         choice.record = fresh;
+        if (!kScans) {
+          fresh->key = key;
+          Lookup::link(records_, fresh);
+        }
       } else if (!kScans) {
         choose_cheapest(insist, choice);
         if (choice.record != nullptr) replace(*choice.record, key, flood);
@@ -111,7 +114,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
 
   /// Makes a closed record one of another message.
-  void replace(Entry& record, const Key& key, bool flood) {
+  void replace(Entry& record, KeyArgument key, bool flood) {
     Lookup::unlink(records_, &record);
     record.key = key;
     Lookup::link(records_, &record);
@@ -152,7 +155,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
 
   /// Makes a record that is there new: nothing forwarded or delivered.
-  void renew(Entry& record, bool flood) {
+  SWARMTALK_SHARED void renew(Entry& record, bool flood) {
     record.forwarded = 0;
     record.flags = 0;
     close(record, flood ? Entry::kKept | Entry::kFlood : Entry::kKept);

@@ -78,7 +78,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     for (Slot n = 0; n != count_; ++n) {
       uint8_t* waiting = slot(n).packet;
       if (!W::is_same_packet(waiting, packet)) continue;
-      if (header.ttl > W::ttl(waiting) + 1) {
+      if (static_cast<uint8_t>(header.ttl - 1) > W::ttl(waiting)) {
         W::set_hops(waiting, header.hops);
         W::count_hop(waiting, header);
       }
@@ -120,8 +120,10 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   };
   /// The nth packet that waits; n may be their count: the next free place.
   Queued& slot(Slot n) {
-    const uint16_t place = static_cast<uint16_t>(first_ + n);
-    return slots_[place >= P::kForwardSlots ? place - P::kForwardSlots : place];
+    using Place = UintFor<bits_for(UINT32_C(2) * P::kForwardSlots)>;
+    Place place = static_cast<Place>(first_ + n);
+    if (place >= P::kForwardSlots) place = static_cast<Place>(place - P::kForwardSlots);
+    return *in_register(&slots_[place]);
   }
 
   Queued slots_[P::kForwardSlots];

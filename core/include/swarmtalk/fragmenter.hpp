@@ -46,8 +46,8 @@ class Fragmenter {
     is_busy_ = true;
   }
 
-  /// Nothing of the message has been sent.
-  bool is_untouched() const { return W::SequenceField::get(header_) == 0; }
+  /// Nothing of the message has been sent. REQUIRES is_busy()
+  bool is_untouched() const { return at_ == 0; }
   /// The sender of this message. To be told before its first packet.
   void set_sender(typename W::NodeId node, typename W::Epoch epoch) {
     W::NodeField::put(header_, node);
@@ -84,9 +84,9 @@ class Fragmenter {
     PacketSize payload =
         static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const Size left = static_cast<Size>(size_ - at_);
-    const bool end = left <= payload;
-    if (end) payload = static_cast<PacketSize>(left);
-    W::EndField::put(header_, end ? 1 : 0);
+    is_busy_ = left > payload;
+    if (!is_busy_) payload = static_cast<PacketSize>(left);
+    W::EndField::put(header_, is_busy_ ? 0 : 1);
     memcpy(out, header_, W::kHeaderBytes);
     uint8_t* const body = out + W::kHeaderBytes;
     if (P::kPadded) memset(body, 0, W::kBodyBytes);
@@ -101,7 +101,6 @@ class Fragmenter {
     at_ = static_cast<Size>(at_ + payload);
     W::SequenceField::put(header_,
                           static_cast<typename W::Sequence>(W::SequenceField::get(header_) + 1u));
-    is_busy_ = !end;
     return W::seal(out, static_cast<PacketSize>(W::kHeaderBytes + body_bytes));
   }
 

@@ -37,16 +37,16 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
     is_fixed_ = true;
   }
 
-  /// Draws a new id, not the present one and none that `is_known` (kDraws tries, then any other).
-  /// @param is_known  callable (NodeId) -> bool: heard lately
-  template <class IsKnown>
-  void draw(const Port& port, const IsKnown& is_known) {
+  /// Draws a new id, not the present one and none that is `known` (kDraws tries, then any other).
+  /// @param known  has knows_node(NodeId) -> bool: heard lately
+  template <class Known>
+  SWARMTALK_APART void draw(const Port& port, const Known& known) {
     NodeId id = id_;
     for (uint8_t tries = 0; tries < kDraws; ++tries) {
       const NodeId drawn = static_cast<NodeId>(port.random(port.context) & W::kNoNode);
       if (drawn == id_ || drawn >= W::kFirstGatewayId) continue;
       id = drawn;
-      if (!is_known(drawn)) break;
+      if (!known.knows_node(drawn)) break;
     }
     if (id == id_ && ++id >= W::kFirstGatewayId) id = 0;
     id_ = id;

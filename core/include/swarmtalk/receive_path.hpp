@@ -34,7 +34,8 @@ void Swarmtalk<P>::receive(Arrival& arrival) {
 }
 
 template <class P>
-typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Key& key, bool flood, bool whole) {
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(typename Key::Argument key, bool flood,
+                                                      bool whole) {
   Entry* record = cache_.find(key);
   if (record != nullptr) {
     if (record->is_open() && cache_.is_expired(*record)) {
@@ -91,7 +92,7 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
            give_up_less_than(worth(record, arrival.bit), &record) != nullptr);
   switch (outcome) {
     case Outcome::kHeld:
-      cache_.open(record);
+      cache_.renew_stamp(record);
       break;
     case Outcome::kComplete:
       complete(arrival, record, elapsed);

@@ -53,6 +53,9 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
     return ((bits ^ other.bits) & static_cast<Bits>(~kMessageBitsMask)) == 0 &&
            this->get() == other.get();
   }
+  /// How a key is handed over: in registers where it is narrow.
+  using Argument = typename Conditional<(sizeof(Bits) <= 2 && P::kEpochBits == 0), const RecordKey,
+                                        const RecordKey&>::Type;
   typename W::NodeId node() const { return static_cast<typename W::NodeId>(bits >> kNodeShift); }
   /// Of two messages of one stream: whether this one's number is in the middle half of those ahead
   /// of `other`'s. (Nearer ones are just before or just after it.)
@@ -196,7 +199,7 @@ class RecordIndex<P, true> {
 
   explicit RecordIndex(Entry* records) : end_(records) {}
 
-  Entry* find(Entry* records, const RecordKey<P>& key) {
+  Entry* find(Entry* records, typename RecordKey<P>::Argument key) {
     const Entry* const stop = end_;
     for (Entry* record = records; record != stop; record = in_register(record + 1)) {
       if (record->key == key) return record;

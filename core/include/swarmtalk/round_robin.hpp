@@ -16,11 +16,11 @@ class BitSet {
  public:
   BitSet() { memset(groups_, 0, sizeof(groups_)); }
   void set(uint16_t i, bool value) {
-    const uint8_t bit = static_cast<uint8_t>(1u << (i % 8));
+    const uint8_t bit = one_bit<uint8_t>(i % 8);
     uint8_t& group = groups_[group_of(i)];
     group = static_cast<uint8_t>(value ? group | bit : group & ~bit);
   }
-  bool has(uint16_t i) const { return (groups_[group_of(i)] >> (i % 8) & 1) != 0; }
+  bool has(uint16_t i) const { return (groups_[group_of(i)] & one_bit<uint8_t>(i % 8)) != 0; }
   bool is_empty() const {
     for (uint8_t n = 0; n < kGroups; ++n) {
       if (groups_[n] != 0) return false;
@@ -52,19 +52,20 @@ class RoundRobin {
 
   /// The next ready source after the last one given, which becomes the last. kNone: none is ready.
   Source next() {
+    using Steps = UintFor<bits_for(kSources + UINT32_C(8))>;
     Source source = last_;
-    for (uint16_t n = 0; n < kSources; ++n) {
+    for (Steps n = 0; n < kSources; ++n) {
       ++source;
       if (source >= kSources) source = 0;
       if (ready_.is_empty_group(source)) {
         source = static_cast<Source>(source + 7u);
-        n = static_cast<uint16_t>(n + 7u);
+        n = static_cast<Steps>(n + 7u);
       } else if (ready_.has(source)) {
         last_ = source;
         return source;
       }
     }
-    return ready_.has(last_) ? last_ : kNone;
+    return kNone;
   }
 
   /// What next() would give.

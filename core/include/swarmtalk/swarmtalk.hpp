@@ -80,42 +80,10 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// @param ttl          hops allowed after the first, 0..W::kTtlMax
   /// @param timestamped  messages carry their delay, at W::kTimestampBytes less payload per packet
   /// @return null when impossible; last_error() says why
-  SWARMTALK_APART Channel<P>* new_channel(unsigned id, unsigned ttl, bool timestamped) {
+  Channel<P>* new_channel(unsigned id, unsigned ttl, bool timestamped) {
     if (id > W::kChannelMax) return refuse(Error::kBadChannel);
     if (ttl > W::kTtlMax) return refuse(Error::kTtlTooLarge);
-    if (timestamped && P::kTimestampBits == 0) return refuse(Error::kWrongTimestamps);
-    if (P::kTimestampedFrom != kNoTimestampedChannels &&
-        timestamped != (id >= P::kTimestampedFrom)) {
-      return refuse(Error::kWrongTimestamps);
-    }
-    // The place where this channel was before (its message numbers go on there), else a fresh one,
-    // else any that is free.
-    ChannelIndex place = used_channels_;
-    for (ChannelIndex i = used_channels_; i-- != 0;) {
-      const bool is_open = channels_[i].is_open_;
-      if (ids_[i] == static_cast<ChannelId>(id)) {
-        if (is_open) return refuse(Error::kAlreadyOpen);
-        place = i;
-        break;
-      }
-      if (!is_open && used_channels_ == P::kChannels) place = i;
-    }
-    if (place == P::kChannels) return refuse(Error::kNoRoom);
-    refuse(Error::kOk);
-    Channel<P>& channel = *in_register(&channels_[place]);
-    MessageNumber number = channel.fragmenter_.number();
-    if (place == used_channels_) {
-      ++used_channels_;
-      number = this->floor();
-    } else if (ids_[place] != static_cast<ChannelId>(id)) {
-      this->raise_floor(number);
-      number = this->floor();
-    }
-    ids_[place] = static_cast<ChannelId>(id);
-    channel.init(this, place, static_cast<ChannelId>(id), static_cast<uint8_t>(ttl), timestamped,
-                 number);
-    this->hint(static_cast<ChannelId>(id), &channel);
-    return &channel;
+    return open_channel(static_cast<ChannelId>(id), static_cast<uint8_t>(ttl), timestamped);
   }
 
   /// Ends a channel: an unsent message is dropped, its publishers and subscribers must not be used
@@ -132,7 +100,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
-  uint16_t pull_packet(uint8_t* out) {
+  SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
     const Ticks time = begin_call();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
@@ -199,6 +167,8 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     const uint8_t* packet() const { return this->payload - W::kHeaderBytes; }
   };
 
+  SWARMTALK_INLINE void count(typename P::Counter& counter) { counters_.count(counter); }
+
   /// @return the time of this call; what is over by now is given up
   SWARMTALK_HOT Ticks begin_call() {
     const Ticks time = now();
@@ -214,6 +184,43 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   Channel<P>* refuse(Error why) {
     last_error_ = why;
     return nullptr;
+  }
+  /// @param id, ttl  in their fields' range
+  SWARMTALK_APART Channel<P>* open_channel(ChannelId id, uint8_t ttl, bool timestamped) {
+    ChannelIndex place = used_channels_;
+    last_error_ = find_place(id, timestamped, place);
+    if (last_error_ != Error::kOk) return nullptr;
+    Channel<P>& channel = *in_register(&channels_[place]);
+    MessageNumber number = channel.fragmenter_.number();
+    if (place == used_channels_) {
+      ++used_channels_;
+      number = this->floor();
+    } else if (ids_[place] != id) {
+      this->raise_floor(number);
+      number = this->floor();
+    }
+    ids_[place] = id;
+    channel.init(this, place, id, ttl, timestamped, number);
+    this->hint(id, &channel);
+    return &channel;
+  }
+  /// @param place  used_channels_; gets the place where this channel was before (its message
+  ///               numbers go on there), else a fresh one, else any that is free
+  Error find_place(ChannelId id, bool timestamped, ChannelIndex& place) const {
+    if (timestamped && P::kTimestampBits == 0) return Error::kWrongTimestamps;
+    if (P::kTimestampedFrom != kNoTimestampedChannels &&
+        timestamped != (id >= P::kTimestampedFrom)) {
+      return Error::kWrongTimestamps;
+    }
+    for (ChannelIndex i = used_channels_; i-- != 0;) {
+      const bool is_open = channels_[i].is_open_;
+      if (ids_[i] == id) {
+        place = i;
+        return is_open ? Error::kAlreadyOpen : Error::kOk;
+      }
+      if (!is_open && used_channels_ == P::kChannels) place = i;
+    }
+    return place == P::kChannels ? Error::kNoRoom : Error::kOk;
   }
   ChannelId channel_id(ChannelIndex index) const { return ids_[index]; }
 
@@ -237,7 +244,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
       timestamped = channel != nullptr && channel->timestamped_;
     }
     const PacketSize size = forward_queue_.pull(timestamped, time, out);
-    round_robin_.set_ready(0, !forward_queue_.is_empty());
+    if (forward_queue_.is_empty()) round_robin_.set_ready(0, false);
     count(counters_.packets_forwarded);
     return size;
   }
@@ -274,10 +281,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   void ensure_id() const {
     if (!identity_.is_drawn()) draw_id();
   }
-  void draw_id() const {
-    const Cache& cache = cache_;
-    identity_.draw(port_, [&cache](NodeId id) { return cache.knows_node(id); });
-  }
+  void draw_id() const { identity_.draw(port_, cache_); }
 
   // --- receiving ----------------------------------------------------------------------------
   /// Fills in what the packet holds of its message, and checks lengths and numbers against each
@@ -378,7 +382,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
   SWARMTALK_HOT void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
-  SWARMTALK_HOT_APART Entry* record_of(const Key& key, bool flood, bool whole);
+  SWARMTALK_HOT_APART Entry* record_of(typename Key::Argument key, bool flood, bool whole);
   /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
   /// then.
   SWARMTALK_APART void forward(const Arrival& arrival, Entry* record);

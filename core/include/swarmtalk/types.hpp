@@ -32,12 +32,13 @@
 namespace swarmtalk {
 namespace core {
 
-/// `pointer`, kept in a register: avr-g++ would work out the address of a table's element anew,
-/// with a multiplication, at each use.
+/// `pointer` (not null), kept in a register: avr-g++ would work out the address of a table's
+/// element anew, with a multiplication, at each use.
 template <class T>
 SWARMTALK_INLINE T* in_register(T* pointer) {
 #ifdef __AVR__
   __asm__("" : "+r"(pointer));
+  if (pointer == nullptr) __builtin_unreachable();
 #endif
   return pointer;
 }
@@ -70,6 +71,18 @@ constexpr uint8_t bits_for(uint32_t largest) {
 /// All ones in the low `bits` bits (0 to 32).
 constexpr uint32_t low_bits(uint8_t bits) {
   return bits >= 32 ? UINT32_C(0xFFFFFFFF) : (UINT32_C(1) << bits) - 1;
+}
+
+/// A word with only bit `place` set. AVR shifts one bit at a time: one loop there, for all.
+template <class Word>
+SWARMTALK_SHARED inline Word one_bit(uint8_t place) {
+#ifdef __AVR__
+  Word bit = 1;
+  for (; place != 0; --place) bit = static_cast<Word>(bit << 1);
+  return bit;
+#else
+  return static_cast<Word>(Word{1} << place);
+#endif
 }
 
 /// What a call came to. Expected failures only; the caller has to look.

@@ -80,7 +80,7 @@ struct Wire {
   /// One bit per packet of a message.
   using PacketMask = UintFor<kMaxPackets>;
   static PacketMask bit_of(Sequence sequence) {
-    return static_cast<PacketMask>(static_cast<PacketMask>(1) << sequence);
+    return one_bit<PacketMask>(static_cast<uint8_t>(sequence));
   }
   using MessageSize = UintFor<bits_for(kMessageBytes)>;
 
@@ -243,7 +243,7 @@ struct Wire {
   }
 
   /// A delay `waited` ticks later; stays at kTimestampMax, which means "at least".
-  static Timestamp later(Timestamp delay, Ticks waited) {
+  SWARMTALK_SHARED static Timestamp later(Timestamp delay, Ticks waited) {
     using Wide = UintFor<(P::kClockBits > P::kTimestampBits ? P::kClockBits : P::kTimestampBits)>;
     return static_cast<Wide>(waited) >= static_cast<Wide>(kTimestampMax - delay)
                ? kTimestampMax

@@ -18,11 +18,11 @@ TEST(Counters, StartAtZero) {
 
 TEST(Counters, StayAtTheirLargestValue) {
   Counters<Kilobot> sut;
-  for (int i = 0; i < 254; ++i) count(sut.duplicates);
+  for (int i = 0; i < 254; ++i) sut.count(sut.duplicates);
   EXPECT_EQ(sut.duplicates, 254);
-  count(sut.duplicates);
+  sut.count(sut.duplicates);
   EXPECT_EQ(sut.duplicates, 255);
-  count(sut.duplicates);
+  sut.count(sut.duplicates);
   EXPECT_EQ(sut.duplicates, 255);
   EXPECT_EQ(sut.own_echoes, 0);
 }

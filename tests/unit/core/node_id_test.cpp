@@ -13,11 +13,17 @@ uint32_t next = 0;
 const Port kCounting = {[](void*) { return 0u; }, [](void*) { return next++; }, nullptr};
 const Port kStuck = {[](void*) { return 0u; }, [](void*) { return 5u; }, nullptr};
 
+/// The ids below `limit` have been heard lately.
+struct KnownBelow {
+  uint8_t limit;
+  bool knows_node(uint8_t id) const { return id < limit; }
+};
+
 TEST(NodeIdentity, NeverDrawsThePresentIdOrAGateways) {
   NodeIdentity<Kilobot> sut;
   uint8_t before = 255;
   for (int i = 0; i < 1000; ++i) {
-    sut.draw(kCounting, [](uint8_t) { return false; });
+    sut.draw(kCounting, KnownBelow{0});
     EXPECT_LT(sut.id(), 248);
     EXPECT_NE(sut.id(), before);
     before = sut.id();
@@ -27,15 +33,15 @@ TEST(NodeIdentity, NeverDrawsThePresentIdOrAGateways) {
 TEST(NodeIdentity, AvoidsIdsHeardLately) {
   NodeIdentity<Kilobot> sut;
   next = 0;
-  sut.draw(kCounting, [](uint8_t id) { return id < 6; });
+  sut.draw(kCounting, KnownBelow{6});
   EXPECT_EQ(sut.id(), 6);
 }
 
 TEST(NodeIdentity, MovesOnEvenWithoutRandomness) {
   NodeIdentity<Kilobot> sut;
-  sut.draw(kStuck, [](uint8_t) { return false; });
+  sut.draw(kStuck, KnownBelow{0});
   EXPECT_EQ(sut.id(), 5);
-  sut.draw(kStuck, [](uint8_t) { return false; });
+  sut.draw(kStuck, KnownBelow{0});
   EXPECT_EQ(sut.id(), 6);
 }
 
