@@ -53,12 +53,29 @@ struct PoseArguments {
   bool is_ageing = false;  // as a pose of a program; else it stays until another is set
 };
 
+struct LogLevelArguments {
+  std::string level;      // empty: ask only
+  std::string subsystem;  // empty: all
+};
+
+struct CaptureArguments {
+  std::string file;
+  std::uint64_t count = 0;  // 0: no end
+  double timeout_s = 0;     // 0: no end
+};
+
 int pub(const Common& common, const PubArguments& arguments);
 int sub(const Common& common, const SubArguments& arguments);
 int status(const Common& common);
 int stats(const Common& common);
 int set_pose(const Common& common, const PoseArguments& arguments);
 int get_pose(const Common& common);
+int reload(const Common& common);
+int log_level(const Common& common, const LogLevelArguments& arguments);
+/// @param id  "auto" or digits
+int node_id(const Common& common, const std::string& id);
+int metrics(const Common& common);
+int capture(const Common& common, const CaptureArguments& arguments);
 /// Makes a swarm key. @param path  of a file that must not exist
 int keygen(const std::string& path);
 
@@ -81,6 +98,8 @@ Channel open_channel(Client& client, const std::string& word, const ChannelOptio
 
 /// From here on SIGINT and SIGTERM stop `client`'s run*().
 void stop_on_signals(Client& client);
+/// The same without a client: calls that wait are interrupted.
+void interrupt_on_signals();
 /// The signal that came, 0 for none.
 int caught_signal();
 

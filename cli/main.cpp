@@ -23,7 +23,7 @@ Client* signal_client = nullptr;
 
 void on_signal(int number) {
   signal_number = number;
-  signal_client->stop();
+  if (signal_client != nullptr) signal_client->stop();
 }
 
 /// Above 0; CLI11's own check prints the largest double there is.
@@ -150,6 +150,9 @@ struct Parsed {
   PoseArguments pose;
   std::string key_file;
   KilobotArguments kilobot;
+  LogLevelArguments log_level;
+  std::string node_id;
+  CaptureArguments capture;
 };
 
 void add_pose(CLI::App& app, Parsed& parsed) {
@@ -168,10 +171,57 @@ void add_pose(CLI::App& app, Parsed& parsed) {
   get->add_flag("--json", parsed.common.is_json);
 }
 
+/// "auto", or a number that a node id can be.
+CLI::Validator node_id_word() {
+  const auto check = [](const std::string& word) {
+    const bool is_number = is_digits(word) && word.size() <= 5;
+    const int number = is_number ? std::stoi(word) : 0;
+    const bool is_good = word == "auto" || (number >= 1 && number <= 65534);
+    return is_good ? std::string() : "a node id is auto, or 1 to 65534, not " + word;
+  };
+  return CLI::Validator(check, "");
+}
+
+void add_operation(CLI::App& app, Parsed& parsed) {
+  app.add_subcommand("reload",
+                     "Let the daemon read its configuration again; prints what applies now and "
+                     "what needs a restart");
+  auto* level = app.add_subcommand("log-level", "Print or set what the daemon writes to its log");
+  level->add_option("LEVEL", parsed.log_level.level, "trace, debug, info, warning or error");
+  level->add_option("SUBSYSTEM", parsed.log_level.subsystem,
+                    "daemon, client, hub or link; default: all");
+  app.add_subcommand("node-id", "Set this robot's node id until the daemon ends")
+      ->add_option("ID", parsed.node_id, "auto, or 1 to 65534")
+      ->required()
+      ->check(node_id_word());
+  app.add_subcommand("metrics", "Print the daemon's metrics as Prometheus text");
+  auto* capture = app.add_subcommand(
+      "capture", "Write every frame that the daemon's links receive or send to a pcap file");
+  capture
+      ->add_option("FILE", parsed.capture.file,
+                   "the capture; FILE.dropped tells what was dropped, and why")
+      ->required();
+  capture->add_option("-C,--count", parsed.capture.count, "end after so many frames")
+      ->check(whole_number())
+      ->check(above_zero());
+  capture
+      ->add_option("-W,--timeout", parsed.capture.timeout_s,
+                   "end after so many seconds; exit code 124 when -C was not reached")
+      ->check(above_zero());
+  app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
+      ->add_option("FILE", parsed.key_file, "where to; it must not exist")
+      ->required();
+}
+
 int run(CLI::App& app, Parsed& parsed) {
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
   if (app.got_subcommand("status")) return status(parsed.common);
+  if (app.got_subcommand("reload")) return reload(parsed.common);
+  if (app.got_subcommand("log-level")) return log_level(parsed.common, parsed.log_level);
+  if (app.got_subcommand("node-id")) return node_id(parsed.common, parsed.node_id);
+  if (app.got_subcommand("metrics")) return metrics(parsed.common);
+  if (app.got_subcommand("capture")) return capture(parsed.common, parsed.capture);
   if (app.got_subcommand("keygen")) return keygen(parsed.key_file);
   if (app.got_subcommand("stats")) return stats(parsed.common);
   if (app.got_subcommand("kilobot")) return kilobot(parsed.common, parsed.kilobot);
@@ -232,6 +282,10 @@ Channel open_channel(Client& client, const std::string& word, const ChannelOptio
 
 void stop_on_signals(Client& client) {
   signal_client = &client;
+  interrupt_on_signals();
+}
+
+void interrupt_on_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   ::sigaction(SIGINT, &action, nullptr);
@@ -261,9 +315,7 @@ int main(int argc, char** argv) {
   app.add_subcommand("stats", "Print where messages are lost: by channel, by program, by counter")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   add_pose(app, parsed);
-  app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
-      ->add_option("FILE", parsed.key_file, "where to; it must not exist")
-      ->required();
+  add_operation(app, parsed);
   add_kilobot(app, parsed.kilobot);
   try {
     app.parse(argc, argv);

@@ -5,7 +5,13 @@
 namespace swarmtalk::daemon {
 
 ChannelTable::ChannelTable(std::map<std::string, std::uint16_t> configured) {
-  for (auto& [name, number] : configured) {
+  configure(configured);
+}
+
+void ChannelTable::configure(const std::map<std::string, std::uint16_t>& configured) {
+  names_.clear();
+  numbers_.clear();
+  for (const auto& [name, number] : configured) {
     names_.emplace(number, name);
     numbers_.emplace(name, number);
   }

@@ -22,6 +22,9 @@ class ChannelTable {
   /// @param configured  names to different numbers
   explicit ChannelTable(std::map<std::string, std::uint16_t> configured);
 
+  /// The configuration has changed. Channels in use keep their numbers until they are given up.
+  void configure(const std::map<std::string, std::uint16_t>& configured);
+
   /// Number of a name. Fails for an impossible name, and for one whose hash is the number of a
   /// configured name or of one that is in use.
   Result find(std::string_view name) const;

@@ -1,7 +1,6 @@
 #include "daemon/clients.hpp"
 
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -10,6 +9,9 @@
 #include <cerrno>
 #include <cstring>
 #include <tuple>
+
+#include "daemon/logging.hpp"
+#include "daemon/peer.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -21,13 +23,6 @@ constexpr int kMostListed = 128;            // clients in a status, so that it f
 constexpr std::size_t kRefusedAtOnce = 16;  // refused clients that still read why
 constexpr auto kHelloTimeout = std::chrono::seconds(10);
 constexpr auto kAcceptRetry = std::chrono::seconds(1);
-
-std::string peer_of(int descriptor) {
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return "unknown peer";
-  return "pid " + std::to_string(peer.pid) + ", uid " + std::to_string(peer.uid);
-}
 
 }  // namespace
 
@@ -47,6 +42,8 @@ Clients::~Clients() {
 void Clients::listen(int listening) {
   const int duplicate = fcntl(listening, F_DUPFD_CLOEXEC, 0);
   if (duplicate < 0) throw std::runtime_error(std::string("listening: ") + std::strerror(errno));
+  boost::system::error_code ignored;
+  if (listener_.is_open()) listener_.close(ignored);
   listener_.assign(duplicate);
   wait_acceptable();
 }
@@ -69,7 +66,8 @@ void Clients::on_acceptable() {
     if (errno == EAGAIN || errno == EWOULDBLOCK) break;
     if (errno == ECONNABORTED || errno == EINTR) continue;
     if (const auto silent = accept_log_.pass(Clock::now())) {
-      spdlog::error("cannot accept a client: {}; trying again every second", std::strerror(errno));
+      log_of("client")->error("cannot accept a client: {}; trying again every second",
+                              std::strerror(errno));
     }
     return retry_accept_later();
   }
@@ -89,8 +87,9 @@ void Clients::add(int descriptor) {
   if (is_full) {
     ++counters.clients_refused;
     if (const auto silent = refused_log_.pass(Clock::now())) {
-      spdlog::warn("client refused ({}): limits.clients is {} ({} more since the last line)",
-                   peer_of(descriptor), limits.clients, *silent);
+      log_of("client")->warn(
+          "client refused ({}): limits.clients is {} ({} more since the last line)",
+          peer_of(descriptor), limits.clients, *silent);
     }
     if (refused_ >= kRefusedAtOnce) {
       ::close(descriptor);
@@ -98,7 +97,7 @@ void Clients::add(int descriptor) {
     }
   } else {
     ++counters.clients_accepted;
-    spdlog::debug("client connected ({})", peer_of(descriptor));
+    log_of("client")->debug("client connected ({})", peer_of(descriptor));
   }
   const int bytes = static_cast<int>(limits.socket_buffer_bytes);
   setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
@@ -156,11 +155,12 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
   if (is_malformed) {
     ++counters.clients_malformed;
     if (const auto silent = malformed_log_.pass(Clock::now())) {
-      spdlog::warn("client '{}' closed: {} ({} more since the last line)", session.client_name(),
-                   reason, *silent);
+      log_of("client")->warn("client '{}' ({}) closed: {} ({} more since the last line)",
+                             session.client_name(), session.peer(), reason, *silent);
     }
   } else {
-    spdlog::debug("client '{}' closed: {}", session.client_name(), reason);
+    log_of("client")->debug("client '{}' ({}) closed: {}", session.client_name(), session.peer(),
+                            reason);
   }
   if (session.is_refused()) --refused_;
   sessions_.erase(&session);

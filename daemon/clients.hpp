@@ -29,7 +29,8 @@ class Clients final : public SessionHost {
           DaemonCounters& counters, StatusSource& status);
   ~Clients() override;
 
-  /// Begins to accept. @param listening  a listening, non-blocking Unix stream socket, duplicated
+  /// Begins to accept, on this socket only. @param listening  a listening, non-blocking Unix stream
+  /// socket, duplicated
   void listen(int listening);
 
   /// Takes on one connected, non-blocking socket; owns it.

@@ -27,6 +27,8 @@ struct IntegerLimits {
 };
 
 inline constexpr IntegerLimits kNodeIdLimits{1, 65534};  // 0 and 65535 are never on the air
+inline constexpr IntegerLimits kNodeIdOffsetLimits{-65534, 65534};
+inline constexpr IntegerLimits kMetricsIntervalSLimits{1, 3600};
 inline constexpr IntegerLimits kChannelLimits{0, 65535};
 inline constexpr IntegerLimits kPoseMaxAgeMsLimits{0, 3'600'000};
 inline constexpr IntegerLimits kEthertypeLimits{0x0600, 0xFFFF};  // below: a length, not a type
@@ -46,11 +48,17 @@ struct FixedPose {
   double x_m = 0.0;
   double y_m = 0.0;
   double theta_rad = 0.0;  // counter-clockwise from +x
+  bool operator==(const FixedPose&) const = default;
 };
 
+enum class NodeIdRule : std::uint8_t { kRandom, kNumber, kHostname, kAddress };
+
 struct NodeConfig {
-  std::optional<std::uint16_t> id;       // none: drawn at random, changed on collision
-  std::optional<FixedPose> pose;         // none: unknown until a client sets it
+  NodeIdRule id_rule = NodeIdRule::kRandom;  // node_id_rule.hpp
+  std::optional<std::uint16_t> id;           // kNumber
+  std::int32_t id_offset = 0;                // added to what kHostname and kAddress find
+  std::string id_interface;                  // kAddress; empty: the only one
+  std::optional<FixedPose> pose;             // none: unknown until a client sets it
   std::uint32_t pose_max_age_ms = 2000;  // an older pose is unknown; 0: a pose never gets too old
 };
 
@@ -112,6 +120,11 @@ struct LimitsConfig {
   std::uint32_t tracked_senders = 4096;          // senders and channels followed for lost messages
 };
 
+struct MetricsConfig {
+  std::string file;  // Prometheus text for node_exporter; empty: none
+  std::uint32_t interval_s = 15;
+};
+
 struct Config {
   NodeConfig node;
   SocketConfig socket;
@@ -120,6 +133,8 @@ struct Config {
   std::vector<GatewayRule> gateways;
   LimitsConfig limits;
   std::string log_level = "info";
+  std::map<std::string, std::string> log_levels;  // by subsystem, where it has its own
+  MetricsConfig metrics;
 };
 
 }  // namespace swarmtalk::daemon

@@ -12,6 +12,8 @@
 #include <sstream>
 
 #include "daemon/config_gateways.hpp"
+#include "daemon/logging.hpp"
+#include "daemon/node_id_rule.hpp"
 #include "daemon/profiles.hpp"
 #include "daemon/table_reader.hpp"
 #include "daemon/toml_text.hpp"
@@ -25,22 +27,29 @@ constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 constexpr std::size_t kMaxInterfaceBytes = 15;  // IFNAMSIZ less the zero
 constexpr std::size_t kMaxChannelNames = 1024;
 
-void read_node(const TableReader& table, NodeConfig& node) {
-  table.expect_keys({"id", "pose", "pose_max_age_ms"});
-  if (table.has("id")) {
-    std::string text;
-    const bool is_text = table.node("id").is_string();
-    if (is_text) table.read_text("id", text);
-    if (is_text && text != "auto") {
-      table.fail("id", "\"" + printable(text) + "\" is not known; use \"auto\" or 1 to 65534");
-    }
-    if (!is_text) {
-      if (!table.node("id").is_integer()) table.fail_type("id", "\"auto\" or 1 to 65534");
-      std::uint16_t id = 0;
-      table.read_integer("id", kNodeIdLimits, id);
-      node.id = id;
-    }
+void read_node_id(const TableReader& table, NodeConfig& node) {
+  table.read_integer("id_offset", kNodeIdOffsetLimits, node.id_offset);
+  table.read_text("id_interface", node.id_interface);
+  if (!table.has("id")) return;
+  if (table.node("id").is_integer()) {
+    std::uint16_t id = 0;
+    table.read_integer("id", kNodeIdLimits, id);
+    node.id_rule = NodeIdRule::kNumber;
+    node.id = id;
+    return;
   }
+  if (!table.node("id").is_string()) {
+    table.fail_type("id", "\"auto\", \"hostname\", \"ip\" or 1 to 65534");
+  }
+  std::string text;
+  table.read_text("id", text);
+  const std::string problem = read_node_id_rule(text, node);
+  if (!problem.empty()) table.fail("id", problem);
+}
+
+void read_node(const TableReader& table, NodeConfig& node) {
+  table.expect_keys({"id", "id_offset", "id_interface", "pose", "pose_max_age_ms"});
+  read_node_id(table, node);
   if (table.has("pose")) {
     const auto numbers = table.read_numbers("pose", 3, "[x_m, y_m, theta_rad]");
     if (std::abs(numbers[0]) > kMaxPoseM || std::abs(numbers[1]) > kMaxPoseM) {
@@ -241,10 +250,24 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("tracked_senders", {1, 1'000'000}, limits.tracked_senders);
 }
 
-void read_log(const TableReader& table, std::string& level) {
-  table.expect_keys({"level"});
-  table.read_choice("level", {"trace", "debug", "info", "warning", "error"});
-  table.read_text("level", level);
+void read_log(const TableReader& table, Config& config) {
+  std::vector<std::string> keys{"level"};
+  keys.insert(keys.end(), kSubsystems.begin(), kSubsystems.end());
+  table.expect_keys(keys);
+  for (const std::string& key : keys) {
+    if (!table.has(key)) continue;
+    table.read_choice(key, {"trace", "debug", "info", "warning", "error"});
+    table.read_text(key, key == "level" ? config.log_level : config.log_levels[key]);
+  }
+}
+
+void read_metrics(const TableReader& table, MetricsConfig& metrics) {
+  table.expect_keys({"file", "interval_s"});
+  table.read_text("file", metrics.file);
+  if (!metrics.file.empty() && metrics.file.front() != '/') {
+    table.fail("file", "is no absolute path; begin it with '/'");
+  }
+  table.read_integer("interval_s", kMetricsIntervalSLimits, metrics.interval_s);
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
@@ -278,7 +301,7 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   ParsedConfig parsed{{}, KeyLines(file)};
   parsed.config.socket.path = ipc::kDefaultSocketPath;
   const TableReader root(table, "", parsed.lines);
-  root.expect_keys({"node", "socket", "links", "channels", "gateway", "limits", "log"});
+  root.expect_keys({"node", "socket", "links", "channels", "gateway", "limits", "log", "metrics"});
   const auto section = [&](const char* name) {
     return TableReader(root.table(name), name, parsed.lines);
   };
@@ -286,7 +309,8 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   read_socket(section("socket"), parsed.config.socket);
   read_channels(root, parsed.lines, parsed.config.channels);
   read_limits(section("limits"), parsed.config.limits);
-  read_log(section("log"), parsed.config.log_level);
+  read_log(section("log"), parsed.config);
+  read_metrics(section("metrics"), parsed.config.metrics);
   read_links(root, parsed.lines, parsed.config.links);
   read_gateways(root, parsed.lines, parsed.config);
   check_channels(root, parsed.lines, parsed.config);

@@ -98,7 +98,21 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "node_bad_origins", "messages marked as crossed whose origin cannot be read"},
 };
 
+constexpr std::string_view kDrops[] = {
+    "frames_truncated",      "frames_other_version",     "frames_other_profile",
+    "frames_unknown_flags",  "frames_bad_packet_length", "frames_not_ours",
+    "frames_sealed",         "frames_without_key",       "frames_other_key",
+    "frames_replayed",       "frames_not_authentic",     "own_echoes",
+    "kernel_drops",          "node_bad_packets",         "node_bad_checksums",
+    "node_unknown_channels", "node_duplicates",          "node_own_echoes",
+    "node_no_memory",        "node_forward_queue_full",  "node_aged_out",
+    "node_contradictions",   "node_id_collisions"};
+
 }  // namespace
+
+bool tells_a_drop(std::string_view name) {
+  return std::find(std::begin(kDrops), std::end(kDrops), name) != std::end(kDrops);
+}
 
 std::span<const CounterHelp> counter_list() {
   return kCounters;

@@ -21,6 +21,9 @@ struct CounterHelp {
 /// All of them, by owner.
 std::span<const CounterHelp> counter_list();
 
+/// Whether a link's counter rises when something received is dropped.
+bool tells_a_drop(std::string_view name);
+
 /// @return nullptr: no such counter
 const CounterHelp* find_counter(CounterOwner owner, std::string_view name);
 

@@ -1,15 +1,15 @@
 #include "daemon/daemon.hpp"
 
-#include <spdlog/spdlog.h>
-#include <systemd/sd-daemon.h>
-
 #include <chrono>
 #include <csignal>
 #include <limits>
 #include <utility>
 
 #include "daemon/config_gateways.hpp"
+#include "daemon/logging.hpp"
+#include "daemon/node_id_rule.hpp"
 #include "daemon/privileges.hpp"
+#include "daemon/prometheus.hpp"
 #include "daemon/station_factory.hpp"
 
 namespace swarmtalk::daemon {
@@ -20,30 +20,44 @@ constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
 }  // namespace
 
 // The socket is taken first: a second daemon must not disturb the first one's links.
-Daemon::Daemon(const ParsedConfig& parsed)
-    : config_(parsed.config),
-      identity_(config_.node.id),
-      poses_(config_.node),
-      names_(config_.channels),
-      hub_(names_, config_.limits, counters_, identity_),
-      status_(hub_, poses_, identity_, counters_, parsed.lines.file()),
-      socket_(ListeningSocket::open(config_.socket, parsed.lines)),
-      clients_(io_, hub_, poses_, config_.limits, counters_, status_),
+Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
+    : parsed_(std::move(parsed)),
+      // Resolved for good: links whose packets have no room for it need ids of their own.
+      identity_(parsed_.config.node.id = resolve_node_id(parsed_.config.node, parsed_.lines)),
+      poses_(parsed_.config.node),
+      names_(parsed_.config.channels),
+      hub_(names_, parsed_.config.limits, counters_, identity_),
+      status_(hub_, poses_, identity_, counters_, parsed_.lines.file()),
+      socket_(ListeningSocket::open(parsed_.config.socket, parsed_.lines)),
+      clients_(io_, hub_, poses_, parsed_.config.limits, counters_, status_),
+      metrics_(io_,
+               [this] {
+                 ipc::Status status;
+                 status_.fill_status(status);
+                 return prometheus_text(status);
+               }),
+      capture_(hub_),
+      operator_({parsed_, load_keys(parsed_.config, parsed_.lines), hub_, poses_, names_, status_,
+                 metrics_, capture_},
+                std::move(load)),
+      service_manager_(io_, [this] { return status_line(); }),
       signals_(io_, SIGTERM, SIGINT, SIGHUP),
       link_timer_(io_),
       copy_timer_(io_) {
   status_.set_clients(clients_);
-  open_stations(parsed.lines);
+  clients_.operations = &operator_;
+  open_stations();
 }
 
-void Daemon::open_stations(const KeyLines& lines) {
-  for (const LinkConfig& link : config_.links) {
-    stations_.push_back(make_station(io_, link, lines, identity_for(link), poses_, hub_));
+void Daemon::open_stations() {
+  for (const LinkConfig& link : parsed_.config.links) {
+    stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
+    if (auto key = operator_.key_of(link.name)) stations_.back()->link().set_key(key);
     hub_.add(*stations_.back());
     if (link.type == LinkType::kKilobot) add_kilobots(link, *stations_.back());
   }
-  if (const auto refusal = hub_.set_gateways(config_.gateways)) {
-    throw lines.error("gateway", refusal->text);
+  if (const auto refusal = hub_.set_gateways(parsed_.config.gateways)) {
+    throw parsed_.lines.error("gateway", refusal->text);
   }
 }
 
@@ -69,7 +83,7 @@ void Daemon::add_kilobots(const LinkConfig& link, Station& station) {
 }
 
 NodeIdentity& Daemon::identity_for(const LinkConfig& link) {
-  const auto own = own_ids(config_, link);
+  const auto own = own_ids(parsed_.config, link);
   if (!own && !link.node_id) return identity_;
   const NodeIdRange range = own ? NodeIdRange{own->least, own->most} : NodeIdRange{};
   link_identities_.push_back(
@@ -86,34 +100,39 @@ void Daemon::run() {
   drop_privileges();
   for (const auto& station : stations_) {
     station->start();
-    spdlog::debug("link {}: {} on {}, {}", station->name(), station->link().type(),
-                  station->link().device(), station->link().state());
+    log_of("link")->debug("link {}: {} on {}, {}", station->name(), station->link().type(),
+                          station->link().device(), station->link().state());
   }
   clients_.listen(socket_.descriptor());
+  socket_watch_.emplace(io_, socket_.path(), [this] { return restore_socket(); });
+  metrics_.configure(parsed_.config.metrics);
   wait_signal();
   hub_.set_waiting_hook([this] { watch_links(); });
   hub_.set_copy_hook([this](Hub::Time at) { wait_for_copy(at); });
-  spdlog::info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
-               socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(), identity_.id(),
-               identity_.is_fixed() ? "" : " (chosen at random)");
-  notify_ready();
+  log_of("daemon")->info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
+                         socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
+                         identity_.id(), identity_.is_fixed() ? "" : " (chosen at random)");
+  service_manager_.ready();
   io_.run();
 }
 
 void Daemon::wait_signal() {
   signals_.async_wait([this](const boost::system::error_code& error, int signal) {
-    if (error) return;
-    if (signal == SIGHUP) {
-      spdlog::warn(
-          "SIGHUP: the configuration is read at start only; restart swarmtalkd to apply "
-          "changes");
-      return wait_signal();
-    }
-    spdlog::info("{}: ending", signal == SIGTERM ? "SIGTERM" : "SIGINT");
-    sd_notify(0, "STOPPING=1");
-    clients_.close_all("swarmtalkd ends");
-    io_.stop();
+    if (!error) on_signal(signal);
   });
+}
+
+void Daemon::on_signal(int signal) {
+  if (signal == SIGHUP) {
+    service_manager_.reloading();
+    operator_.reload_on_signal();
+    service_manager_.ready();
+    return wait_signal();
+  }
+  log_of("daemon")->info("{}: ending", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+  service_manager_.stopping();
+  clients_.close_all("swarmtalkd ends");
+  io_.stop();
 }
 
 // Runs only while messages wait: an idle daemon does not wake up.
@@ -134,11 +153,40 @@ void Daemon::wait_for_copy(Hub::Time at) {
   });
 }
 
-void Daemon::notify_ready() const {
-  const std::string state = "READY=1\nSTATUS=node " + std::to_string(identity_.id()) + ", " +
-                            std::to_string(stations_.size()) +
-                            (stations_.size() == 1 ? " link" : " links");
-  sd_notify(0, state.c_str());
+// Says each thing once, however often it is tried.
+bool Daemon::restore_socket() {
+  const bool is_first = !std::exchange(is_socket_gone_, true);
+  if (socket_.is_from_systemd()) {
+    if (is_first) {
+      log_of("client")->error(
+          "the socket file {} was deleted, so no program can connect; run: systemctl restart "
+          "swarmtalkd.socket swarmtalkd.service",
+          socket_.path());
+    }
+    return false;
+  }
+  try {
+    socket_.restore(parsed_.config.socket, parsed_.lines);
+  } catch (const std::exception& error) {
+    if (is_first) {
+      log_of("client")->error("the socket file was deleted, so no program can connect: {}",
+                              error.what());
+    }
+    return false;
+  }
+  is_socket_gone_ = false;
+  clients_.listen(socket_.descriptor());
+  log_of("client")->warn("the socket file {} was deleted; it is made anew", socket_.path());
+  return true;
+}
+
+std::string Daemon::status_line() const {
+  std::string text = "node " + std::to_string(identity_.id());
+  for (const auto& station : stations_) {
+    text += ", link " + station->name() + " " + (station->is_up() ? "up" : station->link().state());
+  }
+  const std::size_t clients = clients_.size();
+  return text + ", " + std::to_string(clients) + (clients == 1 ? " client" : " clients");
 }
 
 }  // namespace swarmtalk::daemon

@@ -4,14 +4,21 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "daemon/capture.hpp"
 #include "daemon/clients.hpp"
 #include "daemon/config_parser.hpp"
 #include "daemon/hub.hpp"
 #include "daemon/kilobot_control.hpp"
 #include "daemon/listening_socket.hpp"
+#include "daemon/metrics_file.hpp"
+#include "daemon/operator.hpp"
+#include "daemon/service_manager.hpp"
+#include "daemon/socket_watch.hpp"
 #include "daemon/station.hpp"
 #include "daemon/status_report.hpp"
 
@@ -19,9 +26,10 @@ namespace swarmtalk::daemon {
 
 class Daemon {
  public:
-  /// Opens every socket. @param parsed  kept by reference
+  /// Opens every socket.
+  /// @param load  reads the configuration again; throws ConfigError
   /// @throws ConfigError  one line with the remedy
-  explicit Daemon(const ParsedConfig& parsed);
+  Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load);
   ~Daemon();
 
   /// Drops all privileges, then serves until SIGTERM or SIGINT.
@@ -29,15 +37,17 @@ class Daemon {
   void run();
 
  private:
-  void open_stations(const KeyLines& lines);
+  void open_stations();
   void add_kilobots(const LinkConfig& link, Station& station);
   NodeIdentity& identity_for(const LinkConfig& link);
   void wait_signal();
+  void on_signal(int signal);
   void watch_links();
   void wait_for_copy(Hub::Time at);
-  void notify_ready() const;
+  bool restore_socket();
+  std::string status_line() const;
 
-  const Config& config_;
+  ParsedConfig parsed_;
   boost::asio::io_context io_{1};
   DaemonCounters counters_;
   NodeIdentity identity_;
@@ -50,10 +60,16 @@ class Daemon {
   std::vector<std::unique_ptr<Station>> stations_;
   ListeningSocket socket_;
   Clients clients_;
+  MetricsFile metrics_;
+  Capture capture_;
+  Operator operator_;
+  ServiceManager service_manager_;
+  std::optional<SocketWatch> socket_watch_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer link_timer_;
   boost::asio::steady_timer copy_timer_;
   bool is_watching_links_ = false;
+  bool is_socket_gone_ = false;
 };
 
 }  // namespace swarmtalk::daemon

@@ -2,10 +2,10 @@
 // is accepted is in hub_admission.cpp.
 #include "daemon/hub.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <chrono>
+
+#include "daemon/logging.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -373,6 +373,22 @@ void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* 
   }
 }
 
+std::optional<Refusal> Hub::set_node_id(std::optional<std::uint16_t> fixed) {
+  const auto speaks_as_daemon = [&](Station* s) { return &s->identity() == &identity_; };
+  for (Station* station : stations_) {
+    if (!fixed || !speaks_as_daemon(station) || *fixed <= station->limits().max_node_id) continue;
+    return Refusal{ipc::ERROR_BAD_ARGUMENT,
+                   "packets of link '" + station->name() + "' have room for node ids up to " +
+                       std::to_string(station->limits().max_node_id),
+                   station->limits().max_node_id};
+  }
+  identity_.set(fixed);
+  for (Station* station : stations_) {
+    if (speaks_as_daemon(station)) station->adopt_node_id();
+  }
+  return std::nullopt;
+}
+
 // Stations under one id are one node to the swarm's programs: they change together.
 void Hub::on_namesake(Station& station) {
   ++counters_.duplicate_node_ids;
@@ -389,8 +405,8 @@ void Hub::on_namesake(Station& station) {
     const std::string what = identity.is_fixed()
                                  ? "ours is configured, so it stays: give one of them another"
                                  : "ours is now " + std::to_string(identity.id());
-    spdlog::warn("link {}: another robot has node id {}; {} ({} more since the last line)",
-                 station.name(), old, what, *silent);
+    log_of("hub")->warn("link {}: another robot has node id {}; {} ({} more since the last line)",
+                        station.name(), old, what, *silent);
   }
 }
 

@@ -106,6 +106,11 @@ class Hub final : public StationUser {
   /// Called whenever a message begins to wait where none did. Must be cheap.
   void set_waiting_hook(std::function<void()> hook) { waiting_hook_ = std::move(hook); }
 
+  /// From now on every station without an id of its own speaks under this one.
+  /// @param fixed  1..65534; none: automatic
+  /// @return why not: a link's packets have no room for it
+  std::optional<Refusal> set_node_id(std::optional<std::uint16_t> fixed);
+
   /// Channels in use, by number.
   std::vector<ChannelView> channels() const;
 

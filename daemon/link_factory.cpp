@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 
-#include "daemon/key_file.hpp"
 #include "daemon/kilobot_config.hpp"
 #include "drivers/raw_l2.hpp"
 #include "drivers/replay.hpp"
@@ -10,10 +9,6 @@
 
 namespace swarmtalk::daemon {
 namespace {
-
-drivers::PacerConfig pacer_of(const LinkConfig& config) {
-  return {config.rate_hz, config.burst_frames, std::chrono::microseconds(config.jitter_us)};
-}
 
 std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfig& config,
                                     frame::ProfileId profile, std::size_t max_packet_bytes) {
@@ -24,7 +19,7 @@ std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfi
       raw.ethertype = config.ethertype;
       raw.profile = profile;
       raw.max_packet_bytes = max_packet_bytes;
-      raw.pacer = pacer_of(config);
+      raw.pacer = pacing_of(config);
       raw.receive_buffer_bytes = config.receive_buffer_bytes;
       return std::make_unique<drivers::RawL2Link>(io, raw);
     }
@@ -35,7 +30,7 @@ std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfi
       udp.interface = config.interface;
       udp.profile = profile;
       udp.max_packet_bytes = max_packet_bytes;
-      udp.pacer = pacer_of(config);
+      udp.pacer = pacing_of(config);
       udp.receive_buffer_bytes = config.receive_buffer_bytes;
       return std::make_unique<drivers::UdpLink>(io, udp);
     }
@@ -80,19 +75,15 @@ std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
 
 }  // namespace
 
+drivers::PacerConfig pacing_of(const LinkConfig& config) {
+  return {config.rate_hz, config.burst_frames, std::chrono::microseconds(config.jitter_us)};
+}
+
 std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,
                                          const KeyLines& lines, frame::ProfileId profile,
                                          std::size_t max_packet_bytes) {
-  std::shared_ptr<const frame::SwarmKey> key;
   try {
-    if (!config.key_file.empty()) key = load_key(config.key_file);
-  } catch (const std::exception& error) {
-    throw lines.error("links." + config.name + ".key_file", error.what());
-  }
-  try {
-    auto link = open(io, config, profile, max_packet_bytes);
-    if (key != nullptr) link->set_key(key);
-    return link;
+    return open(io, config, profile, max_packet_bytes);
   } catch (const std::exception& error) {
     throw lines.error(blamed_key(config, error.what()), error.what());
   }

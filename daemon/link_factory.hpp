@@ -10,6 +10,9 @@
 
 namespace swarmtalk::daemon {
 
+/// How fast a link may transmit.
+drivers::PacerConfig pacing_of(const LinkConfig& config);
+
 /// @param max_packet_bytes  the profile's MTU
 /// @throws ConfigError  naming the key that the driver refuses and why
 std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,

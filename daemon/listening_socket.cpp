@@ -129,6 +129,11 @@ ListeningSocket ListeningSocket::open(const SocketConfig& config, const KeyLines
                         "systemd passes something else than a listening Unix stream socket; "
                         "use ListenStream=/PATH in swarmtalkd.socket");
     }
+    sockaddr_un address{};
+    socklen_t size = sizeof address;
+    if (getsockname(opened.descriptor_, reinterpret_cast<sockaddr*>(&address), &size) == 0) {
+      opened.path_.assign(address.sun_path, strnlen(address.sun_path, sizeof address.sun_path));
+    }
     fcntl(opened.descriptor_, F_SETFL, fcntl(opened.descriptor_, F_GETFL) | O_NONBLOCK);
     return opened;
   }
@@ -205,6 +210,32 @@ void ListeningSocket::bind_new(const SocketConfig& config, const KeyLines& lines
   }
   if (chmod(path_.c_str(), config.mode) != 0) throw lines.error(kKey, explain(path_, errno));
   if (listen(descriptor_, kBacklog) != 0) throw lines.error(kKey, explain(path_, errno));
+}
+
+void ListeningSocket::restore(const SocketConfig& config, const KeyLines& lines) {
+  if (!is_same_file(lock_, lock_path(path_))) {
+    const int old_lock = std::exchange(lock_, -1);
+    try {
+      lock(lines);
+    } catch (...) {
+      lock_ = old_lock;
+      throw;
+    }
+    close(old_lock);
+  }
+  const int old = descriptor_;
+  try {
+    remove_stale(lines);
+    bind_new(config, lines);
+  } catch (...) {
+    if (descriptor_ != old && descriptor_ >= 0) {
+      close(descriptor_);
+      unlink(path_.c_str());  // nobody could come in
+    }
+    descriptor_ = old;
+    throw;
+  }
+  close(old);
 }
 
 ListeningSocket::ListeningSocket(ListeningSocket&& other) noexcept

@@ -25,6 +25,10 @@ class ListeningSocket {
   ListeningSocket& operator=(ListeningSocket&&) = delete;
   ~ListeningSocket();
 
+  /// The file is gone: makes a new one, with a new descriptor. @pre !is_from_systemd()
+  /// @throws ConfigError  and the old descriptor stays
+  void restore(const SocketConfig& config, const KeyLines& lines);
+
   int descriptor() const { return descriptor_; }
   const std::string& path() const { return path_; }
   bool is_from_systemd() const { return lock_ < 0; }

@@ -3,10 +3,12 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 
 #include "daemon/config_parser.hpp"
 #include "daemon/daemon.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/node_id_rule.hpp"
 #include "daemon/printable.hpp"
 
 namespace {
@@ -21,6 +23,8 @@ struct Options {
   std::string config_file = kDefaultConfigPath;
   std::string socket_path;
   bool has_socket_path = false;  // which may be empty, and wrong
+  std::string node_id;
+  bool has_node_id = false;
   std::string log_level;
   bool is_check = false;
 };
@@ -30,6 +34,8 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_flag("--check", options.is_check, "read the configuration file, say what is wrong, end");
   app.add_option("--socket", options.socket_path, "path of the socket, instead of socket.path");
+  app.add_option("--node-id", options.node_id,
+                 "\"auto\", \"hostname\", \"ip\" or 1 to 65534, instead of node.id");
   app.add_option("--log-level", options.log_level, "instead of log.level")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error"}));
   app.set_version_flag("--version", std::string("swarmtalkd ") + SWARMTALK_VERSION);
@@ -37,7 +43,15 @@ void add_options(CLI::App& app, Options& options) {
 
 ParsedConfig load(const Options& options) {
   ParsedConfig parsed = load_config(options.config_file);
-  if (!options.log_level.empty()) parsed.config.log_level = options.log_level;
+  if (!options.log_level.empty()) {
+    parsed.config.log_level = options.log_level;
+    parsed.lines.set_option("log.level", "--log-level");
+  }
+  if (options.has_node_id) {
+    parsed.lines.set_option("node.id", "--node-id");
+    const std::string problem = read_node_id_rule(options.node_id, parsed.config.node);
+    if (!problem.empty()) throw parsed.lines.error("node.id", problem);
+  }
   if (options.has_socket_path) {
     parsed.lines.set_option("socket.path", "--socket");
     const std::string problem = socket_path_problem(options.socket_path);
@@ -63,14 +77,15 @@ int main(int argc, char** argv) {
     return kExitUsage;
   }
   options.has_socket_path = app.count("--socket") > 0;
+  options.has_node_id = app.count("--node-id") > 0;
   try {
-    const ParsedConfig parsed = load(options);
+    ParsedConfig parsed = load(options);
     if (options.is_check) {
       std::printf("%s: ok\n", options.config_file.c_str());
       return 0;
     }
-    start_logging(parsed.config.log_level);
-    Daemon(parsed).run();
+    start_logging(parsed.config.log_level, parsed.config.log_levels);
+    Daemon(std::move(parsed), [&options] { return load(options); }).run();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -26,6 +26,15 @@ NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range
     draw_again();
 }
 
+void NodeIdentity::set(std::optional<std::uint16_t> fixed) {
+  const bool was_fixed = is_fixed_;
+  is_fixed_ = fixed.has_value();
+  if (fixed)
+    id_ = *fixed;
+  else if (was_fixed)
+    draw_again();
+}
+
 void NodeIdentity::draw_again() {
   const std::uint16_t old = id_;
   const std::uint32_t count = range_.most - range_.least + 1u;

@@ -29,6 +29,9 @@ class NodeIdentity {
   bool is_fixed() const { return is_fixed_; }
   std::uint32_t epoch() const { return epoch_; }
 
+  /// From now on this id, within the range; none: automatic, and drawn at once if it was fixed.
+  void set(std::optional<std::uint16_t> fixed);
+
   /// Another id than now, within the range. @pre not fixed
   void draw_again();
 

@@ -25,6 +25,9 @@ class PoseKeeper {
 
   explicit PoseKeeper(const NodeConfig& config);
 
+  /// The configuration has changed.
+  void set_max_age_ms(std::uint32_t max_age_ms) { max_age_ms_ = max_age_ms; }
+
   /// @param theta_rad  any finite angle; kept without its whole turns, -2 pi to 2 pi
   /// @param known_at  from when it ages; none: it is fixed
   /// @return false, and nothing changed: not finite, or outside +-32.767 m

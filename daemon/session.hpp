@@ -13,8 +13,10 @@
 #include <string>
 #include <unordered_map>
 
+#include "daemon/capture.hpp"
 #include "daemon/hub.hpp"
 #include "daemon/kilobot_control.hpp"
+#include "daemon/operations.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/subscription_queue.hpp"
 #include "daemon/token_bucket.hpp"
@@ -43,6 +45,7 @@ class SessionHost {
   const LimitsConfig& limits;
   DaemonCounters& counters;
   KilobotControl* kilobots = nullptr;  // none: no link of that type
+  Operations* operations = nullptr;    // none: such requests are refused
   // Reused by every session, one at a time: parsing and building allocate nothing.
   ipc::Envelope request;
   ipc::Envelope reply;
@@ -51,6 +54,7 @@ class SessionHost {
 
 class Session final : public HubClient,
                       public KilobotClient,
+                      public CaptureListener,
                       public std::enable_shared_from_this<Session> {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -74,7 +78,12 @@ class Session final : public HubClient,
   bool has_greeted() const { return has_greeted_; }
   Time connected_at() const { return connected_at_; }
   const std::string& client_name() const { return client_name_; }
+  /// "pid 123, uid 1000"
+  std::string peer() const {
+    return "pid " + std::to_string(pid_) + ", uid " + std::to_string(uid_);
+  }
 
+  void on_captured(ipc::Captured& captured) override;
   void on_message(Subscription& subscription, const MessageRef& message) override;
   void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) override;
   void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
@@ -112,6 +121,8 @@ class Session final : public HubClient,
   void publish(ipc::Publish& request);
   void set_pose(const ipc::SetPose& request);
   void get_pose();
+  bool operate(const ipc::Envelope& request);  // false: no operator's request
+  std::string who() const;                     // for the log
   void refuse(const Refusal& refusal);
   ipc::Envelope& new_reply();  // to the request in hand
   void send_reply();
@@ -150,7 +161,9 @@ class Session final : public HubClient,
   std::uint32_t last_id_ = 0;
   std::uint32_t request_id_ = 0;  // of the request in hand
   std::string client_name_;
-  std::string doom_;  // not empty: close at the next flush, for this reason
+  bool is_capturing_ = false;
+  std::uint32_t missed_frames_ = 0;  // of the capture, since the last one told
+  std::string doom_;                 // not empty: close at the next flush, for this reason
   bool is_malformed_ = false;
   bool has_greeted_ = false;
   bool is_closed_ = false;

@@ -38,6 +38,7 @@ void Session::start() {
 
 void Session::close(const std::string& reason, bool is_malformed) {
   if (std::exchange(is_closed_, true)) return;
+  if (is_capturing_) host_.operations->stop_capture(*this);
   for (auto& [id, subscription] : subscriptions_) {
     host_.hub.unsubscribe(*subscription);
     host_.counters.deliveries_dropped_closed += subscription->queue.size();

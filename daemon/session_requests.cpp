@@ -90,7 +90,7 @@ void Session::handle(ipc::Envelope& request) {
     begin_kilobot(request.kilobot_command());
   } else if (request.has_kilobot_cancel()) {
     cancel_kilobot(request.kilobot_cancel().operation_id());
-  } else {
+  } else if (!operate(request)) {
     refuse({ipc::ERROR_UNSUPPORTED, "this daemon does not know this request", std::nullopt});
   }
 }

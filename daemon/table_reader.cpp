@@ -51,6 +51,14 @@ std::string shown(const toml::node& node) {
   return printable(text.str());
 }
 
+/// Empty: a section.
+std::string as_toml(const toml::node& node) {
+  if (node.is_table()) return "";
+  std::ostringstream text;
+  node.visit([&](const auto& value) { text << value; });
+  return text.str();
+}
+
 std::string shown(double number) {
   std::ostringstream text;
   text << number;
@@ -63,7 +71,7 @@ TableReader::TableReader(const toml::table& table, std::string path, KeyLines& l
     : table_(table), path_(std::move(path)), lines_(lines) {
   if (!path_.empty() && table.source().begin) lines_.set(path_, table.source().begin.line);
   for (const auto& [key, node] : table) {
-    lines_.set(full(std::string(key.str())), key.source().begin.line);
+    lines_.set(full(std::string(key.str())), key.source().begin.line, as_toml(node));
   }
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/pacer.hpp"
 #include "frame/air_frame.hpp"
 #include "frame/swarm_key.hpp"
 
@@ -77,6 +78,9 @@ class Link {
   /// sealed with the key before is no longer understood. Frames of a link that has no room for a
   /// seal stay as they are; the configuration refuses keys there.
   virtual void set_key(std::shared_ptr<const frame::SwarmKey> /*key*/) {}
+
+  /// From now on this pace.
+  virtual void set_pacing(const PacerConfig& /*pacing*/) {}
 
   /// Longest packet that the medium carries now; a longer one is dropped and counted.
   virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }

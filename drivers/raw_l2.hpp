@@ -43,6 +43,7 @@ class RawL2Link final : public SocketLink {
   static constexpr std::size_t kEthernetHeaderBytes = 14;
 
   std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) override;
+  std::size_t medium_header_bytes() const override { return kEthernetHeaderBytes; }
   void refresh() override;
   std::uint64_t kernel_drops() const override;
 

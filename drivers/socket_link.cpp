@@ -1,5 +1,6 @@
 #include "drivers/socket_link.hpp"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
@@ -76,6 +77,13 @@ void SocketLink::wake() {
   });
 }
 
+void SocketLink::set_pacing(const PacerConfig& pacing) {
+  pacer_ = Pacer(pacing, std::random_device{}());
+  timer_.cancel();  // the old pace's wait
+  is_timer_armed_ = false;
+  wake();
+}
+
 void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
   has_key_ = key != nullptr;
   use_key(key, builder_, receiver_);
@@ -148,16 +156,23 @@ void SocketLink::receive() {
     return;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    const Datagram datagram = batch_[i];
-    kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
-    const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
-    if (bytes) {
-      receiver_.receive(*bytes, {datagram.received_at, kernel_drops_, datagram.is_time_known},
-                        *user_, counters_);
-    } else {
-      ++counters_.own_echoes;
-    }
+    receive(batch_[i]);
   }
+}
+
+void SocketLink::receive(const Datagram& datagram) {
+  if (tap_ != nullptr) tap_->before_received();
+  kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
+  const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
+  if (bytes) {
+    receiver_.receive(*bytes, {datagram.received_at, kernel_drops_, datagram.is_time_known}, *user_,
+                      counters_);
+  } else {
+    ++counters_.own_echoes;
+  }
+  if (tap_ == nullptr) return;
+  const std::size_t header_bytes = medium_header_bytes();
+  tap_->received(datagram.bytes, std::min(header_bytes, datagram.bytes.size()));
 }
 
 void SocketLink::flush() {
@@ -180,6 +195,7 @@ bool SocketLink::fill_queue(MonotonicTime now) {
         builder_.build(*user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)),
                        frame_limit_bytes_, counters_);
     if (built.size_bytes == 0) return built.more_waits;
+    if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
     queue_.push(built.size_bytes, built.packets, now);
     pacer_.sent(now);
     if (!built.more_waits) return false;

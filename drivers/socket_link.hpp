@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/frame_tap.hpp"
 #include "drivers/framer.hpp"
 #include "drivers/interface_watch.hpp"
 #include "drivers/link.hpp"
@@ -23,10 +24,12 @@
 
 namespace swarmtalk::drivers {
 
-class SocketLink : public Link {
+class SocketLink : public Link, public Tappable {
  public:
   void start(LinkUser& user) override;
   void wake() override;
+  void set_tap(FrameTap* tap) override { tap_ = tap; }
+  void set_pacing(const PacerConfig& pacing) override;
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
   std::size_t packet_limit_bytes() const override {
     return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
@@ -46,6 +49,9 @@ class SocketLink : public Link {
 
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
+
+  /// Bytes in front of the air frame in a datagram.
+  virtual std::size_t medium_header_bytes() const { return 0; }
 
   /// Looks at the medium again and calls set_state(): at the start, after each change of an
   /// interface, and after an error that may mean one.
@@ -73,6 +79,7 @@ class SocketLink : public Link {
   void log_state();
   void wait_readable();
   void receive();
+  void receive(const Datagram& datagram);
   void flush();
   bool fill_queue(MonotonicTime now);
   void transmit(MonotonicTime now);
@@ -90,6 +97,7 @@ class SocketLink : public Link {
   TransmitQueue queue_;
   LinkCounters counters_;
   LinkUser* user_ = nullptr;
+  FrameTap* tap_ = nullptr;
 
   int receive_descriptor_ = -1;
   int send_descriptor_ = -1;

@@ -76,7 +76,10 @@ int count_bodies(const Envelope& envelope) {
          envelope.has_get_pose() + envelope.has_pose() + envelope.has_client_loss() +
          envelope.has_kilobot_command() + envelope.has_kilobot_started() +
          envelope.has_kilobot_progress() + envelope.has_kilobot_ended() +
-         envelope.has_kilobot_cancel();
+         envelope.has_kilobot_cancel() + envelope.has_reload() + envelope.has_reloaded() +
+         envelope.has_set_log_level() + envelope.has_log_levels() + envelope.has_set_node_id() +
+         envelope.has_get_metrics() + envelope.has_metrics() + envelope.has_capture() +
+         envelope.has_captured();
 }
 
 }  // namespace swarmtalk::ipc

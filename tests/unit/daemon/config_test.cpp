@@ -49,13 +49,14 @@ const Wrong kWrong[] = {
     {"first_of_two_unknown_keys", std::string(kLink) + "[node]\nzz = 1\naa = 2\n",
      "f.toml:4: key 'node.zz': is not known; did you mean 'id'?"},
     {"bad_type", std::string(kLink) + "[node]\nid = true\n",
-     "f.toml:4: key 'node.id': is true; it must be \"auto\" or 1 to 65534"},
+     "f.toml:4: key 'node.id': is true; it must be \"auto\", \"hostname\", \"ip\" or 1 to 65534"},
     {"bad_type_of_text", "[links.w]\ntype = \"raw_l2\"\ninterface = 3\n",
      "f.toml:3: key 'links.w.interface': is 3; it must be text in double quotes"},
     {"text_for_number", std::string(kLink) + "[limits]\nclients = \"many\"\n",
      "f.toml:4: key 'limits.clients': is the text \"many\"; it must be an integer from 1 to 1000"},
     {"id_is_unknown_word", std::string(kLink) + "[node]\nid = \"random\"\n",
-     "f.toml:4: key 'node.id': \"random\" is not known; use \"auto\" or 1 to 65534"},
+     "f.toml:4: key 'node.id': \"random\" is not known; use \"auto\", \"hostname\", \"ip\" or 1 to "
+     "65534"},
     {"id_out_of_range", std::string(kLink) + "[node]\nid = 65535\n",
      "f.toml:4: key 'node.id': 65535 is out of range; use 1 to 65534"},
     {"pose_too_short", std::string(kLink) + "[node]\npose = [1, 2]\n",
@@ -91,12 +92,13 @@ const Wrong kWrong[] = {
      "f.toml: no [links.NAME] section, so there is nothing to send on; add one, such as "
      "[links.wifi] with type = \"raw_l2\" and interface = \"wlan0\""},
     {"link_without_type", "[links.w]\ninterface = \"wlan0\"\n",
-     "f.toml:1: key 'links.w': has no 'type'; add type = \"raw_l2\", \"udp\" or \"replay\""},
+     "f.toml:1: key 'links.w': has no 'type'; add type = \"raw_l2\", \"udp\", \"replay\" or "
+     "\"kilobot\""},
     {"link_with_misspelt_type", "[links.w]\ntipe = \"udp\"\n",
      "f.toml:2: key 'links.w.tipe': is not known; did you mean 'type'?"},
     {"unknown_link_type", "[links.w]\ntype = \"wifi\"\n",
      "f.toml:2: key 'links.w.type': \"wifi\" is not known; use one of \"raw_l2\", \"udp\", "
-     "\"replay\""},
+     "\"replay\", \"kilobot\""},
     {"key_of_another_link_type", std::string(kLink) + "ethertype = 0x88B5\n",
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "

@@ -1,0 +1,34 @@
+// SocketWatch: notices that the file of the daemon's socket is gone while the daemon lives, which
+// the socket itself never tells: nobody could connect any more, and everything would look well.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <string>
+
+namespace swarmtalk::daemon {
+
+class SocketWatch {
+ public:
+  /// @param path  of a socket that exists
+  /// @param restore  called when it is gone. @return false: try again in some seconds
+  SocketWatch(boost::asio::io_context& io, const std::string& path, std::function<bool()> restore);
+
+ private:
+  void watch_folder();
+  void wait();
+  void on_events();
+  void check();
+  void check_later();
+
+  std::string path_;
+  std::string folder_;
+  std::function<bool()> restore_;
+  boost::asio::posix::stream_descriptor events_;
+  boost::asio::steady_timer timer_;
+  bool is_watching_ = false;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,279 @@
+"""What an operator does to a running daemon: reload, log levels, node id, metrics, capture."""
+import json
+import os
+import pathlib
+import random
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+from conftest import BUILD, one_line, program, run, wait_for
+
+LINK = '[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n'
+
+
+class Daemon:
+    def __init__(self, folder, extra="", options=(), name="d", port=None, **spawn):
+        self.path = folder / f"{name}.sock"
+        self.config = folder / f"{name}.toml"
+        self.log = folder / f"{name}.log"
+        self.port = port or random.Random(time.monotonic_ns()).randrange(20000, 60000)
+        self.write(extra)
+        with open(self.log, "w", encoding="utf-8") as log:
+            self.process = subprocess.Popen(
+                [program("swarmtalkd"), "--config", self.config, "--socket", self.path, *options],
+                stderr=log, **spawn)
+        wait_for(lambda: "serves" in self.text() or self.process.poll() is not None, what="start")
+
+    def write(self, extra):
+        self.config.write_text(LINK.format(port=self.port) + extra)
+
+    def text(self):
+        return self.log.read_text(encoding="utf-8")
+
+    def cli(self, *words):
+        return run(program("swarmtalk-cli"), "--socket", self.path, *words)
+
+    def status(self):
+        return json.loads(self.cli("status", "--json").stdout)
+
+
+@pytest.fixture
+def daemon(tmp_path):
+    """Makes daemons: daemon(extra configuration, options=...)."""
+    started = []
+
+    def make(extra="", **options):
+        started.append(Daemon(tmp_path, extra, **options))
+        return started[-1]
+
+    yield make
+    for each in started:
+        each.process.send_signal(signal.SIGCONT)
+        each.process.terminate()
+        each.process.wait(10)
+
+
+def test_reload_applies_what_it_can_and_names_the_rest(daemon):
+    one = daemon("[node]\nid = 5\n")
+    one.write('rate_hz = 20\njitter_us = 100\nreceive_buffer_bytes = 8192\n[node]\nid = 6\n'
+              '[channels]\nspecial = 9\n[limits]\nclients = 3\n[log]\nlevel = "debug"\n')
+    done = one.cli("reload")
+    assert done.returncode == 0, done.stderr
+    assert set(done.stdout.splitlines()) == {
+        "applied: channels.special", "applied: limits.clients", "applied: links.w.jitter_us",
+        "applied: links.w.rate_hz", "applied: log.level", "applied: node.id",
+        "needs a restart: links.w.receive_buffer_bytes"}
+    assert one.status()["node_id"] == 6
+    sub = subprocess.Popen([program("swarmtalk-cli"), "--socket", one.path, "sub", "special"],
+                           stdout=subprocess.DEVNULL)
+    wait_for(lambda: one.status()["channels"], what="subscription")
+    assert one.status()["channels"][0]["number"] == 9
+    sub.terminate()
+    sub.wait(10)
+    assert "debug: [client] client connected (pid " in one.text()
+    # What needs a restart is told again; nothing else is.
+    assert one.cli("reload").stdout == "needs a restart: links.w.receive_buffer_bytes\n"
+
+
+def test_reload_of_a_wrong_file_changes_nothing_and_says_where_it_is_wrong(daemon):
+    one = daemon("[node]\nid = 5\n")
+    one.write("[node]\nid = 6\n[limits]\nclients = 0\n")
+    done = one.cli("reload")
+    assert done.returncode == 1
+    one_line(done.stderr, "nothing is changed", r"d.toml:8: key 'limits.clients'")
+    assert one.status()["node_id"] == 5
+
+
+def test_sighup_reloads_too(daemon):
+    one = daemon("[node]\nid = 5\n")
+    one.write("[node]\nid = 6\n")
+    one.process.send_signal(signal.SIGHUP)
+    wait_for(lambda: "SIGHUP: configuration reloaded; now applies: node.id" in one.text(),
+             what="reload")
+    assert one.status()["node_id"] == 6
+
+
+def test_a_node_id_of_the_command_line_survives_a_reload(daemon):
+    one = daemon("[node]\nid = 5\n", options=["--node-id", "77"])
+    assert one.status()["node_id"] == 77
+    one.write("[node]\nid = 6\n")
+    assert one.cli("reload").stdout == "nothing has changed\n"
+    assert one.status()["node_id"] == 77
+
+
+def test_the_node_id_can_be_set_at_run_time(daemon):
+    one = daemon()
+    assert one.cli("node-id", "1234").returncode == 0
+    assert (one.status()["node_id"], one.status()["node_id_fixed"]) == (1234, True)
+    assert one.cli("node-id", "auto").returncode == 0
+    assert one.status()["node_id_fixed"] is False
+    assert one.cli("node-id", "65535").returncode == 2
+    assert "client 'swarmtalk-cli' (pid " in one.text()
+
+
+def test_a_host_without_a_number_is_told_so(tmp_path):
+    config = tmp_path / "d.toml"
+    config.write_text('[node]\nid = "hostname"\n' + LINK.format(port=20001))
+    command = [program("swarmtalkd"), "--config", str(config), "--socket", str(tmp_path / "s")]
+    done = run("unshare", "--uts", "sh", "-c", 'hostname robot && exec "$@"', "sh", *command)
+    if "unshare" in done.stderr:
+        pytest.skip("a host name of its own needs root")
+    assert done.returncode == 1
+    one_line(done.stderr, r"d.toml:2: key 'node.id'", "has no number in it")
+
+
+def test_log_levels_change_at_run_time(daemon):
+    one = daemon()
+    assert one.cli("log-level").stdout == "daemon info\nclient info\nhub info\nlink info\n"
+    assert "client connected" not in one.text()
+    done = one.cli("log-level", "debug", "client")
+    assert done.stdout == "daemon info\nclient debug\nhub info\nlink info\n"
+    one.status()
+    wait_for(lambda: "debug: [client] client connected (pid " in one.text(), what="debug line")
+    assert one.cli("log-level", "error").returncode == 0
+    before = one.text()
+    one.status()
+    assert one.text() == before
+    done = one.cli("log-level", "loud")
+    assert done.returncode == 1
+    one_line(done.stderr, "daemon, client, hub, link", "trace, debug, info, warning, error")
+
+
+def parse_metrics(text):
+    samples = {}
+    for line in text.splitlines():
+        assert line.startswith(("# HELP swarmtalk_", "# TYPE swarmtalk_", "swarmtalk_")), line
+        if not line.startswith("#"):
+            name, value = line.rsplit(" ", 1)
+            assert name not in samples
+            samples[name] = float(value)
+    return samples
+
+
+def test_metrics_come_over_the_socket_and_as_a_file(daemon, tmp_path):
+    file = tmp_path / "swarmtalk.prom"
+    one = daemon(f'[metrics]\nfile = "{file}"\ninterval_s = 1\n')
+    assert one.cli("pub", "c", "x").returncode == 0
+    samples = parse_metrics(one.cli("metrics").stdout)
+    assert samples["swarmtalk_messages_sent_total"] == 1
+    assert samples['swarmtalk_link_frames_sent_total{link="w"}'] == 1
+    wait_for(lambda: parse_metrics(file.read_text()).get("swarmtalk_messages_sent_total") == 1,
+             what="the file to follow")
+    assert file.stat().st_mode & 0o777 == 0o644
+    seen = set()  # a reader never sees half a file
+    deadline = time.monotonic() + 2.5
+    while time.monotonic() < deadline:
+        seen.add(len(parse_metrics(file.read_text())))
+        time.sleep(0.005)
+    assert seen == {len(samples)}
+    one.process.terminate()
+    one.process.wait(10)
+    assert not file.exists(), "a daemon that has ended has no metrics"
+
+
+def test_a_metrics_file_that_cannot_be_written_is_told_once(daemon):
+    one = daemon('[metrics]\nfile = "/nonexistent/x.prom"\ninterval_s = 1\n')
+    time.sleep(2.2)
+    assert one.text().count("metrics.file: /nonexistent/x.prom cannot be written") == 1
+
+
+def test_a_deleted_socket_file_is_made_anew(daemon):
+    one = daemon()
+    connected = socket.socket(socket.AF_UNIX)
+    connected.connect(str(one.path))
+    for _ in range(3):
+        one.path.unlink()
+        wait_for(one.path.exists, what="socket to be back")
+        wait_for(lambda: one.cli("status").returncode == 0, what="daemon to answer")
+    assert one.text().count("was deleted; it is made anew") == 3
+    moved = one.path.with_name("elsewhere")
+    one.path.rename(moved)
+    wait_for(lambda: one.path.exists() and one.cli("status").returncode == 0, what="after a move")
+    assert one.status()["clients"] == 2  # connected before it all, and the one that asks
+    connected.close()
+
+
+def test_a_capture_tells_what_was_dropped_and_why(daemon, tmp_path):
+    one = daemon("[node]\nid = 5\n")
+    other = daemon("[node]\nid = 6\n", name="e", port=one.port)
+    file = tmp_path / "c.pcap"
+    capture = subprocess.Popen([program("swarmtalk-cli"), "--socket", one.path, "capture", file,
+                                "-C", "3", "-W", "20"], stdout=subprocess.PIPE, text=True)
+    wait_for(lambda: "captures all frames" in one.text(), what="capture")
+    assert other.cli("pub", "c", "nobody listens").returncode == 0
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF,
+                            socket.inet_aton("127.0.0.1"))
+        stranger.sendto(b"hello?", ("239.255.83.84", one.port))
+    wait_for(lambda: one.status()["links"][0]["counters"]["frames_not_ours"] == 1, what="stranger")
+    assert one.cli("pub", "c", "own").returncode == 0
+    out, _ = capture.communicate(timeout=30)
+    assert capture.returncode == 0 and "3 frames" in out
+    lines = [line.split("\t") for line in
+             pathlib.Path(f"{file}.dropped").read_text().splitlines()]
+    assert lines[0] == ["frame", "time", "link", "cause", "count"]
+    assert [(line[0], line[2], line[3], line[4]) for line in lines[1:]] == [
+        ("1", "w", "node_unknown_channels", "1"), ("2", "w", "frames_not_ours", "1")]
+    # The daemon's own reader understands the capture.
+    replay = tmp_path / "r.toml"
+    replay.write_text(f'[links.r]\ntype = "replay"\nfile = "{file}"\npace = "fastest"\n')
+    log = open(tmp_path / "r.log", "w", encoding="utf-8")
+    reader = subprocess.Popen([program("swarmtalkd"), "--config", replay, "--socket",
+                               tmp_path / "r.sock"], stderr=log)
+    try:
+        wait_for(lambda: "finished, 2 frames received" in (tmp_path / "r.log").read_text(),
+                 what="replay of the two good frames")
+    finally:
+        reader.terminate()
+        reader.wait(10)
+
+
+def switches(pid):
+    text = pathlib.Path(f"/proc/{pid}/status").read_text()
+    return int(text.split("\nvoluntary_ctxt_switches:")[1].split()[0])
+
+
+def resident_kib(pid):
+    return int(pathlib.Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0])
+
+
+def test_an_idle_daemon_is_small_and_sleeps(daemon, tmp_path):
+    notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    notify.bind(str(tmp_path / "notify"))
+    one = daemon(f'[metrics]\nfile = "{tmp_path / "m.prom"}"\n',
+                 env={**os.environ, "NOTIFY_SOCKET": str(tmp_path / "notify")})
+    client = subprocess.Popen([program("swarmtalk-cli"), "--socket", one.path, "sub", "c"],
+                              stdout=subprocess.DEVNULL)
+    wait_for(lambda: one.status()["channels"], what="subscription")
+    time.sleep(0.5)
+    before = switches(one.process.pid)
+    seconds = 8
+    time.sleep(seconds)
+    wakeups = (switches(one.process.pid) - before) / seconds
+    kib = resident_kib(one.process.pid)
+    client.terminate()
+    client.wait(10)
+    print(f"idle: {wakeups:.2f} wake-ups/s, resident {kib} KiB")
+    assert wakeups <= 1.0
+    if "CMAKE_BUILD_TYPE:STRING=RelWithDebInfo" in (BUILD / "CMakeCache.txt").read_text():
+        assert kib <= 10 * 1024
+
+
+def test_systemd_is_told_ready_status_watchdog_and_stopping(tmp_path, daemon):
+    notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    notify.bind(str(tmp_path / "notify"))
+    notify.settimeout(10)
+    environment = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "notify"),
+                   "WATCHDOG_USEC": "400000"}
+    environment.pop("WATCHDOG_PID", None)
+    one = daemon("[node]\nid = 5\n", env=environment)
+    assert notify.recv(4096).decode() == "READY=1\nSTATUS=node 5, link w up, 0 clients"
+    for _ in range(3):
+        assert notify.recv(4096).decode() == "WATCHDOG=1"
+    assert one.cli("node-id", "9").returncode == 0
+    wait_for(lambda: "STATUS=node 9," in notify.recv(4096).decode(), what="new status")
+    one.process.terminate()
+    wait_for(lambda: notify.recv(4096).decode() == "STOPPING=1", what="STOPPING")
