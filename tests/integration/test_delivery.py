@@ -158,7 +158,7 @@ def test_sixty_killed_clients_leave_nothing_behind(daemon):
 
 def test_the_delay_that_an_app_is_given_is_the_true_one(bridge_lab, tmp_path):
     base = tmp_path / "base.toml"
-    base.write_text("[links.wifi]\nrate_hz = 200\n")
+    base.write_text("[links.wifi]\nrate_hz = 30\n")
     lab = bridge_lab(2, "--config", base)
     receiver = lab.start(2, program("buffering_delay"), "receive", "300")
     assert "ready" in receiver.stderr.readline()
