@@ -45,7 +45,7 @@ TEST(Format, JsonHasSiUnitsWithoutFloatNoise) {
       R"("distance_m":0.45,"bearing_rad":-1.5708,)"
       R"("sender_pose":{"x_m":1.0,"y_m":2.0,"theta_rad":3.0,"age_ms":40},)"
       R"("hops":0,"ttl":0,"buffering_delay_us":1500,"received_at_ns":null,"local":false,)"
-      R"("lost_before":{"air":0,"kernel":0,"daemon":0,"client":0,"late":0},"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
+      R"("lost_before":{"air":0,"kernel":0,"daemon":0,"client":0,"late":0},"origin":null,"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
 }
 
 TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
