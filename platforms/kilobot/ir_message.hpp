@@ -39,22 +39,39 @@ static_assert(sizeof(IrMessage) == kIrBodyBytes, "a message lies in memory as on
 
 constexpr uint16_t kIrCrcStart = 0xFFFF;
 
+/// `byte` / 16. The compiler for AVR makes a loop of 16-bit shifts of it where it has the choice.
+__attribute__((always_inline)) inline uint8_t upper_nibble(uint8_t byte) {
+#if defined(__AVR__)
+  __asm__("swap %0\n\tandi %0, 0x0F" : "+d"(byte));
+  return byte;
+#else
+  return static_cast<uint8_t>(byte >> 4);
+#endif
+}
+
 /// CRC-16/MCRF4XX, one byte: reflected polynomial 0x8408, no final XOR ("123456789" -> 0x6F91).
 /// Over a message with its own CRC behind it (low byte first) the result is 0.
 __attribute__((always_inline)) inline uint16_t ir_crc_step(uint16_t crc, uint8_t byte) {
-  // The eight shifts of the polynomial folded into byte operations (x^16 + x^12 + x^5 + 1).
-  uint8_t mixed = static_cast<uint8_t>(byte ^ (crc & 0xFF));
-  mixed = static_cast<uint8_t>(mixed ^ (mixed << 4));
-  uint16_t next = static_cast<uint16_t>((static_cast<uint16_t>(mixed) << 8) | (crc >> 8));
-  next = static_cast<uint16_t>(next ^ static_cast<uint8_t>(mixed >> 4));
-  return static_cast<uint16_t>(next ^ (static_cast<uint16_t>(mixed) << 3));
+  // The eight shifts of the polynomial folded into byte operations (x^16 + x^12 + x^5 + 1), each
+  // half of the result by itself.
+  uint8_t mixed = static_cast<uint8_t>(byte ^ crc);
+  mixed = static_cast<uint8_t>(mixed ^ static_cast<uint8_t>(mixed << 4));
+  const uint8_t upper = upper_nibble(mixed);
+  const uint8_t low = static_cast<uint8_t>((crc >> 8) ^ upper ^ static_cast<uint8_t>(mixed << 3));
+  const uint8_t high = static_cast<uint8_t>(mixed ^ static_cast<uint8_t>(upper >> 1));
+  return static_cast<uint16_t>((static_cast<uint16_t>(high) << 8) | low);
+}
+
+/// The checksummed bytes of a message, kIrBodyBytes, one behind the other.
+inline const uint8_t* ir_body(const IrMessage& message) {
+  return reinterpret_cast<const uint8_t*>(&message);
 }
 
 /// Checksum of `message`, as it follows the type on the air (low byte first).
 inline uint16_t ir_crc(const IrMessage& message) {
   uint16_t crc = kIrCrcStart;
-  for (uint8_t i = 0; i < kIrDataBytes; ++i) crc = ir_crc_step(crc, message.data[i]);
-  return ir_crc_step(crc, message.type);
+  for (uint8_t i = 0; i < kIrBodyBytes; ++i) crc = ir_crc_step(crc, ir_body(message)[i]);
+  return crc;
 }
 
 }  // namespace kilobot

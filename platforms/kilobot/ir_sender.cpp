@@ -16,15 +16,16 @@ namespace {
 uint8_t transmit_pins;
 
 /// Lights the LEDs for kIrPulseCycles: one cycle for the second write, the rest waiting.
+__attribute__((noinline)) void pulse() {
+  const uint8_t dark = PORTB;  // both in registers before the light goes on
+  const uint8_t lit = dark | transmit_pins;
+  PORTB = lit;
+  __builtin_avr_delay_cycles(kIrPulseCycles - 1);
+  PORTB = dark;
+}
+
 struct Pulse {
-  uint8_t on;
-  uint8_t off;
-  void operator()() const {
-    const uint8_t dark = off;  // in a register before the light goes on
-    PORTB = on;
-    __builtin_avr_delay_cycles(kIrPulseCycles - 1);
-    PORTB = dark;
-  }
+  void operator()() const { pulse(); }
 };
 
 /// Listens through the leading byte, from the slot in which our own light has died away.
@@ -44,13 +45,12 @@ bool is_air_free(SlotTimer& timer) {
 }
 
 bool transmit(const IrMessage& message, uint16_t crc) {
-  const Pulse pulse = {static_cast<uint8_t>(PORTB | transmit_pins), PORTB};
   SlotTimer timer;
   pulse();
   if (!is_air_free(timer)) return false;
   timer.wait();
   pulse();
-  send_ir_body(timer, message, crc, pulse);
+  send_ir_body(timer, message, crc, Pulse());
   return true;
 }
 

@@ -52,8 +52,7 @@ void send_ir_byte(SlotTimer& timer, uint8_t byte, const Pulse& pulse) {
 /// @param crc  as it goes on the air; ir_crc(message), unless the caller wants a damaged one
 template <class Pulse>
 void send_ir_body(SlotTimer& timer, const IrMessage& message, uint16_t crc, const Pulse& pulse) {
-  for (uint8_t i = 0; i < kIrDataBytes; ++i) send_ir_byte(timer, message.data[i], pulse);
-  send_ir_byte(timer, message.type, pulse);
+  for (uint8_t i = 0; i < kIrBodyBytes; ++i) send_ir_byte(timer, ir_body(message)[i], pulse);
   send_ir_byte(timer, static_cast<uint8_t>(crc), pulse);
   send_ir_byte(timer, static_cast<uint8_t>(crc >> 8), pulse);
 }
