@@ -24,10 +24,6 @@ void clear_ports() {
 constexpr uint8_t kLedPinsD = (1 << 5) | (1 << 4);
 constexpr uint8_t kLedPinsC = (1 << 5) | (1 << 4) | (1 << 3) | (1 << 2);
 
-uint8_t pin(uint8_t rgb, uint8_t bit, uint8_t pin) {
-  return (rgb & (1 << bit)) != 0 ? static_cast<uint8_t>(1 << pin) : uint8_t{0};
-}
-
 }  // namespace
 
 void start_board() {
@@ -69,9 +65,12 @@ void power_receiver(bool on) {
 }
 
 void set_led(uint8_t rgb) {
-  DDRD = static_cast<uint8_t>((DDRD & ~kLedPinsD) | pin(rgb, 0, 5) | pin(rgb, 1, 4));
-  DDRC = static_cast<uint8_t>((DDRC & ~kLedPinsC) | pin(rgb, 2, 3) | pin(rgb, 3, 2) |
-                              pin(rgb, 4, 5) | pin(rgb, 5, 4));
+  // A colour's lower bit is the weak pin, the upper of its pair; green and blue then lie as in port
+  // C.
+  const uint8_t pins = static_cast<uint8_t>(static_cast<uint8_t>((rgb & 0x55) << 1) |
+                                            (static_cast<uint8_t>(rgb >> 1) & 0x55));
+  DDRC = static_cast<uint8_t>((DDRC & ~kLedPinsC) | (pins & kLedPinsC));
+  DDRD = static_cast<uint8_t>((DDRD & ~kLedPinsD) | (static_cast<uint8_t>(pins >> 2) & kLedPinsD));
 }
 
 bool is_charging() {

@@ -26,10 +26,16 @@ void stop_board();
 /// Infrared receiver's supply; off only in deep sleep.
 void power_receiver(bool on);
 
-/// Colour of the LED: two bits each for red (bits 0, 1), green (2, 3) and blue (4, 5).
+/// Colour of the LED: two bits each for red (bits 6, 7), blue (4, 5) and green (2, 3).
 void set_led(uint8_t rgb);
+/// @param red, green, blue  0 to 3
 constexpr uint8_t led_rgb(uint8_t red, uint8_t green, uint8_t blue) {
-  return static_cast<uint8_t>(red | (green << 2) | (blue << 4));
+  return static_cast<uint8_t>((red << 6) | (blue << 4) | (green << 2));
+}
+/// The same from 0 to 255 of each, the upper two bits of which count.
+constexpr uint8_t led_rgb8(uint8_t red, uint8_t green, uint8_t blue) {
+  return static_cast<uint8_t>((red & 0xC0) | (static_cast<uint8_t>(blue >> 2) & 0x30) |
+                              (static_cast<uint8_t>(green >> 4) & 0x0C));
 }
 
 constexpr uint8_t kLedOff = led_rgb(0, 0, 0);

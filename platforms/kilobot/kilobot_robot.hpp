@@ -55,9 +55,7 @@ class BasicKilobotRobot {
   uint32_t random() { return random32(); }
   static Distance distance(int32_t mm) { return static_cast<Distance>(mm); }
 
-  void led(platforms::Colour colour) {
-    set_led(led_rgb(colour.red >> 6, colour.green >> 6, colour.blue >> 6));
-  }
+  void led(platforms::Colour colour) { set_led(led_rgb8(colour.red, colour.green, colour.blue)); }
 
   void forward(uint32_t duration_ticks) {
     const MotorCalibration& speed = control().motors();
