@@ -28,7 +28,7 @@ class Backoff {
   /// @param spacing  mean time between two messages of this robot, if the air is free
   void start(uint16_t now, uint16_t spacing, uint16_t noise) {
     spacing_ = spacing < kLeastSpacing ? kLeastSpacing : spacing;
-    due_ = static_cast<uint16_t>(now + scaled(noise, kBusyUnits));
+    due_ = static_cast<uint16_t>(now + busy_wait(noise));
   }
 
   /// Whether the robot may try now.
@@ -46,10 +46,13 @@ class Backoff {
 
   /// The air was taken, or there was nothing to send.
   void on_deferred(uint16_t now, uint16_t noise) {
-    due_ = static_cast<uint16_t>(now + 1 + scaled(noise, kBusyUnits));
+    due_ = static_cast<uint16_t>(now + 1 + busy_wait(noise));
   }
 
  private:
+  /// Below kBusyUnits, a power of two: no multiplication.
+  static uint16_t busy_wait(uint16_t noise) { return noise / (UINT32_C(0x10000) / kBusyUnits); }
+
   static uint16_t scaled(uint16_t noise, uint16_t limit) {
     return static_cast<uint16_t>((static_cast<uint32_t>(noise) * limit) >> 16);
   }

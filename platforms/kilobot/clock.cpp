@@ -29,7 +29,7 @@ void start_clock() {
   TCCR0A = 0;
   TCNT0 = 0;
   TIFR0 = (1 << TOV0) | (1 << OCF0B);
-  TIMSK0 = (1 << TOIE0);
+  TIMSK0 = (1 << TOIE0) | (1 << OCIE0B);
   TCCR0B = (1 << CS02) | (1 << CS00);
 }
 
@@ -58,19 +58,16 @@ void wake_up() {
 }
 
 void sleep_until(uint16_t due) {
-  set_sleep_mode(SLEEP_MODE_IDLE);
+  SMCR = SLEEP_MODE_IDLE | (1 << SE);
   // The compare counts within one tick; the overflow wakes for anything beyond. Compare value 0
   // would be the overflow itself.
   const uint8_t low = static_cast<uint8_t>(due);
   OCR0B = low == 0 ? uint8_t{1} : low;
   TIFR0 = 1 << OCF0B;
-  TIMSK0 |= 1 << OCIE0B;
   cli();
   while (!is_awake && !has_come(units(), due)) {
-    sleep_enable();
     sei();  // takes effect after the next instruction, so no interrupt is missed in between
     sleep_cpu();
-    sleep_disable();
     cli();
   }
   is_awake = false;

@@ -64,11 +64,9 @@ void sleep_deeply() {
   TIMSK0 = 0;
   ADCSRA = 0;
   set_watchdog(1 << WDIE);
-  set_sleep_mode(SLEEP_MODE_PWR_DOWN);
-  sleep_enable();
+  SMCR = SLEEP_MODE_PWR_DOWN | (1 << SE);
   sei();
   sleep_cpu();
-  sleep_disable();
   TIMSK0 = timer;
   start_guard();
 }
