@@ -46,36 +46,16 @@ void on_urgent_message(uint8_t type) {
 
 void Control::start() {
   uid_ = read_uid();
-  motors_ = read_motor_calibration();
+  read_motor_calibration(motors_);
   enable_motors();
 }
 
 void Control::handle(const IrMessage& message) {
-  switch (message.type) {
-    case kIrSleep:
-      set_state(State::kSleeping);
-      break;
-    case kIrWakeup:
-      set_state(State::kIdle);
-      break;
-    case kIrCharge:
-      set_state(State::kCharging);
-      break;
-    case kIrVoltage:
-      set_state(State::kBattery);
-      break;
-    case kIrRun:
-      run();
-      break;
-    case kIrReadUid:
-      show_uid_bit(message.data[0]);
-      break;
-    case kIrCalibrate:
-      calibrate(message.data);
-      break;
-    default:
-      break;
-  }
+  const uint8_t type = message.type;
+  if (type >= kIrSleep && type <= kIrVoltage) set_state(static_cast<State>(type ^ kIrWakeup));
+  if (type == kIrRun) run();
+  if (type == kIrReadUid) show_uid_bit(message.data[0]);
+  if (type == kIrCalibrate) calibrate(message.data);
 }
 
 void Control::set_state(State state) {

@@ -11,14 +11,15 @@
 namespace swarmtalk {
 namespace kilobot {
 
+/// The first four are numbered like the messages that lead to them.
 enum class State : uint8_t {
-  kIdle,      // green flashes
-  kSleeping,  // powered down, listens every 8 s
-  kBattery,   // LED shows the voltage
-  kSetup,     // about to call the program's setup()
-  kRunning,   // the program runs
-  kCharging,  // LED red while the charger is at work
-  kMoving,    // motors turn for calibration
+  kIdle = kIrWakeup ^ kIrWakeup,      // green flashes
+  kSleeping = kIrSleep ^ kIrWakeup,   // powered down, listens every 8 s
+  kBattery = kIrVoltage ^ kIrWakeup,  // LED shows the voltage
+  kCharging = kIrCharge ^ kIrWakeup,  // LED red while the charger is at work
+  kSetup,                             // about to call the program's setup()
+  kRunning,                           // the program runs
+  kMoving,                            // motors turn for calibration
 };
 
 class Control {

@@ -28,14 +28,13 @@ static_assert(sizeof(MotorCalibration) == kDuties, "the duties lie one behind th
 
 }  // namespace
 
-MotorCalibration read_motor_calibration() {
-  MotorCalibration calibration;
+void read_motor_calibration(MotorCalibration& calibration) {
   uint8_t* duties = &calibration.turn_left;
   for (uint8_t i = 0; i < kDuties; ++i) {
-    duties[i] = read_eeprom(pgm_read_byte(&kAddresses[i]));
-    if (duties[i] == 0xFF) duties[i] = i < 2 ? kDefaultTurn : kDefaultStraight;
+    uint8_t duty = read_eeprom(pgm_read_byte(&kAddresses[i]));
+    if (duty == 0xFF) duty = i < 2 ? kDefaultTurn : kDefaultStraight;
+    duties[i] = duty;
   }
-  return calibration;
 }
 
 void write_motor_calibration(const MotorCalibration& calibration) {

@@ -15,7 +15,7 @@ struct MotorCalibration {
   uint8_t straight_right;
 };
 
-MotorCalibration read_motor_calibration();
+void read_motor_calibration(MotorCalibration& calibration);
 void write_motor_calibration(const MotorCalibration& calibration);
 
 /// Lets the motors turn again after disable_motors().
