@@ -124,28 +124,47 @@ std::uint16_t low_gain(std::uint8_t entry) {
   return static_cast<std::uint16_t>(900 - 35 * entry);
 }
 
+using Gains = std::uint16_t (*)(std::uint8_t);
+
+int distance_of(std::uint16_t high, std::uint16_t low, Gains high_table, Gains low_table) {
+  return distance_mm(high, low, high_table, low_table,
+                     [](Gains table, std::uint8_t entry) { return table(entry); });
+}
+
 TEST(Distance, FollowsTheCalibrationFromTouchToItsEnd) {
   for (int mm = kBodyMm; mm <= kBodyMm + 65; ++mm) {
     const auto high = static_cast<std::uint16_t>(1023 - 6 * (mm - kBodyMm));
     const auto low = static_cast<std::uint16_t>(900 - 7 * (mm - kBodyMm));
-    EXPECT_EQ(distance_mm(high, low, high_gain, low_gain), mm);
+    EXPECT_EQ(distance_of(high, low, high_gain, low_gain), mm);
   }
 }
 
 TEST(Distance, IsNeverLessThanTouchNorMoreThanFar) {
-  EXPECT_EQ(distance_mm(1023, 1023, high_gain, low_gain), kBodyMm);
-  EXPECT_EQ(distance_mm(10, 0, high_gain, low_gain), kBodyMm + kFarMm);
+  EXPECT_EQ(distance_of(1023, 1023, high_gain, low_gain), kBodyMm);
+  EXPECT_EQ(distance_of(10, 0, high_gain, low_gain), kBodyMm + kFarMm);
 }
 
 TEST(Distance, OfARobotWithoutCalibrationIsUnknown) {
   const auto blank = [](std::uint8_t) { return std::uint16_t{0xFFFF}; };
   for (std::uint16_t high = 0; high < 1024; high += 11)
-    EXPECT_EQ(distance_mm(high, 500, blank, blank), kDistanceUnknown);
+    EXPECT_EQ(distance_of(high, 500, blank, blank), kDistanceUnknown);
 }
 
 TEST(Distance, OfATableThatDoesNotFallIsUnknown) {
   const auto flat = [](std::uint8_t) { return std::uint16_t{800}; };
-  EXPECT_EQ(distance_mm(650, 500, flat, flat), kDistanceUnknown);
+  EXPECT_EQ(distance_of(650, 500, flat, flat), kDistanceUnknown);
+}
+
+TEST(Distance, GoesOverFromOneAmplifierToTheOtherWithoutAJump) {
+  constexpr std::uint16_t kLow = 550;  // 50 mm between the bodies, whatever the other one says
+  int before = kBodyMm + 50;
+  for (std::uint16_t high = 1023; high > 640; --high) {
+    const int mm = distance_of(high, kLow, high_gain, low_gain);
+    if (high >= kHighTrusted) EXPECT_EQ(mm, kBodyMm + 50) << high;
+    if (high <= kLowTrusted) EXPECT_NEAR(mm, kBodyMm + (1023 - high) / 6.0, 1) << high;
+    EXPECT_NEAR(mm, before, 2) << high;
+    before = mm;
+  }
 }
 
 TEST(Backoff, KeepsTheSpacingOnAverageAndGivesWayToNeighbours) {
