@@ -37,8 +37,9 @@ void receive_all(const Program& program) {
 /// Tries to send when its time has come. A message that met taken air waits for the next try.
 void send(const Program& program) {
   if (!backoff.is_due(units())) return;
-  if (!is_receiving() && !has_message) has_message = program.next(message);
-  if (has_message && send_ir(message)) {
+  const bool is_running = robot_control.state() == State::kRunning;
+  if (is_running && !is_receiving() && !has_message) has_message = program.next(message);
+  if (is_running && has_message && send_ir(message)) {
     has_message = false;
     const uint8_t heard = receptions_heard();
     backoff.on_sent(units(), static_cast<uint8_t>(heard - heard_at_last_send), random16());
@@ -46,7 +47,8 @@ void send(const Program& program) {
     return;
   }
   // A robot with nothing to say keeps drawing, too, so that all that answer one message at once do
-  // not answer at the same moment.
+  // not answer at the same moment; and one that does not run, since a time that is long past counts
+  // as one to come.
   backoff.on_deferred(units(), random16());
 }
 
@@ -55,8 +57,7 @@ void run_state(const Program& program) {
     program.setup();
     robot_control.on_set_up();
   }
-  if (robot_control.state() != State::kRunning) return;
-  program.loop();
+  if (robot_control.state() == State::kRunning) program.loop();
   send(program);
 }
 
