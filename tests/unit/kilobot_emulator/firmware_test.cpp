@@ -79,6 +79,11 @@ class FirmwareTest : public testing::Test {
   int host_ = -1;
 };
 
+// The room of robot and program in a hop-count image (platforms/kilobot/join.hpp).
+constexpr char kRobotAndProgram[] =
+    "_ZN9swarmtalk7kilobot6JoinedINS_5suite8HopCountENS0_17BasicKilobotRobotINS_4core7KilobotEEEE5"
+    "room_E";
+
 class HopCountTest : public FirmwareTest, public testing::WithParamInterface<int> {};
 
 /// A grid in which only the four nearest robots hear each other: hops are rows plus columns.
@@ -100,8 +105,8 @@ TEST_P(HopCountTest, SpreadsOverNineRobotsAfterRunFromTheHost) {
       return std::abs(i % kColumns - seed % kColumns) + std::abs(i / kColumns - seed / kColumns);
     };
     // The program's last bytes: for each seed its publisher, the hops and whether it is one.
-    EXPECT_EQ(byte(node, "joined", -6), hops(0)) << node.name() << " to seed 1";
-    EXPECT_EQ(byte(node, "joined", -2), hops(1)) << node.name() << " to seed 2";
+    EXPECT_EQ(byte(node, kRobotAndProgram, -7), hops(0)) << node.name() << " to seed 1";
+    EXPECT_EQ(byte(node, kRobotAndProgram, -2), hops(1)) << node.name() << " to seed 2";
     EXPECT_EQ(node.mcu().late_edges(), 0u);
   }
   const double speed = emulation_->emulated_seconds() * 10 / cpu_s;

@@ -121,7 +121,7 @@ TEST(MinimalPort, RunsEdgeFollowingTowardsItsDistance) {
     }
     EXPECT_EQ(did_left, distance_mm == 50);
     EXPECT_EQ(did_right, distance_mm == 80);
-    EXPECT_EQ(did_ahead, distance_mm == 60);
+    EXPECT_TRUE(did_ahead) << "a turn is followed by a step";
     EXPECT_EQ(hardware[0].led.blue, 255) << "the seed has its follower";
     EXPECT_EQ(hardware[0].led.red, 0);
   }
