@@ -37,6 +37,7 @@ inline constexpr IntegerLimits kBurstLimits{1, 10'000};
 inline constexpr IntegerLimits kJitterUsLimits{0, 1'000'000};
 inline constexpr IntegerLimits kReceiveBufferLimits{4096, 64 << 20};
 inline constexpr double kMaxRateHz = 1e6;
+inline constexpr double kMaxVirtualRangeM = 1000.0;
 inline constexpr double kMaxPoseM = 32.767;       // what the air frame can say
 inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
 inline constexpr std::size_t kMaxLinks = 8;
@@ -68,6 +69,12 @@ struct SocketConfig {
   std::string group;  // empty: the process's own
 };
 
+/// A radio reaches farther than the robots of a small arena should hear each other.
+struct VirtualRange {
+  double limit_m = 0.0;        // packets from farther are dropped; 0: none is
+  bool drops_unknown = false;  // with a limit: those from an unknown distance too
+};
+
 enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay, kKilobot };
 
 /// One [links.NAME] section. Which members count depends on the type.
@@ -85,6 +92,7 @@ struct LinkConfig {
   std::string output;                    // replay: capture to transmit to; empty: nowhere
   bool is_fastest = false;               // replay: not at the recorded pace
   std::string key_file;                  // raw_l2, udp, replay; empty: no swarm key
+  VirtualRange virtual_range;            // raw_l2, udp, replay
   double rate_hz = 0.0;                  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;

@@ -11,8 +11,8 @@ constexpr std::array<std::string_view, 5> kSections{"node.", "channels.", "limit
                                                     "metrics."};
 // Of these sections what is used up at start.
 constexpr std::array<std::string_view, 1> kAtStartOnly{"limits.tracked_senders"};
-constexpr std::array<std::string_view, 4> kLinkKeys{"rate_hz", "burst_frames", "jitter_us",
-                                                    "key_file"};
+constexpr std::array<std::string_view, 6> kLinkKeys{
+    "rate_hz", "burst_frames", "jitter_us", "key_file", "virtual_range_m", "virtual_range_unknown"};
 
 /// Whether `key` is of a link that only one of the two has.
 bool is_of_new_or_gone_link(const std::string& key, const KeyLines& before, const KeyLines& after) {

@@ -108,6 +108,14 @@ void read_key_file(const TableReader& table, LinkConfig& link) {
   }
 }
 
+void read_virtual_range(const TableReader& table, VirtualRange& range) {
+  table.read_number("virtual_range_m", 0.0, kMaxVirtualRangeM, range.limit_m);
+  range.drops_unknown = table.read_choice("virtual_range_unknown", {"deliver", "drop"}) == 1;
+  if (table.has("virtual_range_unknown") && range.limit_m == 0.0) {
+    table.fail("virtual_range_unknown", "means nothing without a virtual_range_m; add that");
+  }
+}
+
 void read_profile(const TableReader& table, LinkConfig& link) {
   const int profile = table.read_choice("profile", {"wifi", "kilobot", "classic2020", "footbot"});
   if (profile >= 0) link.profile = static_cast<frame::ProfileId>(profile);
@@ -124,9 +132,9 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
   if (type < 0) {
     std::vector<std::string> keys = kilobot_keys();
-    keys.insert(keys.end(),
-                {"interface", "ethertype", "address", "port", "file", "output", "pace", "key_file",
-                 "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
+    keys.insert(keys.end(), {"interface", "ethertype", "address", "port", "file", "output", "pace",
+                             "key_file", "virtual_range_m", "virtual_range_unknown", "rate_hz",
+                             "burst_frames", "jitter_us", "receive_buffer_bytes"});
     table.expect_keys(keys);
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
   }
@@ -134,7 +142,8 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   switch (link.type) {
     case LinkType::kRawL2:
       table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "key_file",
-                         "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
+                         "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
+                         "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -144,15 +153,16 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       break;
     case LinkType::kUdp:
       table.expect_keys({"type", "profile", "node_id", "interface", "address", "port", "key_file",
-                         "rate_hz", "burst_frames", "jitter_us", "receive_buffer_bytes"});
+                         "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
+                         "jitter_us", "receive_buffer_bytes"});
       read_interface(table, link);
       read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);
       read_pacing(table, link);
       break;
     case LinkType::kReplay:
-      table.expect_keys(
-          {"type", "profile", "node_id", "file", "output", "pace", "ethertype", "key_file"});
+      table.expect_keys({"type", "profile", "node_id", "file", "output", "pace", "ethertype",
+                         "key_file", "virtual_range_m", "virtual_range_unknown"});
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);
@@ -165,6 +175,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   }
   read_profile(table, link);
   read_key_file(table, link);
+  read_virtual_range(table, link.virtual_range);
   return link;
 }
 

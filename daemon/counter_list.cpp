@@ -96,17 +96,35 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "node_contradictions", "packets that cannot be of one message"},
     {kLink, "node_id_collisions", "packets of another origin under our node id"},
     {kLink, "node_bad_origins", "messages marked as crossed whose origin cannot be read"},
+    {kLink, "packets_too_far", "packets from beyond virtual_range_m"},
+    {kLink, "packets_unknown_distance", "packets dropped by virtual_range_unknown"},
 };
 
-constexpr std::string_view kDrops[] = {
-    "frames_truncated",      "frames_other_version",     "frames_other_profile",
-    "frames_unknown_flags",  "frames_bad_packet_length", "frames_not_ours",
-    "frames_sealed",         "frames_without_key",       "frames_other_key",
-    "frames_replayed",       "frames_not_authentic",     "own_echoes",
-    "kernel_drops",          "node_bad_packets",         "node_bad_checksums",
-    "node_unknown_channels", "node_duplicates",          "node_own_echoes",
-    "node_no_memory",        "node_forward_queue_full",  "node_aged_out",
-    "node_contradictions",   "node_id_collisions"};
+constexpr std::string_view kDrops[] = {"frames_truncated",
+                                       "frames_other_version",
+                                       "frames_other_profile",
+                                       "frames_unknown_flags",
+                                       "frames_bad_packet_length",
+                                       "frames_not_ours",
+                                       "frames_sealed",
+                                       "frames_without_key",
+                                       "frames_other_key",
+                                       "frames_replayed",
+                                       "frames_not_authentic",
+                                       "own_echoes",
+                                       "kernel_drops",
+                                       "node_bad_packets",
+                                       "node_bad_checksums",
+                                       "node_unknown_channels",
+                                       "node_duplicates",
+                                       "node_own_echoes",
+                                       "node_no_memory",
+                                       "node_forward_queue_full",
+                                       "node_aged_out",
+                                       "node_contradictions",
+                                       "node_id_collisions",
+                                       "packets_too_far",
+                                       "packets_unknown_distance"};
 
 }  // namespace
 

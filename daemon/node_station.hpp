@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <unordered_map>
@@ -143,6 +144,8 @@ class NodeStation final : public Station, public drivers::LinkUser {
     node_->set_node_id(static_cast<typename W::NodeId>(identity_.id()));
   }
 
+  void set_virtual_range(const VirtualRange& range) override { virtual_range_ = range; }
+
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
     return out.size() < node_->next_packet_bytes() ? 0 : node_->pull_packet(out.data());
@@ -225,6 +228,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::uint8_t hops_of(const core::Reception<P>& reception) const;
   std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
   Range range_of(const drivers::FrameReception& frame) const;
+  bool is_out_of_range();
 
   std::string name_;
   ProfileName profile_;
@@ -239,6 +243,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   drivers::MonotonicTime latest_{};                           // that the node was told
   Range range_ = Range::unknown();                            // of its transmitter
   std::uint64_t bad_origins_ = 0;
+  VirtualRange virtual_range_;
+  std::uint64_t packets_too_far_ = 0;
+  std::uint64_t packets_unknown_distance_ = 0;
   std::unique_ptr<drivers::Link> link_;  // last: it calls the others until it is gone
 };
 
@@ -256,6 +263,7 @@ template <class P>
 void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
                                const drivers::FrameReception& frame) {
   range_ = range_of(frame);
+  if (is_out_of_range()) return;
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
   node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
@@ -265,6 +273,18 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
   const bool is_namesake =
       frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
   if (is_namesake || node_->counters().id_collisions != collisions) user_.on_namesake(*this);
+}
+
+template <class P>
+bool NodeStation<P>::is_out_of_range() {
+  if (virtual_range_.limit_m == 0.0) return false;
+  if (std::isnan(range_.distance_m)) {
+    if (virtual_range_.drops_unknown) ++packets_unknown_distance_;
+    return virtual_range_.drops_unknown;
+  }
+  const bool is_too_far = static_cast<double>(range_.distance_m) > virtual_range_.limit_m;
+  if (is_too_far) ++packets_too_far_;
+  return is_too_far;
 }
 
 template <class P>
@@ -335,6 +355,8 @@ drivers::Counters NodeStation<P>::counters() const {
       {"node_contradictions", c.contradictions},
       {"node_id_collisions", c.id_collisions},
       {"node_bad_origins", bad_origins_},
+      {"packets_too_far", packets_too_far_},
+      {"packets_unknown_distance", packets_unknown_distance_},
   };
 }
 

@@ -126,7 +126,9 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
   for (const LinkConfig& link : fresh.config.links) {
     if (!is_changed(("links." + link.name + ".").c_str())) continue;
     for (Station* station : parts_.hub.stations()) {
-      if (station->name() == link.name) station->link().set_pacing(pacing_of(link));
+      if (station->name() != link.name) continue;
+      station->link().set_pacing(pacing_of(link));
+      station->set_virtual_range(link.virtual_range);
     }
   }
   config.node = fresh.config.node;

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "daemon/config.hpp"
 #include "daemon/loss.hpp"
 #include "daemon/message.hpp"
 #include "daemon/node_identity.hpp"
@@ -95,6 +96,10 @@ class Station {
   virtual bool send_again(std::uint16_t channel) = 0;
   /// Gives up the message in flight, if any, without on_sent().
   virtual void cancel(std::uint16_t channel) = 0;
+
+  /// From now on packets from beyond are dropped, like those of a radio that does not reach so far:
+  /// neither heard nor forwarded, and counted.
+  virtual void set_virtual_range(const VirtualRange& range) = 0;
 
   /// The id of identity() has changed.
   virtual void adopt_node_id() = 0;

@@ -14,8 +14,10 @@ std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkCon
   std::unique_ptr<drivers::Link> link =
       open_link(io, config, lines, profile.name.id, profile.limits.max_packet_bytes);
   const auto make = [&]<class P>() -> std::unique_ptr<Station> {
-    return std::make_unique<NodeStation<P>>(config.name, profile.name, std::move(link), identity,
-                                            poses, user);
+    auto station = std::make_unique<NodeStation<P>>(config.name, profile.name, std::move(link),
+                                                    identity, poses, user);
+    station->set_virtual_range(config.virtual_range);
+    return station;
   };
   switch (config.profile) {
     case frame::ProfileId::kKilobot:

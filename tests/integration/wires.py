@@ -98,10 +98,14 @@ class Robot:
         self.log = wires.file(f"{number}.log")
         self.daemon = None
 
-    def start(self, config, wait=True):
-        """Starts swarmtalkd with this TOML; waits until it serves and its links are up."""
+    def configure(self, config):
+        """Writes the daemon's file; one that runs reads it when it is told to reload."""
         with open(self._config, "w", encoding="utf-8") as file:
             file.write(config)
+
+    def start(self, config, wait=True):
+        """Starts swarmtalkd with this TOML; waits until it serves and its links are up."""
+        self.configure(config)
         log = open(self.log, "a", encoding="utf-8")
         self.daemon = self._wires.keep(subprocess.Popen(
             self._words(program("swarmtalkd"), "--config", self._config, "--socket", self.socket),

@@ -102,7 +102,8 @@ const Wrong kWrong[] = {
     {"key_of_another_link_type", std::string(kLink) + "ethertype = 0x88B5\n",
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "
-     "address, port, key_file, rate_hz, burst_frames, jitter_us, receive_buffer_bytes"},
+     "address, port, key_file, virtual_range_m, virtual_range_unknown, rate_hz, burst_frames, "
+     "jitter_us, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "
      "them)"},
@@ -112,6 +113,11 @@ const Wrong kWrong[] = {
      "f.toml:4: key 'links.w.ethertype': 1500 is out of range; use 1536 to 65535"},
     {"negative_rate", std::string(kLink) + "rate_hz = -1\n",
      "f.toml:3: key 'links.w.rate_hz': -1 is out of range; use 0 to 1e+06"},
+    {"range_beyond_any_arena", std::string(kLink) + "virtual_range_m = 1001\n",
+     "f.toml:3: key 'links.w.virtual_range_m': 1001 is out of range; use 0 to 1000"},
+    {"unknown_range_without_range", std::string(kLink) + "virtual_range_unknown = \"drop\"\n",
+     "f.toml:3: key 'links.w.virtual_range_unknown': means nothing without a virtual_range_m; add "
+     "that"},
     {"replay_without_file", "[links.w]\ntype = \"replay\"\n",
      "f.toml:1: key 'links.w': has no 'file'; add file = \"capture.pcap\""},
     {"links_is_no_table", "links = 3\n",
@@ -180,6 +186,7 @@ TEST(Config, LinkAloneIsEnough) {
 TEST(Config, ValuesArriveWhereTheyBelong) {
   const Config config = parsed(
       "port = 4000\nrate_hz = 12.5\njitter_us = 300\n"
+      "virtual_range_m = 1.5\nvirtual_range_unknown = \"drop\"\n"
       "[node]\nid = 17\npose = [1, -2.5, 0.5]\npose_max_age_ms = 500\n"
       "[socket]\npath = \"/tmp/s\"\nmode = \"666\"\ngroup = \"robots\"\n"
       "[channels]\nhello = 1\n\"two words\" = 0xFFFF\n"
@@ -187,6 +194,8 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(config.links[0].port, 4000);
   EXPECT_DOUBLE_EQ(config.links[0].rate_hz, 12.5);
   EXPECT_EQ(config.links[0].jitter_us, 300u);
+  EXPECT_DOUBLE_EQ(config.links[0].virtual_range.limit_m, 1.5);
+  EXPECT_TRUE(config.links[0].virtual_range.drops_unknown);
   EXPECT_EQ(config.node.id, 17);
   EXPECT_DOUBLE_EQ(config.node.pose->y_m, -2.5);
   EXPECT_EQ(config.node.pose_max_age_ms, 500u);

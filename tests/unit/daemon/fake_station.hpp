@@ -101,6 +101,7 @@ class FakeStation final : public Station {
     return true;
   }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
+  void set_virtual_range(const VirtualRange&) override {}
   void adopt_node_id() override { node_id = identity().id(); }
 
   /// The last packet of what was sent last on this channel has left.

@@ -63,6 +63,14 @@ struct Robot {
   Subscription subscription;
 };
 
+std::uint64_t counter(const Station& station, const std::string& name) {
+  for (const auto& [each, value] : station.counters()) {
+    if (each == name) return value;
+  }
+  ADD_FAILURE() << "no counter " << name;
+  return 0;
+}
+
 TEST(NodeStation, MessageCrossesWithOriginDistanceAndBearing) {
   Robot a(1, at(0, 0, 0));
   Robot b(2, at(3, 4, std::numbers::pi));
@@ -132,6 +140,37 @@ TEST(NodeStation, WithoutAPoseDistanceIsUnknown) {
   ASSERT_EQ(b.client.heard.size(), 1u);
   EXPECT_TRUE(std::isnan(b.client.last->distance_m));
   EXPECT_TRUE(std::isnan(b.client.last->bearing_rad));
+}
+
+TEST(NodeStation, PacketsFromBeyondTheVirtualRangeAreNeitherHeardNorForwarded) {
+  Robot near(1, at(0.9, 0, 0));
+  Robot far(2, at(1.1, 0, 0));
+  Robot lost(3, NodeConfig{});
+  Robot hearer(4, at(0, 0, 0));
+  hearer.station.set_virtual_range({1.0, false});
+  for (Robot* sender : {&far, &near, &lost}) {
+    sender->publish(std::to_string(sender->identity.id()), 1);
+    sender->transmit_to(hearer);
+  }
+  ASSERT_EQ(hearer.client.heard.size(), 2u);
+  EXPECT_EQ(std::get<1>(hearer.client.heard[0]), "1");
+  EXPECT_EQ(std::get<1>(hearer.client.heard[1]), "3");
+  EXPECT_EQ(hearer.link->pull_all().size(), 2u) << "what is forwarded";
+  EXPECT_EQ(counter(hearer.station, "packets_too_far"), 1u);
+}
+
+TEST(NodeStation, VirtualRangeDropsUnknownDistancesIfAsked) {
+  Robot lost(1, NodeConfig{});
+  Robot hearer(2, at(0, 0, 0));
+  hearer.station.set_virtual_range({1.0, true});
+  lost.publish("x");
+  lost.transmit_to(hearer);
+  EXPECT_TRUE(hearer.client.heard.empty());
+  EXPECT_EQ(counter(hearer.station, "packets_unknown_distance"), 1u);
+  hearer.station.set_virtual_range({});
+  lost.publish("y");
+  lost.transmit_to(hearer);
+  EXPECT_EQ(hearer.client.heard.size(), 1u) << "without a range every packet is heard";
 }
 
 TEST(NodeStation, LongestMessageCrossesWhole) {
