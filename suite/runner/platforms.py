@@ -1,4 +1,8 @@
-"""Runs one resolved scenario on its platform and leaves the log of it in a file."""
+"""Runs one resolved scenario on its platform and leaves the log of it in a file.
+
+Ctrl-C (and SIGTERM) goes to whatever runs, so that it ends with what it has; where the signal comes
+between two programs, `interrupted` says so.
+"""
 import json
 import os
 import pathlib
@@ -6,49 +10,84 @@ import signal
 import subprocess
 
 interrupted = False  # Ctrl-C came; the run that it met has ended early
+_running = None      # the program that is told of it
 
 
 class PlatformError(Exception):
     """One line for the user: why the platform cannot run, and what to do."""
 
 
-def program_path(name: str, *folders: str) -> str:
+class Interrupted(Exception):
+    """Ctrl-C came before a program had begun: there is nothing of it."""
+
+
+def builds() -> list[pathlib.Path]:
+    """Where programs of ours may have been built: SWARMTALK_BUILD, or this tree's folders."""
+    if "SWARMTALK_BUILD" in os.environ:
+        return [pathlib.Path(os.environ["SWARMTALK_BUILD"]).resolve()]
+    root = pathlib.Path(__file__).resolve().parent.parent.parent
+    return [root / "build", root / "build-test"]
+
+
+def program_path(name: str, folder: str) -> pathlib.Path:
     """A program of ours: in the build of SWARMTALK_BUILD, in this tree's, or installed."""
-    here = pathlib.Path(__file__).resolve().parent
-    builds = [pathlib.Path(os.environ["SWARMTALK_BUILD"])] if "SWARMTALK_BUILD" in os.environ else [
-        here.parent.parent / "build", here.parent.parent / "build-test"]
-    candidates = [build / folder / name for build in builds for folder in folders]
+    candidates = [build / folder / name for build in builds()]
     candidates += [pathlib.Path("/usr/local/bin") / name, pathlib.Path("/usr/bin") / name]
     for path in candidates:
         if os.access(path, os.X_OK):
-            return str(path)
+            return path
     raise PlatformError(f"no program {name}; build it, and name the build with SWARMTALK_BUILD=DIR")
 
 
-def wait(process: subprocess.Popen) -> int:
-    """Waits; a Ctrl-C is passed on once, so that the run ends with what it has."""
-    global interrupted
-    while True:
-        try:
-            return process.wait()
-        except KeyboardInterrupt:
-            interrupted = True
-            process.send_signal(signal.SIGINT)
+def catch_interrupts():
+    """From here on Ctrl-C ends a run, not this program. A handler and not an exception, which could
+    come while a program is being started and leave it behind, running."""
+    def handler(*_):
+        global interrupted
+        interrupted = True
+        if _running is not None and _running.poll() is None:
+            _running.send_signal(signal.SIGINT)
+    signal.signal(signal.SIGINT, handler)
+    signal.signal(signal.SIGTERM, handler)
+
+
+def call(command: list):
+    """Runs a program of ours to its end. Raises PlatformError with its last words if it fails,
+    Interrupted if it did not begin."""
+    global _running
+    if interrupted:
+        raise Interrupted
+    # In a group of its own, or a terminal's Ctrl-C would reach it twice.
+    process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                               start_new_session=True)
+    _running = process
+    if interrupted:  # while it was being started
+        process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    _running = None
+    if interrupted and process.returncode == -signal.SIGINT:
+        raise Interrupted
+    if process.returncode != 0:
+        name = pathlib.Path(command[0]).name
+        raise PlatformError(errors.strip() or f"{name} ended with {process.returncode}")
 
 
 def run_simulated(scenario: dict, log: pathlib.Path):
     """swarmtalk-sim: virtual time, same seed, same bytes."""
     path = log.with_suffix(".scenario")
     path.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
-    # In a group of its own, or a terminal's Ctrl-C would reach it twice.
-    process = subprocess.Popen([program_path("swarmtalk-sim", "suite"), path, log],
-                               stderr=subprocess.PIPE, text=True, start_new_session=True)
-    code = wait(process)
-    path.unlink()
-    if code != 0:
-        raise PlatformError(process.stderr.read().strip() or f"swarmtalk-sim ended with {code}")
+    try:
+        call([program_path("swarmtalk-sim", "suite"), path, log])
+    finally:
+        path.unlink()
 
 
 def run(scenario: dict, log: pathlib.Path):
-    """Runs it to its end. Raises PlatformError when it cannot."""
-    run_simulated(scenario, log)
+    """Runs it to its end, or until interrupted; then there may be no log. Raises PlatformError when
+    it cannot."""
+    log.unlink(missing_ok=True)
+    try:
+        run_simulated(scenario, log)
+    except Interrupted:
+        log.unlink(missing_ok=True)

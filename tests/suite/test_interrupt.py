@@ -1,0 +1,64 @@
+"""Ctrl-C at the moments at which programs are being started."""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "suite/runner"))
+import platforms  # noqa: E402
+
+# Ends on the first SIGINT, with 0, as programs of ours do; says that it listens.
+OBEYS = ("import signal, sys\nsignal.signal(signal.SIGINT, lambda *_: sys.exit(0))\n"
+         "open(sys.argv[1], 'w').close()\nwhile True: signal.pause()\n")
+
+
+@pytest.fixture
+def interrupts(monkeypatch):
+    """Handlers as the runner's; undone afterwards."""
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setattr(platforms, "interrupted", False)
+    platforms.catch_interrupts()
+    yield
+    for each, handler in before.items():
+        signal.signal(each, handler)
+
+
+def test_interrupt_while_a_program_is_started_ends_it(interrupts, monkeypatch, tmp_path):
+    """The program runs already, and the runner does not know its number yet."""
+    listens, started = tmp_path / "listens", []
+
+    class Started(subprocess.Popen):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            started.append(self)
+            while not listens.exists():
+                time.sleep(0.01)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(platforms.subprocess, "Popen", Started)
+    platforms.call([sys.executable, "-c", OBEYS, listens])
+    assert platforms.interrupted and started[0].returncode == 0
+
+
+def test_interrupt_before_a_program_listens_is_no_failure(interrupts, monkeypatch):
+    """It dies of the signal: the run has no log, and that is all."""
+    class Started(subprocess.Popen):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(platforms.subprocess, "Popen", Started)
+    with pytest.raises(platforms.Interrupted):
+        platforms.call(["sleep", "1000"])
+
+
+def test_interrupt_between_two_runs_starts_no_other(interrupts, tmp_path):
+    os.kill(os.getpid(), signal.SIGINT)
+    with pytest.raises(platforms.Interrupted):
+        platforms.call(["touch", tmp_path / "ran"])
+    assert not (tmp_path / "ran").exists()
