@@ -1,9 +1,14 @@
-// Firefly synchronisation on a Kilobot: one image for all robots.
+// Firefly synchronisation on a Kilobot: one image for all robots. FIREFLY_NO_DELAY takes arrivals
+// for the times of flashes, as the right half of the paper's figure 7.
 #include "suite/programs/firefly.hpp"
 
 #include "platforms/kilobot/join.hpp"
 
+#ifdef FIREFLY_NO_DELAY
+swarmtalk::kilobot::Joined<swarmtalk::suite::FireflyNoDelay> joined;
+#else
 swarmtalk::kilobot::Joined<swarmtalk::suite::Firefly> joined;
+#endif
 
 int main() {
   joined.run();

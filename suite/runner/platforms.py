@@ -9,6 +9,8 @@ import pathlib
 import signal
 import subprocess
 
+import emulated
+
 interrupted = False  # Ctrl-C came; the run that it met has ended early
 _running = None      # the program that is told of it
 
@@ -83,11 +85,24 @@ def run_simulated(scenario: dict, log: pathlib.Path):
         path.unlink()
 
 
+def run_emulated(scenario: dict, log: pathlib.Path):
+    """kilobot-emulator: firmware images in virtual time, same seed, same bytes."""
+    emulator = program_path("kilobot-emulator", "tools/kilobot_emulator")
+    images = emulator.parent.parent.parent / "kilobot"
+    try:
+        emulated.run(scenario, log, emulator, images, call)
+    except emulated.EmulationError as error:
+        raise PlatformError(str(error)) from error
+
+
 def run(scenario: dict, log: pathlib.Path):
     """Runs it to its end, or until interrupted; then there may be no log. Raises PlatformError when
     it cannot."""
     log.unlink(missing_ok=True)
     try:
-        run_simulated(scenario, log)
+        if scenario["platform"] == "kilobot-emulated":
+            run_emulated(scenario, log)
+        else:
+            run_simulated(scenario, log)
     except Interrupted:
         log.unlink(missing_ok=True)

@@ -1,0 +1,64 @@
+"""Platform kilobot-emulated: the firmware's images, judged like every other platform."""
+import json
+
+import pytest
+
+from test_runner import BUILD, results, suite
+
+for part in ("tools/kilobot_emulator/kilobot-emulator", "kilobot/firefly.elf"):
+    if not (BUILD / part).exists():
+        pytest.skip(f"no {BUILD / part}: libsimavr-dev or gcc-avr is missing",
+                    allow_module_level=True)
+
+EMULATED = ("--platform", "kilobot-emulated", "--robots", 9)
+
+
+def events(path) -> list[dict]:
+    return [json.loads(line) for line in path.read_text().splitlines()[1:]]
+
+
+@pytest.mark.parametrize("program, seconds", [
+    ("hop_count", 12), ("hop_count_two_seeds", 12), ("firefly", 120)])
+def test_nine_emulated_robots_succeed_three_times(tmp_path, program, seconds):
+    done = suite(tmp_path, "run", program, *EMULATED, "--runs", 3, "--seconds", seconds)
+    assert done.returncode == 0, done.stderr
+    assert [r["success"] for r in results(done)] == [True] * 3
+
+
+def test_the_log_is_read_off_the_air_and_replays(tmp_path):
+    """Each robot starts, shows its count, sends and hears; each loss has a cause; a message waits
+    for less than a second."""
+    done = suite(tmp_path, "run", "hop_count", *EMULATED)
+    result = results(done)[0]
+    log = tmp_path / "suite-logs/hop_count-kilobot-emulated-9-1.jsonl"
+    found = events(log)
+    for kind in ("start", "led", "value", "sent", "received", "end"):
+        assert {e["robot"] for e in found if e["event"] == kind} == set(range(9)), kind
+    first = {e["robot"]: e["value"] for e in reversed(found) if e["event"] == "value"}
+    assert first[0] == 0 and all(first[i] in (100, 1, 2) for i in range(1, 9)), first
+    air = found[-1]
+    assert air["expected"] == sum(air[key] for key in (
+        "received", "lost_collision", "lost_while_sending", "lost_noise"))
+    assert air["lost_noise"] < 0.02 * air["expected"], "losses without a cause"
+    assert air["received"] > 0.6 * air["expected"]
+    assert 0.005 < result["latency_p50_s"] < result["latency_p99_s"] < 1
+    assert 0.5 < result["delivery"] < 1
+    assert suite(tmp_path, "replay", log).stdout == "same bytes\n"
+
+
+def test_loss_of_the_medium_reaches_the_robots(tmp_path):
+    scenario = tmp_path / "lossy.toml"
+    scenario.write_text("program = 'hop_count'\nradio.loss = 0.9\nseconds = 4\n")
+    done = suite(tmp_path, "run", "--scenario", scenario, *EMULATED)
+    assert 0 < results(done)[0]["delivery"] < 0.15
+
+
+@pytest.mark.parametrize("line, says", [
+    ("radio.period_us = 1", "[radio] has no key 'period_us'"), ("body.diameter_mm = 5", "[body]"),
+    ("[[fault]]\nkind = 'death'", "no faults"), ("program = 'edge_following'", "cannot run")])
+def test_what_is_not_emulated_is_refused_in_one_line(tmp_path, line, says):
+    program = "" if "program" in line else "program = 'hop_count'\n"
+    (tmp_path / "s.toml").write_text(program + line + "\n")
+    robots = 6 if "edge" in line else 9
+    done = suite(tmp_path, "run", "--scenario", "s.toml", *EMULATED[:3], robots)
+    assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
