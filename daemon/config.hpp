@@ -60,6 +60,7 @@ struct NodeConfig {
   std::int32_t id_offset = 0;                // added to what kHostname and kAddress find
   std::string id_interface;                  // kAddress; empty: the only one
   std::optional<FixedPose> pose;             // none: unknown until a client sets it
+  std::string pose_socket;                   // of datagrams with poses; empty: none
   std::uint32_t pose_max_age_ms = 2000;  // an older pose is unknown; 0: a pose never gets too old
 };
 

@@ -10,7 +10,8 @@ namespace {
 constexpr std::array<std::string_view, 5> kSections{"node.", "channels.", "limits.", "log.",
                                                     "metrics."};
 // Of these sections what is used up at start.
-constexpr std::array<std::string_view, 1> kAtStartOnly{"limits.tracked_senders"};
+constexpr std::array<std::string_view, 2> kAtStartOnly{"limits.tracked_senders",
+                                                       "node.pose_socket"};
 constexpr std::array<std::string_view, 6> kLinkKeys{
     "rate_hz", "burst_frames", "jitter_us", "key_file", "virtual_range_m", "virtual_range_unknown"};
 

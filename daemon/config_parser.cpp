@@ -48,7 +48,7 @@ void read_node_id(const TableReader& table, NodeConfig& node) {
 }
 
 void read_node(const TableReader& table, NodeConfig& node) {
-  table.expect_keys({"id", "id_offset", "id_interface", "pose", "pose_max_age_ms"});
+  table.expect_keys({"id", "id_offset", "id_interface", "pose", "pose_socket", "pose_max_age_ms"});
   read_node_id(table, node);
   if (table.has("pose")) {
     const auto numbers = table.read_numbers("pose", 3, "[x_m, y_m, theta_rad]");
@@ -56,6 +56,11 @@ void read_node(const TableReader& table, NodeConfig& node) {
       table.fail("pose", "is outside the field; x and y are in metres, -32.767 to 32.767");
     }
     node.pose = FixedPose{numbers[0], numbers[1], numbers[2]};
+  }
+  if (table.has("pose_socket")) {
+    table.read_text("pose_socket", node.pose_socket);
+    const auto problem = socket_path_problem(node.pose_socket);
+    if (!problem.empty()) table.fail("pose_socket", problem);
   }
   table.read_integer("pose_max_age_ms", kPoseMaxAgeMsLimits, node.pose_max_age_ms);
 }

@@ -41,6 +41,8 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "deliveries_lost_in_client", "messages dropped by a program's own queue, as it says"},
     {kDaemon, "duplicate_node_ids", "packets of another transmitter or origin under our node id"},
     {kDaemon, "node_id_changes", "times that an automatic node id was drawn again"},
+    {kDaemon, "poses_received", "poses that came over the pose socket"},
+    {kDaemon, "poses_refused", "datagrams on the pose socket that are no pose"},
     {kDaemon, "link_duplicates", "messages heard before over another link or by another gateway"},
     {kDaemon, "gateway_sent", "copies that gateway rules made, whose last packet has left"},
     {kDaemon, "gateway_crossed", "messages that no rule copies, for they crossed a gateway before"},

@@ -47,6 +47,9 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
   status_.set_clients(clients_);
   clients_.operations = &operator_;
   open_stations();
+  const std::string& pose_socket = parsed_.config.node.pose_socket;
+  if (pose_socket.empty()) return;
+  pose_socket_.emplace(io_, pose_socket, parsed_.config.socket, parsed_.lines, poses_, counters_);
 }
 
 void Daemon::open_stations() {
@@ -104,6 +107,7 @@ void Daemon::run() {
                           station->link().device(), station->link().state());
   }
   clients_.listen(socket_.descriptor());
+  if (pose_socket_) pose_socket_->start();
   socket_watch_.emplace(io_, socket_.path(), [this] { return restore_socket(); });
   metrics_.configure(parsed_.config.metrics);
   wait_signal();

@@ -17,6 +17,7 @@
 #include "daemon/listening_socket.hpp"
 #include "daemon/metrics_file.hpp"
 #include "daemon/operator.hpp"
+#include "daemon/pose_socket.hpp"
 #include "daemon/service_manager.hpp"
 #include "daemon/socket_watch.hpp"
 #include "daemon/station.hpp"
@@ -59,6 +60,7 @@ class Daemon {
   KilobotControl kilobots_;  // behind the sessions, before the links
   std::vector<std::unique_ptr<Station>> stations_;
   ListeningSocket socket_;
+  std::optional<PoseSocket> pose_socket_;  // none: not configured
   Clients clients_;
   MetricsFile metrics_;
   Capture capture_;

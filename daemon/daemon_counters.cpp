@@ -36,6 +36,8 @@ drivers::Counters DaemonCounters::list() const {
       {"deliveries_lost_in_client", deliveries_lost_in_client},
       {"duplicate_node_ids", duplicate_node_ids},
       {"node_id_changes", node_id_changes},
+      {"poses_received", poses_received},
+      {"poses_refused", poses_refused},
       {"link_duplicates", link_duplicates},
       {"gateway_sent", gateway_sent},
       {"gateway_crossed", gateway_crossed},

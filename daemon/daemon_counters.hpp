@@ -41,6 +41,8 @@ struct DaemonCounters {
   std::uint64_t deliveries_lost_in_client = 0;    // dropped by a client's own queue, as it says
   std::uint64_t duplicate_node_ids = 0;           // frames of another transmitter under our id
   std::uint64_t node_id_changes = 0;
+  std::uint64_t poses_received = 0;     // over the pose socket
+  std::uint64_t poses_refused = 0;      // datagrams there that are no pose
   std::uint64_t link_duplicates = 0;    // messages that had come over another link already
   std::uint64_t gateway_sent = 0;       // copies that have left
   std::uint64_t gateway_crossed = 0;    // not copied: had crossed a gateway already

@@ -1,4 +1,7 @@
 """Radio manners, poses and neighbours, with real daemons on real wires."""
+import os
+import socket
+
 import pytest
 from conftest import needs_root, wait_for
 from wires import Wires, heard
@@ -48,3 +51,25 @@ def test_a_virtual_range_drops_what_comes_from_beyond(wires):
     counters = hearer.link("air")["counters"]
     assert counters["packets_too_far"] == 2
     assert counters["packets_unknown_distance"] == 1
+
+
+def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
+    path = wires.file("pose.sock")
+    robot = wires.robot("a").start(node(1, f'pose_socket = "{path}"', "pose_max_age_ms = 60000")
+                                   + LINK)
+    writer = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    for garbage in (b"", b"hello", b"1 2", b"1 2 nan", b"99 0 0", b"\xff" * 1000):
+        writer.sendto(garbage, path)
+    wait_for(lambda: robot.counter("poses_refused") == 6, what="the garbage to be read")
+    assert robot.status()["pose"] is None
+    writer.sendto(b"1.25 -0.5 3.0\n", path)
+    pose = wait_for(lambda: robot.status()["pose"], what="the pose")
+    assert (pose["x_m"], pose["y_m"], pose["theta_rad"]) == (1.25, -0.5, 3.0)
+    writer.sendto(b"2 2 0 30.0", path)
+    wait_for(lambda: robot.status()["pose"]["age_ms"] >= 30000, what="the older pose")
+    writer.close()
+    assert robot.counter("poses_received") == 2
+    told = [line for line in robot.logged().splitlines() if "is no pose" in line]
+    assert 1 <= len(told) <= 2, "at most one line a second"
+    robot.stop()
+    assert not os.path.exists(path)

@@ -65,6 +65,8 @@ const Wrong kWrong[] = {
      "f.toml:4: key 'node.pose': inf is not a number; write [x_m, y_m, theta_rad]"},
     {"pose_outside", std::string(kLink) + "[node]\npose = [33, 0, 0]\n",
      "f.toml:4: key 'node.pose': is outside the field; x and y are in metres, -32.767 to 32.767"},
+    {"relative_pose_socket", std::string(kLink) + "[node]\npose_socket = \"pose\"\n",
+     "f.toml:4: key 'node.pose_socket': is not absolute; begin it with '/'"},
     {"channel_out_of_range", std::string(kLink) + "[channels]\na = 70000\n",
      "f.toml:4: key 'channels.a': 70000 is out of range; use 0 to 65535"},
     {"duplicate_channel_number", std::string(kLink) + "[channels]\nb = 3\na = 3\n",
