@@ -31,10 +31,11 @@ class BasicHopCount {
       gradient.hops = gradient.is_seed ? 0 : kUnreached;
       gradient.least = kUnreached;
       auto* channel = robot_.swarmtalk().new_channel(i, 0, false);
-      gradient.publisher = channel->new_publisher(&Gradient::on_sent, &gradient);
+      gradient.publisher = channel->new_publisher(&on_sent, this);
       channel->new_subscriber(range(), &Gradient::on_message, &gradient);
-      Gradient::on_sent(&gradient);
     }
+    turn_ = 0;
+    on_sent(this);
     period_start_ = static_cast<uint8_t>(robot_.clock());
   }
 
@@ -61,10 +62,6 @@ class BasicHopCount {
     uint8_t hops;
     bool is_seed;
 
-    static void on_sent(void* self) {
-      Gradient* gradient = static_cast<Gradient*>(self);
-      gradient->publisher->send(&gradient->hops, 1);
-    }
     static void on_message(void* self, const uint8_t* bytes, uint16_t size,
                            const core::Reception<Profile>&) {
       Gradient* gradient = static_cast<Gradient*>(self);
@@ -78,6 +75,15 @@ class BasicHopCount {
       least = kUnreached;
     }
   };
+
+  /// Tells the counts in turn, each when the one before has left: a count that waited for its turn
+  /// beside the other would be twice as old when it is heard.
+  static void on_sent(void* self) {
+    BasicHopCount& me = *static_cast<BasicHopCount*>(self);
+    Gradient& gradient = me.gradients_[me.turn_];
+    me.turn_ = static_cast<uint8_t>(kSeeds - 1 - me.turn_);
+    gradient.publisher->send(&gradient.hops, 1);
+  }
 
   static Distance range() { return Robot::distance(platforms::scaled_mm<Robot>(kRangeMm)); }
 
@@ -96,6 +102,7 @@ class BasicHopCount {
   Robot& robot_;
   HopCountRole role_;
   uint8_t period_start_;
+  uint8_t turn_;  // of the count that is told next
   Gradient gradients_[kSeeds];
 };
 

@@ -37,6 +37,12 @@ def test_runs_succeed(tmp_path, program, platform, runs):
     assert f"{runs} of {runs} runs succeeded" in done.stderr
 
 
+def test_a_count_is_told_when_the_other_has_left(tmp_path):
+    """Two channels share the air: a count that waited for two turns would be 2.1 s old."""
+    done = results(suite(tmp_path, "run", "hop_count_two_seeds", "--runs", 3))
+    assert all(r["latency_p99_s"] < 0.6 and r["peak_age_s"] < 1.8 for r in done), done
+
+
 def test_delay_mitigation_synchronises_tighter(tmp_path):
     """Figure 7: the 95 % intervals of five Kilobot runs each lie apart."""
     intervals = []
@@ -106,18 +112,27 @@ def test_programs_have_one_source_without_platforms_in_it():
         assert directives == {"#pragma", "#include"}, program
 
 
-def test_another_compiler_and_level_give_the_same_bytes(tmp_path):
-    """g++ as built, against clang++ without optimisation."""
-    compiler = shutil.which("clang++")
-    if compiler is None:
-        pytest.skip("no clang++")
+OTHER_BUILDS = {"clang++": ("clang++", "-O0"), "clang++ release": ("clang++", "-O2", "-DNDEBUG"),
+                "g++ debug": ("g++", "-O0", "-g"), "g++ release": ("g++", "-O3", "-DNDEBUG")}
+
+
+@pytest.mark.parametrize("kind", OTHER_BUILDS)
+def test_another_compiler_and_level_give_the_same_bytes(tmp_path, kind):
+    """g++ as built, against others: clang++ without optimisation, and in the long run all."""
+    compiler, *options = OTHER_BUILDS[kind]
+    if kind != "clang++" and "SWARMTALK_ALL_COMPILERS" not in os.environ:
+        pytest.skip("in tools/test --long only")
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
     other = tmp_path / "swarmtalk-sim"
-    subprocess.run([compiler, "-std=c++20", "-O0", "-ffp-contract=off", f"-I{ROOT}",
+    subprocess.run([compiler, "-std=c++20", *options, "-ffp-contract=off", f"-I{ROOT}",
                     f"-I{ROOT}/core/include", ROOT / "suite/sim/main.cpp",
                     ROOT / "suite/sim/scenario.cpp", "-o", other], check=True, timeout=250)
-    for program, robots in (("hop_count_two_seeds", 36), ("edge_following", 6)):
-        suite(tmp_path, "run", program, "--seconds", 60)
-        log = tmp_path / f"suite-logs/{program}-sim-kilobot-{robots}-1.jsonl"
+    for program, platform, robots in (("hop_count_two_seeds", "sim-kilobot", 36),
+                                      ("firefly", "sim-coachbot", 36),
+                                      ("edge_following", "sim-kilobot", 6)):
+        suite(tmp_path, "run", program, "--platform", platform, "--seconds", 40)
+        log = tmp_path / f"suite-logs/{program}-{platform}-{robots}-1.jsonl"
         copy = tmp_path / "copy.jsonl"
         subprocess.run([other, log, copy], check=True, timeout=100)
-        assert log.read_bytes() == copy.read_bytes()
+        assert log.read_bytes() == copy.read_bytes(), program
