@@ -38,24 +38,40 @@ def gradient_map(axes, log: metrics.Log):
     axes.set_xlim(min(xs) - edge, max(xs) + edge)
     axes.set_ylim(max(ys) + edge, min(ys) - edge)  # row by row from the upper left
     axes.set_xlabel("x / mm")
+    axes.set_ylabel("y / mm")
 
 
 def flash_series(axes, log: metrics.Log):
-    """Robots flashing at the same time, over time."""
+    """Robots flashing at the same time, over the time since the last robot's start."""
+    start = log.start_s()
     changes = collections.Counter()
     for each in metrics.flashes(log).values():
         for time in each:
-            changes[round(time, 4)] += 1
-            changes[round(time + metrics.FLASH_S, 4)] -= 1
+            changes[round(time - start, 4)] += 1
+            changes[round(time - start + metrics.FLASH_S, 4)] -= 1
     times, counts, now = [0.0], [0], 0
     for time in sorted(changes):
         now += changes[time]
         times.append(time)
         counts.append(now)
-    axes.step(times, counts, where="post", linewidth=0.5, color="C0")
-    axes.axhline(log.robots, color="0.6", linewidth=0.6, linestyle="--")
-    axes.set_xlabel("time / s")
+    axes.step(times, counts, where="post", linewidth=0.4, color="C0")
+    axes.axhline(log.robots, color="0.4", linewidth=0.6, linestyle="--")
+    axes.set_ylabel("robots flashing")
+    axes.set_xlim(0, max(times))
     axes.set_ylim(0, log.robots * 1.08)
+    axes.tick_params(labelbottom=False)
+
+
+def flash_phases(axes, log: metrics.Log):
+    """When in a period each robot flashes: a band is order, a cloud is none."""
+    start = log.start_s()
+    marks = [t - start for each in metrics.flashes(log).values() for t in each if t >= start]
+    axes.plot(marks, [t % metrics.PERIOD_S for t in marks], ".", markersize=1.2, color="C0",
+              rasterized=True)
+    axes.set_xlim(0, max(marks, default=1))
+    axes.set_ylim(0, metrics.PERIOD_S)
+    axes.set_xlabel("time / s")
+    axes.set_ylabel("time in period / s")
 
 
 def paths(axes, log: metrics.Log):
@@ -71,21 +87,38 @@ def paths(axes, log: metrics.Log):
                       color=next(colours, "0.3"))
     axes.set_aspect("equal")
     axes.set_xlabel("x / mm")
+    axes.set_ylabel("y / mm")
 
 
+# Title, what draws each row of panels, size of a column in inches, caption.
+FIREFLY = ([flash_series, flash_phases], (3.6, 3.2))
 FIGURES = {
-    "hop_count": ("Gradient from one seed", gradient_map, (3, 3),
+    "hop_count": ("Gradient from one seed", [gradient_map], (3.2, 3.2),
                   "Colour after 10 s: red is an odd hop count, blue an even one. The star is the "
                   "seed; lines are the borders between hop counts."),
-    "hop_count_two_seeds": ("Gradients from two seeds", gradient_map, (3, 3),
-                            "Four colours for two parities. Dark lines are borders of the counts "
-                            "from seed 1, cyan ones from seed 2."),
-    "firefly": ("Firefly synchronisation with delay mitigation", flash_series, (5, 2.2),
-                "Robots flashing at the same time; the dashed line is all of them."),
-    "firefly_no_delay": ("Firefly synchronisation without delay mitigation", flash_series,
-                         (5, 2.2), "As above, but arrival is taken for the time of the flash."),
-    "edge_following": ("Edge following", paths, (3, 3), "Paths of the two followers (red, blue) "
-                       "around four seeds (grey)."),
+    "hop_count_two_seeds": ("Gradients from two seeds", [gradient_map], (3.2, 3.2),
+                            "Four colours for two parities: red and green are odd counts from seed "
+                            "1 and 2, yellow is both, blue none. Dark lines are borders of the "
+                            "counts from seed 1, cyan ones from seed 2; stars are the seeds."),
+    "firefly": ("Firefly synchronisation with delay mitigation", *FIREFLY,
+                "Above: robots flashing at the same time; the dashed line is all of them. Below: "
+                "each flash by its time and its time in the period; a level band is a swarm that "
+                "flashes together."),
+    "firefly_no_delay": ("Firefly synchronisation without delay mitigation", *FIREFLY,
+                         "As in the figure before, but the program takes the arrival of a message "
+                         "for the time of the flash."),
+    "edge_following": ("Edge following", [paths], (3.2, 3.2), "Paths of the two followers (red, "
+                       "blue) around four seeds (grey)."),
+}
+LABELS = {
+    "wrong_hops": "wrong hop counts after 10 s", "converged_s": "last right count first there / s",
+    "order": "order parameter at the end", "together": "largest share in one flash",
+    "synchronised_s": "90 % in one flash after / s", "spread_s": "spread of flashes / s",
+    "revolutions": "revolutions", "distance_error": "mean distance error / Kilobot mm",
+    "contacts": "contacts", "times_waited": "stops for a taken seed", "delivery": "delivery ratio",
+    "latency_p50_s": "latency, median / s", "latency_p99_s": "latency, 99 % / s",
+    "peak_age_s": "mean peak age / s", "channel_load": "channel load",
+    "collided": "packets lost to collisions",
 }
 HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted"}
 STYLE = """body{font:15px/1.5 serif;max-width:70em;margin:2em auto;padding:0 1em;color:#111}
@@ -108,30 +141,37 @@ def table(runs: dict[str, list[dict]]) -> str:
             values = [r[key] for r in rs if isinstance(r.get(key), (int, float))]
             mean, half = metrics.interval(values) if values else (0, 0)
             few = f" ({len(values)} runs)" if len(values) < len(rs) else ""
-            cells.append(f"<td>{mean:.4g} &plusmn; {half:.2g}{few}</td>" if values else "<td></td>")
-        lines.append(f"<tr><td>{key}</td>" + "".join(cells) + "</tr>")
+            error = f" &plusmn; {half:.2g}" if len(values) > 1 else ""
+            cells.append(f"<td>{mean:.3g}{error}{few}</td>" if values else "<td>&ndash;</td>")
+        lines.append(f"<tr><td>{html.escape(LABELS.get(key, key))}</td>" + "".join(cells)
+                     + "</tr>")
     return "\n".join(lines + ["</table>"])
 
 
-def section(program: str, logs: dict[str, list[metrics.Log]]) -> str:
-    """One program: a panel for each platform (its first run) and the table of all runs."""
+def section(number: int, program: str, logs: dict[str, list[metrics.Log]]) -> str:
+    """One program: panels for each platform (its first run) and the table of all runs."""
     import matplotlib
     matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = program
+    matplotlib.rcParams.update({"svg.hashsalt": program, "font.family": "sans-serif",
+                                "font.size": 8, "axes.linewidth": 0.6, "figure.dpi": 200})
     from matplotlib import pyplot
-    title, draw, (width, height), caption = FIGURES[program]
-    figure, panels = pyplot.subplots(1, len(logs), squeeze=False,
-                                     figsize=(width * len(logs), height))
+    title, draws, (width, height), caption = FIGURES[program]
+    columns = max(len(logs), 2)
+    figure, panels = pyplot.subplots(len(draws), columns, squeeze=False, layout="constrained",
+                                     figsize=(width * columns, height))
+    for row, draw in zip(panels, draws):
+        for axes, runs in zip(row, logs.values()):
+            draw(axes, runs[0])
+        for axes in row[len(logs):]:
+            axes.set_axis_off()
     for axes, (platform, runs) in zip(panels[0], logs.items()):
-        draw(axes, runs[0])
-        axes.set_title(f"{platform}, {runs[0].robots} robots, seed {runs[0].scenario['seed']}",
+        axes.set_title(f"{platform}\n{runs[0].robots} robots, seed {runs[0].scenario['seed']}",
                        fontsize=9)
-        axes.tick_params(labelsize=8)
     text = figure_text(figure)
     pyplot.close(figure)
     numbers = {p: [metrics.evaluate(log) for log in runs] for p, runs in logs.items()}
-    return (f"<h2>{title}</h2><figure>{text}<figcaption>{caption}</figcaption></figure>"
-            + table(numbers))
+    return (f"<h2>{title}</h2><figure>{text}<figcaption><b>Figure {number}.</b> {caption}"
+            f"</figcaption></figure>" + table(numbers))
 
 
 def write(folder: str, output: str) -> int:
@@ -147,11 +187,16 @@ def write(folder: str, output: str) -> int:
         logs[log.scenario["program"]][log.scenario["platform"]].append(log)
     if not logs:
         raise scenarios.ScenarioError(f"no logs in {folder}; make some with swarmtalk-suite run")
-    sections = [section(program, logs[program]) for program in FIGURES if program in logs]
+    sections = []
+    for program in FIGURES:
+        if program in logs:
+            found = {p: logs[program][p] for p in scenarios.PLATFORMS if p in logs[program]}
+            sections.append(section(len(sections) + 1, program, found))
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
             f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
-            "<p>Three algorithms from one source each. Figures show the first run of each "
-            "platform; tables give means and 95 % confidence intervals of all runs.</p>"
+            "<p>Three algorithms, each from one source for all platforms. Figures show the first "
+            "run of each platform; tables give means of all runs, and their 95 % confidence "
+            "intervals if there are several.</p>"
             + "".join(sections) + "</body></html>\n")
     pathlib.Path(output).write_text(page, encoding="utf-8")
     print(f"{output}: {sum(len(r) for ps in logs.values() for r in ps.values())} runs")

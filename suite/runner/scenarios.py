@@ -7,7 +7,7 @@ import copy
 import math
 import tomllib
 
-BODY_MM = {"sim-kilobot": 33, "sim-coachbot": 110, "kilobot-emulated": 33}
+BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110}
 PLATFORMS = tuple(BODY_MM)
 PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following")
 FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count

@@ -29,14 +29,17 @@ def test_the_page_needs_nothing_but_itself(page):
     text = page.read_text()
     assert text.count("<svg") == 4
     assert not re.search(r"(src|href)=\"(https?:)?//|url\(http|@import", text)
-    assert "1 of 1" in text and "&plusmn;" in text
+    assert text.count("<b>Figure ") == 4 and "1 of 1" in text and "delivery ratio" in text
     html.parser.HTMLParser().feed(text)
 
 
-def test_a_browser_draws_it(page, tmp_path):
+def test_a_browser_draws_it(tmp_path):
     browser = shutil.which("chromium")
     if browser is None:
         pytest.skip("no chromium (apt-get install chromium)")
+    suite(tmp_path, "run", "hop_count")
+    assert suite(tmp_path, "report").returncode == 0
+    page = tmp_path / "suite-report.html"
     picture = tmp_path / "report.png"
     subprocess.run([browser, "--headless", "--no-sandbox", "--disable-gpu",
                     f"--user-data-dir={tmp_path}/profile", f"--screenshot={picture}",
@@ -47,6 +50,12 @@ def test_a_browser_draws_it(page, tmp_path):
     red = (pixels[:, :, 0] > 0.9) & (pixels[:, :, 1:].max(axis=2) < 0.1)
     blue = (pixels[:, :, 2] > 0.9) & (pixels[:, :, :2].max(axis=2) < 0.1)
     assert red.sum() > 1000 and blue.sum() > 1000, "no robots in the picture"
+
+
+def test_several_runs_have_an_interval(tmp_path):
+    assert suite(tmp_path, "run", "hop_count", "--robots", 4, "--runs", 3).returncode == 0
+    assert suite(tmp_path, "report").returncode == 0
+    assert "&plusmn;" in (tmp_path / "suite-report.html").read_text()
 
 
 def test_an_empty_folder_is_told(tmp_path):
