@@ -68,6 +68,7 @@ int pub(const Common& common, const PubArguments& arguments);
 int sub(const Common& common, const SubArguments& arguments);
 int status(const Common& common);
 int stats(const Common& common);
+int neighbours(const Common& common);
 int set_pose(const Common& common, const PoseArguments& arguments);
 int get_pose(const Common& common);
 int reload(const Common& common);

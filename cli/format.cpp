@@ -176,6 +176,26 @@ Json to_json(const DaemonStatus& status) {
   return json;
 }
 
+Json to_json(const std::vector<Neighbour>& neighbours) {
+  Json json = Json::array();
+  for (const Neighbour& each : neighbours) {
+    json.push_back({{"link", each.link},
+                    {"node_id", each.node_id},
+                    {"epoch", each.epoch},
+                    {"address", each.address},
+                    {"age_ms", each.age.count()},
+                    {"distance_m", number(each.distance_m)},
+                    {"bearing_rad", number(each.bearing_rad)},
+                    {"pose", to_json(each.pose)},
+                    {"frames", each.frames},
+                    {"frames_lost", each.frames_lost},
+                    {"loss", number(each.loss)},
+                    {"duplicate_id", each.duplicate_id},
+                    {"out_of_range", each.out_of_range}});
+  }
+  return {{"neighbours", json}};
+}
+
 std::string metres(float value) {
   return std::isfinite(value) ? format("%.2f m", static_cast<double>(value)) : "unknown";
 }
@@ -267,6 +287,20 @@ std::string to_line(const Pose& pose) {
   return "x " + format("%.3f m", static_cast<double>(pose.x_m)) + "  y " +
          format("%.3f m", static_cast<double>(pose.y_m)) + "  theta " + degrees(pose.theta_rad) +
          "  age " + std::to_string(pose.age.count()) + " ms";
+}
+
+std::string to_text(const std::vector<Neighbour>& neighbours) {
+  std::vector<Row> rows{
+      {"LINK", "ROBOT", "DISTANCE", "BEARING", "HEARD", "LOSS", "ADDRESS", "POSE", ""}};
+  for (const Neighbour& each : neighbours) {
+    std::string remark = each.duplicate_id ? "TWO ROBOTS HAVE THIS ID" : "";
+    if (each.out_of_range) remark += remark.empty() ? "out of range" : ", out of range";
+    rows.push_back({each.link, std::to_string(each.node_id), metres(each.distance_m),
+                    degrees(each.bearing_rad), std::to_string(each.age.count()) + " ms ago",
+                    format("%.0f %%", 100 * static_cast<double>(each.loss)), each.address,
+                    each.pose ? to_line(*each.pose) : "unknown", remark});
+  }
+  return table(rows);
 }
 
 std::string to_text(const DaemonStatus& status) {

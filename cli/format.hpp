@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <swarmtalk/client.hpp>
 
@@ -17,6 +18,7 @@ Json to_json(const std::optional<Pose>& pose);
 Json to_json(const Loss& loss);
 Json to_json(const std::string& channel, const Message& message);
 Json to_json(const DaemonStatus& status);
+Json to_json(const std::vector<Neighbour>& neighbours);
 
 /// "0.50 m"; "unknown".
 std::string metres(float value);
@@ -28,6 +30,7 @@ std::string to_line(const std::string& channel, const Message& message);
 std::string to_line(const Pose& pose);
 /// Several lines.
 std::string to_text(const DaemonStatus& status);
+std::string to_text(const std::vector<Neighbour>& neighbours);
 /// Where messages are lost: tables of channels and programs, and the counters. Several lines.
 std::string to_stats(const DaemonStatus& status);
 /// "2 on the air, 1 in the daemon".

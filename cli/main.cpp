@@ -216,6 +216,7 @@ void add_operation(CLI::App& app, Parsed& parsed) {
 int run(CLI::App& app, Parsed& parsed) {
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
+  if (app.got_subcommand("neighbours")) return neighbours(parsed.common);
   if (app.got_subcommand("status")) return status(parsed.common);
   if (app.got_subcommand("reload")) return reload(parsed.common);
   if (app.got_subcommand("log-level")) return log_level(parsed.common, parsed.log_level);
@@ -313,6 +314,8 @@ int main(int argc, char** argv) {
   app.add_subcommand("status", "Print the daemon's links, channels and counters")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   app.add_subcommand("stats", "Print where messages are lost: by channel, by program, by counter")
+      ->add_flag("--json", parsed.common.is_json, "one JSON object");
+  app.add_subcommand("neighbours", "Print the robots heard within the last 10 s")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   add_pose(app, parsed);
   add_operation(app, parsed);

@@ -19,6 +19,14 @@ int status(const Common& common) {
   return show(common, &to_text);
 }
 
+int neighbours(const Common& common) {
+  Client client = make_client(common);
+  if (const Status connection = client.connect(); !connection) return fail(connection);
+  std::vector<Neighbour> heard;
+  if (const Status answer = client.get_neighbours(heard); !answer) return fail(answer);
+  return print(common.is_json ? to_json(heard).dump() + "\n" : to_text(heard));
+}
+
 int stats(const Common& common) {
   return show(common, &to_stats);
 }

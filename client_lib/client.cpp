@@ -84,6 +84,9 @@ Status Client::set_fixed_pose(float x_m, float y_m, float theta_rad) {
 Status Client::get_status(DaemonStatus& status) {
   return session_->get_status(status);
 }
+Status Client::get_neighbours(std::vector<Neighbour>& neighbours) {
+  return session_->get_neighbours(neighbours);
+}
 Status Client::get_pose(std::optional<Pose>& pose) {
   return session_->get_pose(pose);
 }

@@ -128,6 +128,26 @@ std::optional<Pose> convert(const ipc::Pose& pose) {
   return Pose{pose.x_m(), pose.y_m(), pose.theta_rad(), std::chrono::milliseconds(pose.age_ms())};
 }
 
+void convert(const ipc::Neighbours& from, std::vector<Neighbour>& to) {
+  to.clear();
+  for (const ipc::Neighbour& each : from.neighbours()) {
+    Neighbour& made = to.emplace_back();
+    made.link = each.link();
+    made.node_id = each.node_id();
+    made.epoch = each.epoch();
+    made.address = each.address();
+    made.age = std::chrono::milliseconds(each.age_ms());
+    if (each.has_distance_m()) made.distance_m = each.distance_m();
+    if (each.has_bearing_rad()) made.bearing_rad = each.bearing_rad();
+    if (each.has_pose()) made.pose = convert(each.pose());
+    made.frames = each.frames();
+    made.frames_lost = each.frames_lost();
+    made.loss = each.loss();
+    made.duplicate_id = each.duplicate_id();
+    made.out_of_range = each.out_of_range();
+  }
+}
+
 void convert(const ipc::Status& from, DaemonStatus& to) {
   to = DaemonStatus();
   to.version = from.version();

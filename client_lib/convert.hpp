@@ -13,6 +13,7 @@ namespace swarmtalk::client {
 
 /// Reuses `message`, its payload's memory too.
 void convert(const ipc::Deliver& deliver, Message& message);
+void convert(const ipc::Neighbours& from, std::vector<Neighbour>& to);
 void convert(const ipc::Status& from, DaemonStatus& to);
 
 /// Empty when x, y or theta is missing.

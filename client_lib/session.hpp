@@ -37,6 +37,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_connected() const { return phase_ == Phase::kUp; }
   Status set_pose(const OwnPose& pose);
   Status get_status(DaemonStatus& status);
+  Status get_neighbours(std::vector<Neighbour>& neighbours);
   Status get_pose(std::optional<Pose>& pose);
   Status sync();
   std::uint32_t node_id() const { return node_id_; }

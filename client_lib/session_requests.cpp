@@ -73,6 +73,13 @@ Status Session::get_status(DaemonStatus& status) {
   return ask([&](const ipc::Envelope& reply) { convert(reply.status(), status); });
 }
 
+Status Session::get_neighbours(std::vector<Neighbour>& neighbours) {
+  if (Status connection = require_connection(); !connection) return connection;
+  outgoing_.Clear();
+  outgoing_.mutable_get_neighbours();
+  return ask([&](const ipc::Envelope& reply) { convert(reply.neighbours(), neighbours); });
+}
+
 Status Session::get_pose(std::optional<Pose>& pose) {
   pose.reset();
   if (Status connection = require_connection(); !connection) return connection;

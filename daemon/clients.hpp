@@ -20,6 +20,7 @@ class StatusSource {
   virtual ~StatusSource() = default;
   virtual void fill_hello(ipc::Hello& hello) = 0;
   virtual void fill_status(ipc::Status& status) = 0;
+  virtual void fill_neighbours(ipc::Neighbours& reply) = 0;
 };
 
 class Clients final : public SessionHost {
@@ -48,6 +49,7 @@ class Clients final : public SessionHost {
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
   void fill_hello(ipc::Hello& hello) override { status_.fill_hello(hello); }
   void fill_status(ipc::Status& status) override { status_.fill_status(status); }
+  void fill_neighbours(ipc::Neighbours& reply) override { status_.fill_neighbours(reply); }
 
  private:
   void wait_acceptable();

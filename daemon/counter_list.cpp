@@ -41,6 +41,7 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "deliveries_lost_in_client", "messages dropped by a program's own queue, as it says"},
     {kDaemon, "duplicate_node_ids", "packets of another transmitter or origin under our node id"},
     {kDaemon, "node_id_changes", "times that an automatic node id was drawn again"},
+    {kDaemon, "duplicate_neighbours", "pairs of other robots that were heard under one node id"},
     {kDaemon, "poses_received", "poses that came over the pose socket"},
     {kDaemon, "poses_refused", "datagrams on the pose socket that are no pose"},
     {kDaemon, "link_duplicates", "messages heard before over another link or by another gateway"},
@@ -98,6 +99,7 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "node_contradictions", "packets that cannot be of one message"},
     {kLink, "node_id_collisions", "packets of another origin under our node id"},
     {kLink, "node_bad_origins", "messages marked as crossed whose origin cannot be read"},
+    {kLink, "neighbours_evicted", "robots left out of the neighbour table for want of room"},
     {kLink, "packets_too_far", "packets from beyond virtual_range_m"},
     {kLink, "packets_unknown_distance", "packets dropped by virtual_range_unknown"},
 };

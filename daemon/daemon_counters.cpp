@@ -36,6 +36,7 @@ drivers::Counters DaemonCounters::list() const {
       {"deliveries_lost_in_client", deliveries_lost_in_client},
       {"duplicate_node_ids", duplicate_node_ids},
       {"node_id_changes", node_id_changes},
+      {"duplicate_neighbours", duplicate_neighbours},
       {"poses_received", poses_received},
       {"poses_refused", poses_refused},
       {"link_duplicates", link_duplicates},

@@ -41,14 +41,15 @@ struct DaemonCounters {
   std::uint64_t deliveries_lost_in_client = 0;    // dropped by a client's own queue, as it says
   std::uint64_t duplicate_node_ids = 0;           // frames of another transmitter under our id
   std::uint64_t node_id_changes = 0;
-  std::uint64_t poses_received = 0;     // over the pose socket
-  std::uint64_t poses_refused = 0;      // datagrams there that are no pose
-  std::uint64_t link_duplicates = 0;    // messages that had come over another link already
-  std::uint64_t gateway_sent = 0;       // copies that have left
-  std::uint64_t gateway_crossed = 0;    // not copied: had crossed a gateway already
-  std::uint64_t gateway_there = 0;      // not copied: another gateway's copy was heard there
-  std::uint64_t gateway_full = 0;       // oldest waiting copy dropped for a newer one
-  std::uint64_t gateway_too_long = 0;   // not copied: longer than the other link carries
+  std::uint64_t duplicate_neighbours = 0;  // pairs of other robots heard under one id
+  std::uint64_t poses_received = 0;        // over the pose socket
+  std::uint64_t poses_refused = 0;         // datagrams there that are no pose
+  std::uint64_t link_duplicates = 0;       // messages that had come over another link already
+  std::uint64_t gateway_sent = 0;          // copies that have left
+  std::uint64_t gateway_crossed = 0;       // not copied: had crossed a gateway already
+  std::uint64_t gateway_there = 0;         // not copied: another gateway's copy was heard there
+  std::uint64_t gateway_full = 0;          // oldest waiting copy dropped for a newer one
+  std::uint64_t gateway_too_long = 0;      // not copied: longer than the other link carries
   std::uint64_t gateway_empty = 0;      // not copied: of 0 bytes, which the other link cannot carry
   std::uint64_t gateway_link_down = 0;  // not copied, or given up: the other link is down
 

@@ -410,6 +410,18 @@ void Hub::on_namesake(Station& station) {
   }
 }
 
+void Hub::on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) {
+  ++counters_.duplicate_neighbours;
+  if (const auto silent = duplicate_log_.pass(std::chrono::steady_clock::now())) {
+    const drivers::Link& link = station.link();
+    log_of("hub")->warn(
+        "link {}: two robots have node id {}, one at {}, one at {}; give one of them another "
+        "({} more since the last line)",
+        station.name(), older.node, link.hardware_text(older.hardware),
+        link.hardware_text(younger.hardware), *silent);
+  }
+}
+
 std::vector<Hub::ChannelView> Hub::channels() const {
   std::vector<ChannelView> views;
   for (const auto& [number, channel] : channels_) {

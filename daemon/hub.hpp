@@ -118,6 +118,7 @@ class Hub final : public StationUser {
                   std::span<const std::uint8_t> payload) override;
   void on_sent(Station& station, std::uint16_t channel) override;
   void on_namesake(Station& station) override;
+  void on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) override;
 
  private:
   struct Slot {  // one channel on one station
@@ -191,6 +192,7 @@ class Hub final : public StationUser {
   DaemonCounters& counters_;
   NodeIdentity& identity_;
   LogLimiter namesake_log_;
+  LogLimiter duplicate_log_;
   std::vector<Station*> stations_;
   std::unordered_map<std::uint16_t, Channel> channels_;
   MessagePool pool_;

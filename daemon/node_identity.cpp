@@ -29,10 +29,12 @@ NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range
 void NodeIdentity::set(std::optional<std::uint16_t> fixed) {
   const bool was_fixed = is_fixed_;
   is_fixed_ = fixed.has_value();
+  const std::uint16_t old = id_;
   if (fixed)
     id_ = *fixed;
   else if (was_fixed)
     draw_again();
+  if (id_ != old) previous_ = old;
 }
 
 void NodeIdentity::draw_again() {
@@ -41,6 +43,7 @@ void NodeIdentity::draw_again() {
   do {
     id_ = static_cast<std::uint16_t>(range_.least + random_bits() % count);
   } while (id_ == old && count > 1);
+  previous_ = old;
 }
 
 }  // namespace swarmtalk::daemon

@@ -27,6 +27,8 @@ class NodeIdentity {
 
   std::uint16_t id() const { return id_; }
   bool is_fixed() const { return is_fixed_; }
+  /// Whether it is our id, or was before the last change: frames may still be on their way back.
+  bool was(std::uint16_t id) const { return id == id_ || (id == previous_ && id != 0); }
   std::uint32_t epoch() const { return epoch_; }
 
   /// From now on this id, within the range; none: automatic, and drawn at once if it was fixed.
@@ -38,6 +40,7 @@ class NodeIdentity {
  private:
   NodeIdRange range_;
   std::uint16_t id_ = 0;
+  std::uint16_t previous_ = 0;  // 0: none
   bool is_fixed_;
   std::uint32_t epoch_;
 };

@@ -76,6 +76,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
   drivers::Link& link() override { return *link_; }
   drivers::Counters counters() const override;
+  std::vector<Neighbour> neighbours(Neighbour::Time now) const override {
+    return neighbours_.list(now);
+  }
 
   bool open_channel(std::uint16_t number, bool is_timestamped) override {
     auto entry = std::make_unique<Entry>();
@@ -153,6 +156,10 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::size_t next_packet_bytes() override { return node_->next_packet_bytes(); }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
+  void on_frame(const drivers::FrameReception& frame) override;
+  bool is_own_frame(const frame::FrameHeader& header) override {
+    return header.epoch == identity_.epoch() && identity_.was(header.node);
+  }
   frame::FrameHeader frame_header() override {
     frame::FrameHeader header;
     header.profile = profile_.id;
@@ -228,7 +235,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::uint8_t hops_of(const core::Reception<P>& reception) const;
   std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
   Range range_of(const drivers::FrameReception& frame) const;
-  bool is_out_of_range();
+  bool is_out_of_range(const Range& range) const;
 
   std::string name_;
   ProfileName profile_;
@@ -243,6 +250,8 @@ class NodeStation final : public Station, public drivers::LinkUser {
   drivers::MonotonicTime latest_{};                           // that the node was told
   Range range_ = Range::unknown();                            // of its transmitter
   std::uint64_t bad_origins_ = 0;
+  bool is_namesake_told_ = false;  // of the frame in hand
+  Neighbours neighbours_;
   VirtualRange virtual_range_;
   std::uint64_t packets_too_far_ = 0;
   std::uint64_t packets_unknown_distance_ = 0;
@@ -263,28 +272,37 @@ template <class P>
 void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
                                const drivers::FrameReception& frame) {
   range_ = range_of(frame);
-  if (is_out_of_range()) return;
+  if (is_out_of_range(range_)) {
+    ++(std::isnan(range_.distance_m) ? packets_unknown_distance_ : packets_too_far_);
+    return;
+  }
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
   node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
                    sensing_of<typename P::Sensing>(range_));
   frame_ = nullptr;
   if (node_->has_packet()) link_->wake();  // one to forward
-  const bool is_namesake =
-      frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
-  if (is_namesake || node_->counters().id_collisions != collisions) user_.on_namesake(*this);
+  if (node_->counters().id_collisions == collisions) return;
+  is_namesake_told_ = true;
+  user_.on_namesake(*this);
 }
 
 template <class P>
-bool NodeStation<P>::is_out_of_range() {
+void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
+  const Range range = range_of(frame);
+  const auto found = neighbours_.heard(frame, range, is_out_of_range(range));
+  if (found.older != nullptr) user_.on_duplicate(*this, *found.older, *found.younger);
+  const bool is_told = std::exchange(is_namesake_told_, false);
+  const bool is_namesake =
+      frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
+  if (is_namesake && !is_told) user_.on_namesake(*this);
+}
+
+template <class P>
+bool NodeStation<P>::is_out_of_range(const Range& range) const {
   if (virtual_range_.limit_m == 0.0) return false;
-  if (std::isnan(range_.distance_m)) {
-    if (virtual_range_.drops_unknown) ++packets_unknown_distance_;
-    return virtual_range_.drops_unknown;
-  }
-  const bool is_too_far = static_cast<double>(range_.distance_m) > virtual_range_.limit_m;
-  if (is_too_far) ++packets_too_far_;
-  return is_too_far;
+  if (std::isnan(range.distance_m)) return virtual_range_.drops_unknown;
+  return static_cast<double>(range.distance_m) > virtual_range_.limit_m;
 }
 
 template <class P>
@@ -355,6 +373,7 @@ drivers::Counters NodeStation<P>::counters() const {
       {"node_contradictions", c.contradictions},
       {"node_id_collisions", c.id_collisions},
       {"node_bad_origins", bad_origins_},
+      {"neighbours_evicted", neighbours_.evicted()},
       {"packets_too_far", packets_too_far_},
       {"packets_unknown_distance", packets_unknown_distance_},
   };

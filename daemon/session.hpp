@@ -39,6 +39,7 @@ class SessionHost {
   virtual void on_closed(Session& session, const std::string& reason, bool is_malformed) = 0;
   virtual void fill_hello(ipc::Hello& hello) = 0;
   virtual void fill_status(ipc::Status& status) = 0;
+  virtual void fill_neighbours(ipc::Neighbours& reply) = 0;
 
   Hub& hub;
   PoseKeeper& poses;

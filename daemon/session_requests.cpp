@@ -86,6 +86,10 @@ void Session::handle(ipc::Envelope& request) {
     requests_left_ -= kStatusCost;
     host_.fill_status(*new_reply().mutable_status());
     send_reply();
+  } else if (request.has_get_neighbours()) {
+    requests_left_ -= kStatusCost;
+    host_.fill_neighbours(*new_reply().mutable_neighbours());
+    send_reply();
   } else if (request.has_kilobot_command()) {
     begin_kilobot(request.kilobot_command());
   } else if (request.has_kilobot_cancel()) {

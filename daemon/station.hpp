@@ -7,10 +7,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "daemon/config.hpp"
 #include "daemon/loss.hpp"
 #include "daemon/message.hpp"
+#include "daemon/neighbours.hpp"
 #include "daemon/node_identity.hpp"
 #include "daemon/profiles.hpp"
 #include "drivers/link.hpp"
@@ -53,6 +55,10 @@ class StationUser {
 
   /// Somebody else is heard under our node id. Called after the packet has been dealt with.
   virtual void on_namesake(Station& station) = 0;
+
+  /// Two other robots are heard under one node id. Once for each pair.
+  virtual void on_duplicate(Station& /*station*/, const Neighbour& /*older*/,
+                            const Neighbour& /*younger*/) {}
 };
 
 enum class SendResult : std::uint8_t { kSent, kBusy, kRefused };
@@ -75,6 +81,8 @@ class Station {
   virtual std::size_t message_bytes_that_fit(bool is_timestamped) const = 0;
   virtual drivers::Link& link() = 0;
   virtual drivers::Counters counters() const = 0;  // the node's
+  /// Robots heard within Neighbours::kForgetAfter, by node id.
+  virtual std::vector<Neighbour> neighbours(Neighbour::Time now) const = 0;
 
   /// Makes room for a channel. @pre limits().carries() it. @return false: every slot is taken
   virtual bool open_channel(std::uint16_t channel, bool is_timestamped) = 0;

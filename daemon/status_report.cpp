@@ -1,5 +1,7 @@
 #include "daemon/status_report.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace swarmtalk::daemon {
@@ -12,6 +14,35 @@ void add_counters(const drivers::Counters& counters, Repeated& repeated) {
     counter.set_name(name);
     counter.set_value(value);
   }
+}
+
+std::uint64_t whole_ms(std::chrono::steady_clock::duration duration) {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(ms, 0));
+}
+
+void fill_neighbour(Station& station, const Neighbour& from, Neighbour::Time now,
+                    ipc::Neighbour& to) {
+  const std::uint64_t age_ms = whole_ms(now - from.last_heard);
+  to.set_link(station.name());
+  to.set_node_id(from.node);
+  to.set_epoch(from.epoch);
+  if (from.hardware != 0) to.set_address(station.link().hardware_text(from.hardware));
+  to.set_age_ms(age_ms);
+  if (!std::isnan(from.range.distance_m)) to.set_distance_m(from.range.distance_m);
+  if (!std::isnan(from.range.bearing_rad)) to.set_bearing_rad(from.range.bearing_rad);
+  if (from.pose && !from.pose->is_stale()) {
+    ipc::Pose& pose = *to.mutable_pose();
+    pose.set_x_m(static_cast<float>(from.pose->x_m()));
+    pose.set_y_m(static_cast<float>(from.pose->y_m()));
+    pose.set_theta_rad(static_cast<float>(from.pose->theta_rad()));
+    pose.set_age_ms(static_cast<std::uint32_t>(from.pose->age_10ms * 10u + age_ms));
+  }
+  to.set_frames(from.frames);
+  to.set_frames_lost(from.frames_lost);
+  to.set_loss(static_cast<float>(from.loss()));
+  to.set_duplicate_id(from.is_duplicate);
+  to.set_out_of_range(from.is_out_of_range);
 }
 
 }  // namespace
@@ -59,6 +90,21 @@ void StatusReport::fill_status(ipc::Status& status) {
   }
   if (clients_ != nullptr) clients_->fill(*status.mutable_clients_served());
   add_counters(counters_.list(), *status.mutable_counters());
+}
+
+void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
+  const auto now = std::chrono::steady_clock::now();
+  std::uint32_t left_out = 0;
+  for (Station* station : hub_.stations()) {
+    for (const Neighbour& each : station->neighbours(now)) {
+      if (reply.neighbours_size() < kMostNeighbours) {
+        fill_neighbour(*station, each, now, *reply.add_neighbours());
+      } else {
+        ++left_out;
+      }
+    }
+  }
+  reply.set_left_out(left_out);
 }
 
 // A pose that is too old is told by its age alone.

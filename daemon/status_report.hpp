@@ -20,6 +20,10 @@ class StatusReport final : public StatusSource {
 
   void fill_hello(ipc::Hello& hello) override;
   void fill_status(ipc::Status& status) override;
+  /// At most kMostNeighbours, of the first links.
+  void fill_neighbours(ipc::Neighbours& reply) override;
+
+  static constexpr int kMostNeighbours = 400;  // of at most 150 bytes: one frame
 
  private:
   void fill_pose(ipc::Status& status) const;

@@ -83,6 +83,12 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
                             LinkUser& user, LinkCounters& counters) {
   frame::Frame frame;
   const frame::ParseResult result = opener_.open(bytes, frame);
+  const bool has_header =
+      result == frame::ParseResult::kOk || result == frame::ParseResult::kReplayed;
+  if (has_header && user.is_own_frame(frame.header)) {  // come back by way of a repeater
+    ++counters.own_echoes;
+    return;
+  }
   if (result != frame::ParseResult::kOk) return count(result, counters);
   if (frame.header.profile != profile_) {
     ++counters.frames_other_profile;
@@ -90,15 +96,16 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
   }
   ++counters.frames_received;
   counters.bytes_received += frame.size_bytes;
-  const FrameReception reception{frame.header.node,    frame.header.epoch,   frame.header.counter,
-                                 frame.header.pose,    arrival.received_at,  {},
-                                 arrival.kernel_drops, arrival.is_time_known};
+  const FrameReception reception{frame.header.node,    frame.header.epoch,    frame.header.counter,
+                                 frame.header.pose,    arrival.received_at,   {},
+                                 arrival.kernel_drops, arrival.is_time_known, arrival.hardware};
   frame::PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) {
     ++counters.packets_received;
     user.on_packet(packet, reception);
   }
   if (reader.is_malformed()) ++counters.frames_bad_packet_length;
+  user.on_frame(reception);
 }
 
 void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,

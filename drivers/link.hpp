@@ -26,6 +26,7 @@ struct FrameArrival {
   MonotonicTime received_at;  // kernel's stamp where there is one, else now
   std::uint64_t kernel_drops = 0;
   bool is_time_known = true;
+  std::uint64_t hardware = 0;
 };
 
 /// What a link knows about the frame in which a packet came.
@@ -39,6 +40,7 @@ struct FrameReception {
   std::optional<float> distance_m = {};
   std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
   bool is_time_known = true;       // false: the wall clock was set, received_at is when it was read
+  std::uint64_t hardware = 0;      // transmitter's address on the medium; 0: not known
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.
@@ -55,6 +57,12 @@ class LinkUser {
 
   /// One received packet. `packet` is valid during the call only.
   virtual void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) = 0;
+
+  /// A readable frame came, with or without packets; its packets have been handed up.
+  virtual void on_frame(const FrameReception& /*frame*/) {}
+
+  /// Whether a frame with this header is our own, come back.
+  virtual bool is_own_frame(const frame::FrameHeader& /*header*/) { return false; }
 
   /// Header of the frame that is about to leave: node id, epoch, pose. The link fills in the rest.
   virtual frame::FrameHeader frame_header() = 0;
@@ -84,6 +92,9 @@ class Link {
 
   /// Longest packet that the medium carries now; a longer one is dropped and counted.
   virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }
+
+  /// An address of FrameReception::hardware for a person: "02:00:00:00:00:01", "10.0.0.1:4000".
+  virtual std::string hardware_text(std::uint64_t /*hardware*/) const { return ""; }
 
   virtual bool is_up() const = 0;
   virtual std::string state() const = 0;   // one line for a person

@@ -151,6 +151,24 @@ std::optional<std::span<const std::uint8_t>> RawL2Link::air_frame(const Datagram
   return bytes.subspan(kEthernetHeaderBytes);
 }
 
+std::uint64_t RawL2Link::hardware_of(const Datagram& datagram) const {
+  std::uint64_t mac = 0;
+  if (datagram.bytes.size() < kEthernetHeaderBytes) return mac;
+  for (const std::uint8_t byte : datagram.bytes.subspan(ETH_ALEN, ETH_ALEN)) mac = mac << 8 | byte;
+  return mac;
+}
+
+std::string RawL2Link::hardware_text(std::uint64_t hardware) const {
+  std::string text;
+  for (int shift = 40; shift >= 0; shift -= 8) {
+    std::array<char, 4> byte{};
+    std::snprintf(byte.data(), byte.size(), "%02x",
+                  static_cast<unsigned>(hardware >> shift & 0xFF));
+    text += (text.empty() ? "" : ":") + std::string(byte.data());
+  }
+  return text;
+}
+
 std::uint64_t RawL2Link::kernel_drops() const {
   tpacket_stats statistics{};
   socklen_t size = sizeof statistics;

@@ -38,11 +38,13 @@ class RawL2Link final : public SocketLink {
 
   std::string type() const override { return "raw_l2"; }
   std::string device() const override { return config_.interface; }
+  std::string hardware_text(std::uint64_t hardware) const override;
 
  private:
   static constexpr std::size_t kEthernetHeaderBytes = 14;
 
   std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) override;
+  std::uint64_t hardware_of(const Datagram& datagram) const override;
   std::size_t medium_header_bytes() const override { return kEthernetHeaderBytes; }
   void refresh() override;
   std::uint64_t kernel_drops() const override;

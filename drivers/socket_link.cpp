@@ -165,8 +165,10 @@ void SocketLink::receive(const Datagram& datagram) {
   kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
   const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
   if (bytes) {
-    receiver_.receive(*bytes, {datagram.received_at, kernel_drops_, datagram.is_time_known}, *user_,
-                      counters_);
+    receiver_.receive(
+        *bytes,
+        {datagram.received_at, kernel_drops_, datagram.is_time_known, hardware_of(datagram)},
+        *user_, counters_);
   } else {
     ++counters_.own_echoes;
   }

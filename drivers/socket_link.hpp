@@ -50,6 +50,9 @@ class SocketLink : public Link, public Tappable {
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
 
+  /// The transmitter's address in a datagram that air_frame() has looked at; 0: not known.
+  virtual std::uint64_t hardware_of(const Datagram& datagram) const = 0;
+
   /// Bytes in front of the air frame in a datagram.
   virtual std::size_t medium_header_bytes() const { return 0; }
 

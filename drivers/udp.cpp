@@ -163,6 +163,19 @@ std::optional<std::span<const std::uint8_t>> UdpLink::air_frame(const Datagram& 
   return datagram.bytes;
 }
 
+std::uint64_t UdpLink::hardware_of(const Datagram& datagram) const {
+  sockaddr_in source;
+  std::memcpy(&source, &datagram.source, sizeof source);
+  return std::uint64_t{ntohl(source.sin_addr.s_addr)} << 16 | ntohs(source.sin_port);
+}
+
+std::string UdpLink::hardware_text(std::uint64_t hardware) const {
+  const in_addr address{htonl(static_cast<std::uint32_t>(hardware >> 16))};
+  std::array<char, INET_ADDRSTRLEN> text{};
+  inet_ntop(AF_INET, &address, text.data(), text.size());
+  return std::string(text.data()) + ":" + std::to_string(hardware & 0xFFFF);
+}
+
 std::uint64_t UdpLink::kernel_drops() const {
   std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
   socklen_t size = sizeof memory;

@@ -40,9 +40,11 @@ class UdpLink final : public SocketLink {
 
   std::string type() const override { return "udp"; }
   std::string device() const override;  // "239.255.83.84:21332 on lo"
+  std::string hardware_text(std::uint64_t hardware) const override;
 
  private:
   std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) override;
+  std::uint64_t hardware_of(const Datagram& datagram) const override;
   void refresh() override;
   std::uint64_t kernel_drops() const override;
 

@@ -1,6 +1,9 @@
 """Radio manners, poses and neighbours, with real daemons on real wires."""
+import json
 import os
 import socket
+import subprocess
+import sys
 
 import pytest
 from conftest import needs_root, wait_for
@@ -13,6 +16,12 @@ LINK = '[links.air]\ntype = "raw_l2"\ninterface = "a0"\n'
 
 def node(number, *keys):
     return "\n".join([f"[node]\nid = {number}", *keys]) + "\n"
+
+
+def neighbours(robot):
+    done = robot.cli("neighbours", "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)["neighbours"]
 
 
 @pytest.fixture
@@ -73,3 +82,60 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
     assert 1 <= len(told) <= 2, "at most one line a second"
     robot.stop()
     assert not os.path.exists(path)
+
+
+def test_neighbours_are_listed_with_distance_pose_and_address(wires):
+    first = wires.robot("a").start(node(1, "pose = [0.0, 0.0, 0.0]") + LINK)
+    second = wires.robot("a").start(node(2, "pose = [3.0, 4.0, 0.0]") + LINK)
+    assert neighbours(first) == []
+    second.publish("c", "x")
+    other, = wait_for(lambda: neighbours(first), what="the frame")
+    assert other["node_id"] == 2
+    assert other["distance_m"] == pytest.approx(5.0, abs=0.002)
+    assert other["pose"]["x_m"] == pytest.approx(3.0, abs=0.001)
+    assert (other["frames"], other["frames_lost"], other["loss"]) == (1, 0, 0)
+    assert (other["duplicate_id"], other["out_of_range"]) == (False, False)
+    mac = json.loads(second.execute("ip", "-j", "link", "show", "a0").stdout)[0]["address"]
+    assert other["address"] == mac
+    line = first.cli("neighbours").stdout.splitlines()[1]
+    assert "5.00 m" in line and mac in line
+
+
+def test_two_robots_with_one_id_are_told_by_a_third(wires):
+    watcher = wires.robot("a").start(node(1) + LINK)
+    twins = [wires.robot("a").start(node(7) + LINK) for _ in range(2)]
+    for twin in [*twins, *twins]:
+        twin.publish("c", "x")
+    wait_for(lambda: watcher.counter("duplicate_neighbours") == 1, what="the duplicate")
+    pair = neighbours(watcher)
+    assert [each["node_id"] for each in pair] == [7, 7]
+    assert all(each["duplicate_id"] for each in pair)
+    assert len({each["address"] for each in pair}) == 2
+    lines = [line for line in watcher.logged().splitlines() if "two robots have node id 7" in line]
+    assert len(lines) == 1
+    assert all(each["address"] in lines[0] for each in pair)
+    assert "TWO ROBOTS HAVE THIS ID" in watcher.cli("neighbours").stdout
+
+
+REPEAT = """
+import socket, sys
+s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88B5))
+s.bind(("a0", 0x88B5))
+print("ready", flush=True)
+while True:
+    frame, where = s.recvfrom(2048)
+    if where[2] != socket.PACKET_OUTGOING and frame[6:12] != bytes.fromhex("020000000099"):
+        s.send(frame[:6] + bytes.fromhex("020000000099") + frame[12:])
+"""
+
+
+def test_own_frames_from_a_repeater_with_another_address_are_echoes(wires):
+    robot = wires.robot("a").start(node(1) + LINK)
+    repeater = wires.keep(subprocess.Popen(
+        ["ip", "netns", "exec", wires.robot("a").namespace, sys.executable, "-c", REPEAT],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+    assert repeater.stdout.readline() == "ready\n"
+    robot.publish("c", "x", "--ttl", "3")
+    wait_for(lambda: robot.link("air")["counters"]["own_echoes"] == 1, what="the echo")
+    assert robot.counter("duplicate_node_ids") == 0
+    assert neighbours(robot) == []

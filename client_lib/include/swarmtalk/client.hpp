@@ -82,6 +82,8 @@ class Client {
   /// Asks the daemon; waits for the answer, at most ClientOptions::request_timeout; runs no
   /// callback.
   [[nodiscard]] Status get_status(DaemonStatus& status);
+  /// The robots heard within the last 10 s, by link and node id.
+  [[nodiscard]] Status get_neighbours(std::vector<Neighbour>& neighbours);
   /// `pose` is empty when the robot has no valid pose.
   [[nodiscard]] Status get_pose(std::optional<Pose>& pose);
   /// Waits until the daemon has answered everything asked so far (set_pose, destroyed handles).

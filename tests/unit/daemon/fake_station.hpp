@@ -34,6 +34,7 @@ class FakeLink final : public drivers::Link {
   }
   void hand_up(const std::vector<std::uint8_t>& packet, const drivers::FrameReception& frame) {
     user_->on_packet(packet, frame);
+    user_->on_frame(frame);
   }
   drivers::LinkUser& user() { return *user_; }
 
@@ -69,6 +70,7 @@ class FakeStation final : public Station {
   }
   drivers::Link& link() override { return link_; }
   drivers::Counters counters() const override { return {{"node_messages_sent", 43}}; }
+  std::vector<Neighbour> neighbours(Neighbour::Time) const override { return {}; }
 
   bool open_channel(std::uint16_t channel, bool) override {
     if (open.size() >= capacity) return false;

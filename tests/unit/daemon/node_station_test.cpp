@@ -173,6 +173,35 @@ TEST(NodeStation, VirtualRangeDropsUnknownDistancesIfAsked) {
   EXPECT_EQ(hearer.client.heard.size(), 1u) << "without a range every packet is heard";
 }
 
+TEST(NodeStation, RobotsHeardAreNeighboursBeyondTheVirtualRangeToo) {
+  Robot a(1, at(0, 0, 0));
+  Robot b(2, at(3, 4, 0));
+  b.station.set_virtual_range({1.0, false});
+  b.link->user().on_frame(a.frame());
+  const auto list = b.station.neighbours(std::chrono::steady_clock::now());
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].node, 1);
+  EXPECT_NEAR(list[0].range.distance_m, 5.0, 1e-3);
+  EXPECT_TRUE(list[0].is_out_of_range);
+}
+
+TEST(NodeStation, OwnFramesAreKnownByIdAndEpochAlsoUnderTheIdBefore) {
+  Robot a(std::nullopt, NodeConfig{});
+  frame::FrameHeader header = a.station.frame_header();
+  EXPECT_TRUE(a.link->user().is_own_frame(header));
+  a.identity.draw_again();
+  EXPECT_TRUE(a.link->user().is_own_frame(header));
+  ++header.epoch;
+  EXPECT_FALSE(a.link->user().is_own_frame(header)) << "a namesake";
+}
+
+TEST(NodeStation, NamesakeThatOnlyBeaconsIsNoticed) {
+  Robot a(7, NodeConfig{});
+  Robot b(7, NodeConfig{});
+  a.link->user().on_frame(b.frame());
+  EXPECT_EQ(a.counters.duplicate_node_ids, 1u);
+}
+
 TEST(NodeStation, LongestMessageCrossesWhole) {
   Robot a(1, NodeConfig{});
   Robot b(2, NodeConfig{});

@@ -63,6 +63,26 @@ TEST_F(FramerTest, OpensTheNextFrameWithThePacketThatDoesNotFit) {
   for (std::uint32_t i = 0; i < 5; ++i) EXPECT_EQ(hearer_.received[i], numbered_packet(i, 200));
 }
 
+TEST_F(FramerTest, TellsOfAFrameOnceWhateverItHolds) {
+  for (std::uint32_t i = 0; i < 3; ++i) sender_.waiting.push_back(numbered_packet(i, 20));
+  build();
+  receiver_.receive(buffer_, {MonotonicTime(std::chrono::seconds(5)), 0, true, 0xABCD}, hearer_,
+                    counters_);
+  ASSERT_EQ(hearer_.frames.size(), 1U);
+  EXPECT_EQ(hearer_.frames[0].transmitter, 11);
+  EXPECT_EQ(hearer_.frames[0].hardware, 0xABCDU);
+}
+
+TEST_F(FramerTest, OwnFrameThatComesBackIsAnEcho) {
+  sender_.waiting.push_back(numbered_packet(0, 20));
+  build();
+  receiver_.receive(buffer_, {}, sender_, counters_);
+  EXPECT_EQ(counters_.own_echoes, 1U);
+  EXPECT_EQ(counters_.frames_received, 0U);
+  EXPECT_TRUE(sender_.received.empty());
+  EXPECT_TRUE(sender_.frames.empty());
+}
+
 TEST_F(FramerTest, FillsAFrameToItsLastByte) {
   const std::size_t header_bytes = frame::kHeaderBytes + frame::kLengthPrefixBytes;
   for (const std::size_t size :
@@ -180,6 +200,8 @@ TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {
   EXPECT_EQ(counters_.frames_replayed, 1U);
   other_receiver_.receive(good, {}, hearer_, counters_);
   EXPECT_EQ(counters_.frames_replayed, 2U) << "its own session";
+  other_receiver_.receive(good, {}, sender_, counters_);
+  EXPECT_EQ(counters_.own_echoes, 1U) << "and its own id";
   use_key(new_key(2), other_builder_, receiver_);
   receive(good);
   EXPECT_EQ(counters_.frames_other_key, 1U);

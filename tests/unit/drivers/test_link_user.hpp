@@ -31,10 +31,15 @@ class TestLinkUser : public LinkUser {
   std::size_t next_packet_bytes() override { return waiting.empty() ? 0 : waiting.front().size(); }
   void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) override;
   frame::FrameHeader frame_header() override { return header; }
+  void on_frame(const FrameReception& frame) override { frames.push_back(frame); }
+  bool is_own_frame(const frame::FrameHeader& other) override {
+    return other.node == header.node && other.epoch == header.epoch;
+  }
 
   std::deque<Bytes> waiting;
   std::vector<Bytes> received;
-  std::vector<FrameReception> receptions;
+  std::vector<FrameReception> receptions;  // one for each packet
+  std::vector<FrameReception> frames;
   frame::FrameHeader header;
   std::function<void(const Bytes&)> on_received;  // may be empty
 };

@@ -57,6 +57,23 @@ struct ClientStatus {
   std::uint64_t messages_published = 0;
 };
 
+/// A robot heard on a link within the last 10 s.
+struct Neighbour {
+  std::string link;
+  std::uint32_t node_id = 0;
+  std::uint32_t epoch = 0;                // tells two starts of its daemon apart
+  std::string address;                    // MAC, or IPv4 address and port; empty: not known
+  std::chrono::milliseconds age{0};       // since it was heard last
+  float distance_m = Message::kUnknown;   // when it was heard last
+  float bearing_rad = Message::kUnknown;  // counter-clockwise from our heading
+  std::optional<Pose> pose;               // the last it sent, with its age now
+  std::uint64_t frames = 0;               // heard
+  std::uint64_t frames_lost = 0;          // gaps in its count of frames
+  float loss = 0;                         // share of its frames that did not come lately, 0 to 1
+  bool duplicate_id = false;              // another robot with this id is heard too
+  bool out_of_range = false;              // of the link's virtual_range_m: its messages are dropped
+};
+
 struct DaemonStatus {
   std::string version;
   std::uint32_t node_id = 0;
