@@ -35,6 +35,8 @@ inline constexpr IntegerLimits kEthertypeLimits{0x0600, 0xFFFF};  // below: a le
 inline constexpr IntegerLimits kPortLimits{1, 65535};
 inline constexpr IntegerLimits kBurstLimits{1, 10'000};
 inline constexpr IntegerLimits kJitterUsLimits{0, 1'000'000};
+inline constexpr IntegerLimits kBeaconMsLimits{0, 3'600'000};
+inline constexpr std::uint32_t kLeastBeaconMs = 20;  // but 0: none
 inline constexpr IntegerLimits kReceiveBufferLimits{4096, 64 << 20};
 inline constexpr double kMaxRateHz = 1e6;
 inline constexpr double kMaxVirtualRangeM = 1000.0;
@@ -97,6 +99,7 @@ struct LinkConfig {
   double rate_hz = 0.0;                  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
+  std::uint32_t beacon_ms = 0;  // raw_l2, udp; 0: never
   std::size_t receive_buffer_bytes = std::size_t{4} << 20;
   KilobotConfig kilobot;
 };

@@ -75,6 +75,7 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "packets_over_mtu", "packets that fit into no frame of the link"},
     {kLink, "kernel_drops", "frames that the kernel dropped because the socket's buffer was full"},
     {kLink, "link_down_events", "times that the link went down"},
+    {kLink, "beacons_sent", "frames without packets, sent because nothing else was"},
     {kLink, "overhead_padding_bytes", "bytes between frames that keep false ones from being found"},
     {kLink, "overhead_frames_withheld", "frames that must never leave, held back"},
     {kLink, "gateway_frames", "readable frames of the gateway Kilobot"},

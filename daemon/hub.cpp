@@ -309,8 +309,19 @@ void Hub::deliver_locally(Publication& publication, std::size_t station, Channel
 
 void Hub::note_losses(Channel& channel, const Station& station, const MessageHead& head) {
   const auto index = static_cast<std::uint16_t>(index_of(station));
-  const Loss lost =
-      losses_.note({index, head.channel, head.sender, head.epoch}, head.number, head.drops);
+  add_loss(channel,
+           losses_.note({index, head.channel, head.sender, head.epoch}, head.number, head.drops));
+}
+
+void Hub::on_last_message(Station& station, const MessageHead& head) {
+  const auto found = channels_.find(head.channel);
+  if (found == channels_.end() || found->second.subscriptions.empty()) return;
+  const auto index = static_cast<std::uint16_t>(index_of(station));
+  add_loss(found->second, losses_.note_last({index, head.channel, head.sender, head.epoch},
+                                            head.number, head.drops));
+}
+
+void Hub::add_loss(Channel& channel, const Loss& lost) {
   if (lost == Loss{}) return;
   channel.lost += lost;
   counters_.messages_lost_air += lost.air;

@@ -118,6 +118,7 @@ class Hub final : public StationUser {
                   std::span<const std::uint8_t> payload) override;
   void on_sent(Station& station, std::uint16_t channel) override;
   void on_namesake(Station& station) override;
+  void on_last_message(Station& station, const MessageHead& head) override;
   void on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) override;
 
  private:
@@ -184,6 +185,7 @@ class Hub final : public StationUser {
   void count_copy(const Publication& publication);
   void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
   void note_losses(Channel& channel, const Station& station, const MessageHead& head);
+  void add_loss(Channel& channel, const Loss& lost);
   std::size_t index_of(const Station& station) const;
   Publication& new_publication();
 

@@ -1,6 +1,7 @@
 #include "daemon/loss_tracker.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -18,7 +19,9 @@ std::uint64_t take(std::uint64_t& gap, std::uint64_t before, std::uint64_t now,
 
 }  // namespace
 
-Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops) {
+// Null: it is followed from now on, from this number.
+LossTracker::Entry* LossTracker::find(const Source& source, std::uint32_t number,
+                                      const DropTotals& drops) {
   const auto found = sources_.find(source);
   if (found == sources_.end()) {
     if (sources_.size() >= max_sources_) {
@@ -26,22 +29,36 @@ Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTot
       sources_.erase(entries_.back().source);
       entries_.pop_back();
     }
-    entries_.push_front({source, number, {}, drops});
+    entries_.push_front({source, number, false, {}, drops});
     sources_.emplace(source, entries_.begin());
-    return {};
+    return nullptr;
   }
-  Entry& entry = *found->second;
   entries_.splice(entries_.begin(), entries_, found->second);
+  return &*found->second;
+}
+
+// The highest number is `ahead` more now; those between, and the old one if it did not come, are
+// missing.
+void LossTracker::advance(Entry& entry, std::uint32_t ahead) {
+  const std::size_t step = std::min<std::size_t>(ahead, kWindow);
+  entry.missing <<= step;
+  for (std::size_t i = 0; i + 1 < step; ++i) entry.missing.set(i);
+  if (entry.is_highest_missing || ahead - 1 >= kWindow) entry.missing.set(step - 1);
+  entry.highest += ahead;
+  entry.is_highest_missing = false;
+}
+
+Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops) {
+  Entry* const known = find(source, number, drops);
+  if (known == nullptr) return {};
+  Entry& entry = *known;
   const std::uint32_t ahead = number - entry.highest;  // wraps as the numbers do
   Loss loss;
-  if (ahead == 0) return loss;
-  if (ahead - 1 <= kLongestGap) {
-    const std::size_t step = std::min<std::size_t>(ahead, kWindow);
-    entry.missing <<= step;
-    for (std::size_t i = 0; i + 1 < step; ++i) entry.missing.set(i);
-    if (ahead - 1 >= kWindow) entry.missing.set(kWindow - 1);
+  if (ahead == 0) {
+    loss.late = std::exchange(entry.is_highest_missing, false) ? 1 : 0;
+  } else if (ahead - 1 <= kLongestGap) {
+    advance(entry, ahead);
     loss = locate(entry, ahead - 1, drops);
-    entry.highest = number;
     entry.drops = drops;
   } else if (const std::uint32_t behind = entry.highest - number; behind - 1 < kWindow) {
     if (entry.missing.test(behind - 1)) loss.late = 1;
@@ -49,8 +66,22 @@ Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTot
   } else if (behind - 1 > kLongestGap) {
     entry.missing.reset();
     entry.highest = number;
+    entry.is_highest_missing = false;
     entry.drops = drops;
   }
+  return loss;
+}
+
+// A beacon that is behind what has come was overtaken.
+Loss LossTracker::note_last(const Source& source, std::uint32_t number, const DropTotals& drops) {
+  Entry* const entry = find(source, number, drops);
+  if (entry == nullptr) return {};
+  const std::uint32_t ahead = number - entry->highest;
+  if (ahead == 0 || ahead - 1 > kLongestGap) return {};
+  advance(*entry, ahead);
+  entry->is_highest_missing = true;
+  const Loss loss = locate(*entry, ahead, drops);
+  entry->drops = drops;
   return loss;
 }
 

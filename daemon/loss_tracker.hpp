@@ -40,6 +40,10 @@ class LossTracker {
   ///   been put down to; the rest to the air. The first message of a source finds nothing
   Loss note(const Source& source, std::uint32_t number, const DropTotals& drops);
 
+  /// A beacon has come: the source has sent messages up to this number. @return what is missing, as
+  /// for note(), this number included. The first beacon of a source finds nothing
+  Loss note_last(const Source& source, std::uint32_t number, const DropTotals& drops);
+
   /// Nobody subscribes to the channel any more: what is missed from now on is no loss.
   void forget(std::uint16_t channel);
 
@@ -51,8 +55,9 @@ class LossTracker {
   struct Entry {
     Source source;
     std::uint32_t highest = 0;
-    std::bitset<kWindow> missing;  // bit i: number highest - 1 - i was counted as lost
-    DropTotals drops;              // at the message before
+    bool is_highest_missing = false;  // a beacon told of it, it did not come
+    std::bitset<kWindow> missing;     // bit i: number highest - 1 - i was counted as lost
+    DropTotals drops;                 // at the message before
   };
   struct Hash {
     std::size_t operator()(const Source& source) const {
@@ -63,6 +68,8 @@ class LossTracker {
   };
   using Entries = std::list<Entry>;  // the last heard in front
 
+  Entry* find(const Source& source, std::uint32_t number, const DropTotals& drops);
+  static void advance(Entry& entry, std::uint32_t ahead);
   Loss locate(const Entry& entry, std::uint64_t gap, const DropTotals& drops);
 
   std::size_t max_sources_;

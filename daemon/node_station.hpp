@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <unordered_map>
 #include <utility>
@@ -157,6 +158,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
   void on_frame(const drivers::FrameReception& frame) override;
+  std::size_t last_messages(std::span<frame::LastMessage> out) override;
+  void on_last_message(const frame::LastMessage& last,
+                       const drivers::FrameReception& frame) override;
   bool is_own_frame(const frame::FrameHeader& header) override {
     return header.epoch == identity_.epoch() && identity_.was(header.node);
   }
@@ -225,7 +229,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
 
   static void on_core_sent(void* context) {
     auto* entry = static_cast<Entry*>(context);
-    entry->station->user_.on_sent(*entry->station, entry->number);
+    NodeStation& station = *entry->station;
+    if (P::kMessageBits == 32) station.left_[entry->number] = station.numbers_[entry->number];
+    station.user_.on_sent(station, entry->number);
   }
   static void on_core_message(void* context, const std::uint8_t* bytes, std::uint16_t size,
                               const core::Reception<P>& reception) {
@@ -244,11 +250,13 @@ class NodeStation final : public Station, public drivers::LinkUser {
   StationUser& user_;
   std::unordered_map<std::uint16_t, std::unique_ptr<Entry>> entries_;
   std::unordered_map<std::uint16_t, std::uint32_t> numbers_;  // last message sent on a channel
-  std::unique_ptr<Node> node_;                                // megabytes, most of them untouched
-  std::vector<std::uint8_t> crossing_;                        // reused
-  const drivers::FrameReception* frame_ = nullptr;            // in which the packet in hand came
-  drivers::MonotonicTime latest_{};                           // that the node was told
-  Range range_ = Range::unknown();                            // of its transmitter
+  std::map<std::uint16_t, std::uint32_t> left_;     // the last of each channel that left whole
+  std::uint16_t told_channel_ = 0;                  // the last that a beacon told of
+  std::unique_ptr<Node> node_;                      // megabytes, most of them untouched
+  std::vector<std::uint8_t> crossing_;              // reused
+  const drivers::FrameReception* frame_ = nullptr;  // in which the packet in hand came
+  drivers::MonotonicTime latest_{};                 // that the node was told
+  Range range_ = Range::unknown();                  // of its transmitter
   std::uint64_t bad_origins_ = 0;
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;
@@ -296,6 +304,33 @@ void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
   const bool is_namesake =
       frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
   if (is_namesake && !is_told) user_.on_namesake(*this);
+}
+
+// In turns: there may be more channels than a beacon has room for.
+template <class P>
+std::size_t NodeStation<P>::last_messages(std::span<frame::LastMessage> out) {
+  const std::size_t count = std::min(out.size(), left_.size());
+  auto next = left_.upper_bound(told_channel_);
+  for (std::size_t i = 0; i < count; ++i, ++next) {
+    if (next == left_.end()) next = left_.begin();
+    out[i] = {next->first, next->second};
+    told_channel_ = next->first;
+  }
+  return count;
+}
+
+template <class P>
+void NodeStation<P>::on_last_message(const frame::LastMessage& last,
+                                     const drivers::FrameReception& frame) {
+  if (P::kMessageBits != 32 || is_out_of_range(range_of(frame))) return;
+  MessageHead head;
+  head.channel = last.channel;
+  head.sender = frame.transmitter;
+  head.epoch = frame.transmitter_epoch & 0xFFFFu;  // as a packet carries it
+  head.number = last.number;
+  head.has_wide_number = true;
+  head.drops = {frame.kernel_drops, node_->counters().no_memory};
+  user_.on_last_message(*this, head);
 }
 
 template <class P>

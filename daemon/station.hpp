@@ -56,6 +56,9 @@ class StationUser {
   /// Somebody else is heard under our node id. Called after the packet has been dealt with.
   virtual void on_namesake(Station& station) = 0;
 
+  /// A beacon says that this robot has sent messages up to this number.
+  virtual void on_last_message(Station& /*station*/, const MessageHead& /*head*/) {}
+
   /// Two other robots are heard under one node id. Once for each pair.
   virtual void on_duplicate(Station& /*station*/, const Neighbour& /*older*/,
                             const Neighbour& /*younger*/) {}

@@ -1,6 +1,7 @@
 #include "drivers/framer.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace swarmtalk::drivers {
 namespace {
@@ -8,6 +9,8 @@ namespace {
 // Packets that fit nowhere, dropped in one call; the rest waits for the next, so that a link with a
 // tiny MTU does not spin here.
 constexpr int kMaxDropsPerFrame = 64;
+// Of a beacon: 768 bytes. What has no room comes with the next.
+constexpr std::size_t kMostLastMessages = 128;
 
 void count(frame::ParseResult result, LinkCounters& counters) {
   switch (result) {
@@ -53,8 +56,7 @@ std::size_t FrameBuilder::buffer_bytes(std::size_t limit_bytes) const {
          frame::kLengthPrefixBytes + max_packet_bytes_;
 }
 
-BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
-                               std::size_t limit_bytes, LinkCounters& counters) {
+frame::FrameHeader FrameBuilder::next_header(LinkUser& user) {
   if (sealer_ && frames_built_ == UINT32_MAX) {  // no nonce twice
     sealer_->draw_session();
     frames_built_ = 0;
@@ -62,6 +64,27 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
   frame::FrameHeader header = user.frame_header();
   header.profile = profile_;
   header.counter = frames_built_ + 1;
+  return header;
+}
+
+BuiltFrame FrameBuilder::build_beacon(LinkUser& user, std::span<std::uint8_t> buffer,
+                                      std::size_t limit_bytes) {
+  frame::FrameHeader header = next_header(user);
+  const std::size_t around = header.size_bytes() + (sealer_ ? frame::kSealBytes : std::size_t{0});
+  if (around > limit_bytes) return {};
+  std::array<frame::LastMessage, kMostLastMessages> last;
+  const std::size_t fit = (limit_bytes - around) / frame::kLastMessageBytes;
+  const std::size_t count = user.last_messages(std::span(last).first(std::min(fit, last.size())));
+  header.is_beacon = count > 0;
+  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
+  for (std::size_t i = 0; i < count; ++i) writer.append_last(last[i]);
+  ++frames_built_;
+  return {writer.finish().size(), 0, false};
+}
+
+BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
+                               std::size_t limit_bytes, LinkCounters& counters) {
+  const frame::FrameHeader header = next_header(user);
   frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
   bool more_waits = true;
   for (int drops = 0; drops < kMaxDropsPerFrame;) {
@@ -104,7 +127,9 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
     ++counters.packets_received;
     user.on_packet(packet, reception);
   }
-  if (reader.is_malformed()) ++counters.frames_bad_packet_length;
+  frame::LastMessageReader beacon(frame.last_messages);
+  for (frame::LastMessage last; beacon.next(last);) user.on_last_message(last, reception);
+  if (reader.is_malformed() || beacon.is_malformed()) ++counters.frames_bad_packet_length;
   user.on_frame(reception);
 }
 

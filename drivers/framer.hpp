@@ -39,7 +39,12 @@ class FrameBuilder {
   BuiltFrame build(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes,
                    LinkCounters& counters);
 
+  /// A frame without packets, with the last messages that fit. @param buffer  as for build()
+  BuiltFrame build_beacon(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes);
+
  private:
+  frame::FrameHeader next_header(LinkUser& user);
+
   frame::ProfileId profile_;
   std::size_t max_packet_bytes_;
   std::uint32_t frames_built_ = 0;

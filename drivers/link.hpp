@@ -58,6 +58,14 @@ class LinkUser {
   /// One received packet. `packet` is valid during the call only.
   virtual void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) = 0;
 
+  /// For a beacon: the last message that has left on as many channels as `out` has room for; where
+  /// that is not enough, others the next time. @return how many
+  virtual std::size_t last_messages(std::span<frame::LastMessage> /*out*/) { return 0; }
+
+  /// A beacon came: on this channel the transmitter has sent as much by now.
+  virtual void on_last_message(const frame::LastMessage& /*last*/,
+                               const FrameReception& /*frame*/) {}
+
   /// A readable frame came, with or without packets; its packets have been handed up.
   virtual void on_frame(const FrameReception& /*frame*/) {}
 
@@ -89,6 +97,9 @@ class Link {
 
   /// From now on this pace.
   virtual void set_pacing(const PacerConfig& /*pacing*/) {}
+
+  /// When nothing else left for so long, a frame without packets leaves; 0: never.
+  virtual void set_beacon(std::chrono::milliseconds /*interval*/) {}
 
   /// Longest packet that the medium carries now; a longer one is dropped and counted.
   virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }

@@ -27,6 +27,7 @@ Counters LinkCounters::list() const {
       {"packets_over_mtu", packets_over_mtu},
       {"kernel_drops", kernel_drops},
       {"link_down_events", link_down_events},
+      {"beacons_sent", beacons_sent},
   };
 }
 

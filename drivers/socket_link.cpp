@@ -46,6 +46,8 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       builder_(profile, max_packet_bytes),
       receiver_(profile),
       timer_(io),
+      beacon_(0ms, 1),
+      beacon_timer_(io),
       state_timer_(io) {}
 
 void SocketLink::use_receive_socket(int socket) {
@@ -64,6 +66,7 @@ void SocketLink::start(LinkUser& user) {
   watch_.start([this] { refresh(); });
   refresh();
   wait_readable();
+  if (beacon_.is_on()) arm_beacon();
   wake();
 }
 
@@ -82,6 +85,39 @@ void SocketLink::set_pacing(const PacerConfig& pacing) {
   timer_.cancel();  // the old pace's wait
   is_timer_armed_ = false;
   wake();
+}
+
+void SocketLink::set_beacon(std::chrono::milliseconds interval) {
+  beacon_ = Beacon(interval, std::random_device{}());
+  beacon_.silence_begins(std::chrono::steady_clock::now());
+  beacon_timer_.cancel();
+  if (user_ != nullptr && beacon_.is_on()) arm_beacon();
+}
+
+void SocketLink::arm_beacon() {
+  const MonotonicTime now = std::chrono::steady_clock::now();
+  beacon_timer_.expires_at(now + beacon_.wait(now));
+  beacon_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        const MonotonicTime then = std::chrono::steady_clock::now();
+        if (beacon_.wait(then) == 0ns) send_beacon(then);
+        arm_beacon();
+      });
+}
+
+// Not when something else is about to leave, or nothing can.
+void SocketLink::send_beacon(MonotonicTime now) {
+  beacon_.silence_begins(now);
+  if (!is_up_ || !queue_.is_empty() || user_->next_packet_bytes() > 0) return;
+  const BuiltFrame built = builder_.build_beacon(
+      *user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)), frame_limit_bytes_);
+  if (built.size_bytes == 0) return;
+  ++counters_.beacons_sent;
+  if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
+  queue_.push(built.size_bytes, built.packets, now);
+  pacer_.sent(now);
+  transmit(now);
 }
 
 void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
@@ -200,6 +236,7 @@ bool SocketLink::fill_queue(MonotonicTime now) {
     if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
     queue_.push(built.size_bytes, built.packets, now);
     pacer_.sent(now);
+    if (beacon_.is_on()) beacon_.silence_begins(now);
     if (!built.more_waits) return false;
   }
   return true;

@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/beacon.hpp"
 #include "drivers/frame_tap.hpp"
 #include "drivers/framer.hpp"
 #include "drivers/interface_watch.hpp"
@@ -30,6 +31,7 @@ class SocketLink : public Link, public Tappable {
   void wake() override;
   void set_tap(FrameTap* tap) override { tap_ = tap; }
   void set_pacing(const PacerConfig& pacing) override;
+  void set_beacon(std::chrono::milliseconds interval) override;
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
   std::size_t packet_limit_bytes() const override {
     return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
@@ -88,6 +90,8 @@ class SocketLink : public Link, public Tappable {
   void transmit(MonotonicTime now);
   void on_send_error(int error, MonotonicTime now);
   void wait_writable();
+  void arm_beacon();
+  void send_beacon(MonotonicTime now);
   void flush_after(std::chrono::steady_clock::duration delay);
 
   boost::asio::io_context& io_;
@@ -107,6 +111,9 @@ class SocketLink : public Link, public Tappable {
   std::optional<Descriptor> receive_socket_;
   std::optional<Descriptor> send_socket_;  // none: the receiving one
   boost::asio::steady_timer timer_;        // pacing, and short waits after a full queue
+
+  Beacon beacon_;
+  boost::asio::steady_timer beacon_timer_;
 
   boost::asio::steady_timer state_timer_;  // until the next change of state may be logged
   std::uint64_t unlogged_changes_ = 0;

@@ -22,7 +22,8 @@ constexpr std::size_t kPoseAt = kHeaderBytes;
 constexpr std::uint16_t kMagic = 0x5354;  // "ST"
 constexpr std::uint8_t kFlagPose = 0x01;
 constexpr std::uint8_t kFlagSealed = 0x02;
-constexpr std::uint8_t kKnownFlags = kFlagPose | kFlagSealed;
+constexpr std::uint8_t kFlagBeacon = 0x04;
+constexpr std::uint8_t kKnownFlags = kFlagPose | kFlagSealed | kFlagBeacon;
 
 constexpr double kStepsPerTurn = 65536.0;
 
@@ -88,6 +89,7 @@ FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& head
   put_u16(at + kMagicAt, kMagic);
   at[kVersionAt] = kVersion;
   at[kFlagsAt] = header.pose ? kFlagPose : 0;
+  if (header.is_beacon) at[kFlagsAt] |= kFlagBeacon;
   at[kProfileAt] = static_cast<std::uint8_t>(header.profile);
   at[kZeroAt] = 0;
   put_u16(at + kNodeAt, header.node);
@@ -122,6 +124,14 @@ bool FrameWriter::append(std::span<const std::uint8_t> packet) {
   if (packet.empty() || packet.size() > to.size()) return false;
   std::memcpy(to.data(), packet.data(), packet.size());
   return commit(packet.size());
+}
+
+bool FrameWriter::append_last(const LastMessage& last) {
+  if (size_bytes_ + kLastMessageBytes > limit_bytes_) return false;
+  put_u16(buffer_.data() + size_bytes_, last.channel);
+  put_u32(buffer_.data() + size_bytes_ + 2, last.number);
+  size_bytes_ += kLastMessageBytes;
+  return true;
 }
 
 std::span<const std::uint8_t> FrameWriter::finish() {
@@ -161,7 +171,8 @@ std::string_view counter_name(ParseResult result) {
 void SealedFrame::read_plaintext(std::span<const std::uint8_t> plaintext, Frame& frame) const {
   frame.header.pose.reset();
   if (has_pose) frame.header.pose = get_pose(plaintext.data());
-  frame.packets = plaintext.subspan(has_pose ? kPoseBytes : 0);
+  (frame.header.is_beacon ? frame.last_messages : frame.packets) =
+      plaintext.subspan(has_pose ? kPoseBytes : 0);
 }
 
 ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame* sealed) {
@@ -187,9 +198,11 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame
   frame.header.counter = get_u32(at + kCounterAt);
   frame.size_bytes = length;
   frame.header.pose.reset();
+  frame.header.is_beacon = (flags & kFlagBeacon) != 0;
+  frame.packets = {};
+  frame.last_messages = {};
   if (is_sealed) {
     const std::size_t plain_bytes = length - kSealedHeaderBytes - kTagBytes;
-    frame.packets = {};
     if (sealed != nullptr) {
       *sealed = {bytes.subspan(kSealedHeaderBytes, plain_bytes),
                  bytes.subspan(length - kTagBytes, kTagBytes), has_pose};
@@ -197,7 +210,8 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame
     return ParseResult::kSealed;
   }
   if (has_pose) frame.header.pose = get_pose(at + kPoseAt);
-  frame.packets = bytes.subspan(header_bytes, length - header_bytes);
+  (frame.header.is_beacon ? frame.last_messages : frame.packets) =
+      bytes.subspan(header_bytes, length - header_bytes);
   return ParseResult::kOk;
 }
 
@@ -211,6 +225,13 @@ bool PacketReader::next(std::span<const std::uint8_t>& packet) {
   }
   packet = rest_.subspan(kLengthPrefixBytes, size);
   rest_ = rest_.subspan(kLengthPrefixBytes + size);
+  return true;
+}
+
+bool LastMessageReader::next(LastMessage& last) {
+  if (rest_.size() < kLastMessageBytes) return false;
+  last = {get_u16(rest_.data()), get_u32(rest_.data() + 2)};
+  rest_ = rest_.subspan(kLastMessageBytes);
   return true;
 }
 

@@ -15,6 +15,7 @@ inline constexpr std::uint16_t kDefaultEthertype = 0x88B5;  // IEEE 802 Local Ex
 inline constexpr std::uint8_t kVersion = 1;
 inline constexpr std::size_t kHeaderBytes = 18;
 inline constexpr std::size_t kPoseBytes = 7;
+inline constexpr std::size_t kLastMessageBytes = 6;   // of a beacon: a channel and a number
 inline constexpr std::size_t kLengthPrefixBytes = 2;  // in front of each packet
 // Of a sealed frame (sealing.hpp).
 inline constexpr std::size_t kKeyIdBytes = 2;
@@ -66,9 +67,17 @@ struct FrameHeader {
   std::uint32_t epoch = 0;        // random, drawn when the transmitter's daemon started
   std::uint32_t counter = 0;      // frames sent in this epoch, from 1
   std::optional<FramePose> pose;  // none: the robot has no pose
+  bool is_beacon = false;         // last messages follow, in place of packets
 
   std::size_t size_bytes() const { return kHeaderBytes + (pose ? kPoseBytes : 0); }
   bool operator==(const FrameHeader&) const = default;
+};
+
+/// What a beacon says of a channel: the number of the last message whose packets have all left.
+struct LastMessage {
+  std::uint16_t channel = 0;
+  std::uint32_t number = 0;
+  bool operator==(const LastMessage&) const = default;
 };
 
 /// Largest packet that fits into a frame of `frame_bytes` beside a header with a pose, and the seal
@@ -111,6 +120,9 @@ class FrameWriter {
   /// Appends a copy of `packet`. @return as commit()
   bool append(std::span<const std::uint8_t> packet);
 
+  /// Of a beacon. @return false: the frame would exceed its limit
+  bool append_last(const LastMessage& last);
+
   std::size_t packets() const { return packets_; }
   std::size_t size_bytes() const { return size_bytes_; }  // without a tag
 
@@ -141,10 +153,12 @@ enum class ParseResult : std::uint8_t {
 /// Name of the counter that such a frame is counted under ("frames_truncated"); kOk: empty.
 std::string_view counter_name(ParseResult result);
 
-/// One parsed frame. `packets` points into the parsed bytes; read it with a PacketReader.
+/// One parsed frame. `packets` and `last_messages` point into the parsed bytes, one of them is
+/// empty; read them with a PacketReader, a LastMessageReader.
 struct Frame {
   FrameHeader header;
   std::span<const std::uint8_t> packets;
+  std::span<const std::uint8_t> last_messages;
   std::size_t size_bytes = 0;  // without padding
 };
 
@@ -177,6 +191,21 @@ class PacketReader {
  private:
   std::span<const std::uint8_t> rest_;
   bool is_malformed_ = false;
+};
+
+/// Walks the last messages of a parsed beacon.
+class LastMessageReader {
+ public:
+  explicit LastMessageReader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
+
+  /// @return false: no more
+  bool next(LastMessage& last);
+
+  /// The walk ended at a piece of one (`frames_bad_packet_length`).
+  bool is_malformed() const { return !rest_.empty() && rest_.size() < kLastMessageBytes; }
+
+ private:
+  std::span<const std::uint8_t> rest_;
 };
 
 }  // namespace swarmtalk::frame

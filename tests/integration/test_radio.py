@@ -139,3 +139,36 @@ def test_own_frames_from_a_repeater_with_another_address_are_echoes(wires):
     wait_for(lambda: robot.link("air")["counters"]["own_echoes"] == 1, what="the echo")
     assert robot.counter("duplicate_node_ids") == 0
     assert neighbours(robot) == []
+
+
+def test_silent_robots_see_each_other_by_their_beacons(wires):
+    beacon = LINK + "beacon_ms = 100\n"
+    first = wires.robot("a").start(node(1) + beacon)
+    wires.robot("a").start(node(2) + beacon)
+    other, = wait_for(lambda: neighbours(first), what="a beacon")
+    assert other["node_id"] == 2
+    wait_for(lambda: first.link("air")["counters"]["beacons_sent"] >= 2, what="beacons")
+    # A reload ends them.
+    first.configure(node(1) + LINK)
+    assert first.cli("reload").stdout == "applied: links.air.beacon_ms\n"
+    sent = first.link("air")["counters"]["beacons_sent"]
+    wait_for(lambda: neighbours(first)[0]["frames"] > other["frames"] + 3, what="the other's")
+    assert first.link("air")["counters"]["beacons_sent"] == sent
+
+
+def test_the_loss_of_a_last_message_is_found_by_a_beacon(wires):
+    hearer = wires.robot("a").start(node(1) + LINK)
+    sender = wires.robot("a").start(node(2) + LINK + "beacon_ms = 200\n")
+    listener = hearer.subscribe("c")
+    sender.publish("c", "heard")
+    wait_for(lambda: hearer.counter("messages_received") == 1, what="the first message")
+    hearer.execute("ip", "link", "set", "a0", "down")
+    sender.publish("c", "lost")
+    hearer.execute("ip", "link", "set", "a0", "up")
+    wait_for(lambda: hearer.counter("messages_lost_air") == 1, what="the loss")
+    sender.publish("c", "heard")
+    wait_for(lambda: hearer.counter("messages_received") == 2, what="the last message")
+    listener.terminate()
+    messages = heard(listener)
+    assert [message["lost_before"]["air"] for message in messages] == [0, 1]
+    assert hearer.counter("messages_lost_air") == 1

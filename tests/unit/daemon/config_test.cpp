@@ -105,7 +105,7 @@ const Wrong kWrong[] = {
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "
      "address, port, key_file, virtual_range_m, virtual_range_unknown, rate_hz, burst_frames, "
-     "jitter_us, receive_buffer_bytes"},
+     "jitter_us, beacon_ms, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "
      "them)"},
@@ -120,6 +120,8 @@ const Wrong kWrong[] = {
     {"unknown_range_without_range", std::string(kLink) + "virtual_range_unknown = \"drop\"\n",
      "f.toml:3: key 'links.w.virtual_range_unknown': means nothing without a virtual_range_m; add "
      "that"},
+    {"beacons_that_fill_the_air", std::string(kLink) + "beacon_ms = 5\n",
+     "f.toml:3: key 'links.w.beacon_ms': 5 would fill the air; use 20 or more, or 0 for none"},
     {"replay_without_file", "[links.w]\ntype = \"replay\"\n",
      "f.toml:1: key 'links.w': has no 'file'; add file = \"capture.pcap\""},
     {"links_is_no_table", "links = 3\n",

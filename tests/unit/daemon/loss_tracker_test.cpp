@@ -15,6 +15,9 @@ class Tracker : public testing::Test {
   Loss note(std::uint32_t number, DropTotals drops = {}) {
     return tracker_.note(kSource, number, drops);
   }
+  Loss note_last(std::uint32_t number, DropTotals drops = {}) {
+    return tracker_.note_last(kSource, number, drops);
+  }
   LossTracker tracker_{4};
 };
 
@@ -26,6 +29,43 @@ TEST_F(Tracker, PutsAnUnexplainedGapDownToTheAir) {
   note(1);
   EXPECT_EQ(note(2), Loss{});
   EXPECT_EQ(note(6).air, 3u);
+}
+
+TEST_F(Tracker, BeaconTellsOfMessagesThatNoOtherFollowed) {
+  note(1);
+  EXPECT_EQ(note_last(1), Loss{});
+  EXPECT_EQ(note_last(4).air, 3u);
+  EXPECT_EQ(note_last(4), Loss{}) << "once";
+  EXPECT_EQ(note(5), Loss{}) << "nor again by the next message";
+  EXPECT_EQ(note(7).air, 1u);
+}
+
+TEST_F(Tracker, MessageThatABeaconCountedAsLostMayComeLate) {
+  note(1);
+  EXPECT_EQ(note_last(3).air, 2u);
+  EXPECT_EQ(note(3).late, 1u);
+  EXPECT_EQ(note(3).late, 0u);
+  EXPECT_EQ(note(2).late, 1u);
+  EXPECT_EQ(note_last(5).air, 2u);
+  EXPECT_EQ(note(6), Loss{});
+  EXPECT_EQ(note(5).late, 1u);
+  EXPECT_EQ(note(4).late, 1u);
+}
+
+TEST_F(Tracker, BeaconThatWasOvertakenFindsNothing) {
+  note(9);
+  EXPECT_EQ(note_last(8), Loss{});
+  EXPECT_EQ(note(10), Loss{});
+}
+
+TEST_F(Tracker, FirstBeaconOfASourceIsWhereCountingBegins) {
+  EXPECT_EQ(note_last(9), Loss{});
+  EXPECT_EQ(note(12).air, 2u);
+}
+
+TEST_F(Tracker, BeaconPutsLossDownToTheKernelToo) {
+  note(1, {5, 0});
+  EXPECT_EQ(note_last(3, {6, 0}), (Loss{.air = 1, .kernel = 1}));
 }
 
 TEST_F(Tracker, CountsAcrossTheWrapOfNumbers) {

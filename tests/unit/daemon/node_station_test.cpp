@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/daemon/fake_station.hpp"
@@ -200,6 +202,55 @@ TEST(NodeStation, NamesakeThatOnlyBeaconsIsNoticed) {
   Robot b(7, NodeConfig{});
   a.link->user().on_frame(b.frame());
   EXPECT_EQ(a.counters.duplicate_node_ids, 1u);
+}
+
+TEST(NodeStation, BeaconTellsOfMessagesThatHaveLeftWhole) {
+  Robot a(1, NodeConfig{});
+  std::array<frame::LastMessage, 8> last;
+  a.publish("one");
+  EXPECT_EQ(a.link->user().last_messages(last), 0u) << "it has not left";
+  a.link->pull_all();
+  a.publish("two");
+  ASSERT_EQ(a.link->user().last_messages(last), 1u);
+  EXPECT_EQ(last[0].number, 1u);
+}
+
+TEST(NodeStation, LastMessageThatIsLostIsFoundByABeacon) {
+  Robot a(1, NodeConfig{});
+  Robot b(2, NodeConfig{});
+  a.publish("heard");
+  a.transmit_to(b);
+  a.publish("lost");
+  a.link->pull_all();
+  EXPECT_EQ(b.counters.messages_lost_air, 0u);
+  std::array<frame::LastMessage, 8> last;
+  ASSERT_EQ(a.link->user().last_messages(last), 1u);
+  b.link->user().on_last_message(last[0], a.frame());
+  EXPECT_EQ(b.counters.messages_lost_air, 1u);
+  EXPECT_EQ(b.subscription.lost.air, 1u);
+  a.publish("heard");
+  a.transmit_to(b);
+  EXPECT_EQ(b.client.heard.size(), 2u);
+  EXPECT_EQ(b.counters.messages_lost_air, 1u) << "counted once";
+}
+
+TEST(NodeStation, BeaconsTellOfManyChannelsInTurn) {
+  Robot a(1, NodeConfig{});
+  std::vector<Publisher> publishers(5);
+  for (std::size_t i = 0; i < publishers.size(); ++i) {
+    publishers[i].client = &a.client;
+    ASSERT_FALSE(a.hub.advertise({"", static_cast<std::uint32_t>(i), std::nullopt}, publishers[i]));
+    std::string payload = "x";
+    ASSERT_FALSE(a.hub.publish(publishers[i], 1, payload, 0));
+    a.link->pull_all();
+  }
+  std::set<std::uint16_t> told;
+  std::array<frame::LastMessage, 2> last;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(a.link->user().last_messages(last), 2u);
+    for (const frame::LastMessage& each : last) told.insert(each.channel);
+  }
+  EXPECT_EQ(told, (std::set<std::uint16_t>{0, 1, 2, 3, 4}));
 }
 
 TEST(NodeStation, LongestMessageCrossesWhole) {

@@ -83,6 +83,37 @@ TEST_F(FramerTest, OwnFrameThatComesBackIsAnEcho) {
   EXPECT_TRUE(sender_.frames.empty());
 }
 
+TEST_F(FramerTest, BeaconTellsTheLastMessagesThatFit) {
+  for (std::uint16_t i = 0; i < 100; ++i) sender_.last.push_back({i, 70000u + i});
+  buffer_.resize(builder_.buffer_bytes(kLimitBytes));
+  buffer_.resize(builder_.build_beacon(sender_, buffer_, kLimitBytes).size_bytes);
+  receive(buffer_);
+  ASSERT_EQ(hearer_.last_heard.size(), (kLimitBytes - frame::kHeaderBytes) / 6);
+  EXPECT_EQ(hearer_.last_heard[79], (frame::LastMessage{79, 70079}));
+  EXPECT_TRUE(hearer_.received.empty());
+  EXPECT_EQ(hearer_.frames.size(), 1U);
+  EXPECT_EQ(hearer_.frames[0].frame_counter, 1U);
+}
+
+TEST_F(FramerTest, BeaconWithoutMessagesIsAFrameWithoutPackets) {
+  buffer_.resize(builder_.buffer_bytes(kLimitBytes));
+  buffer_.resize(builder_.build_beacon(sender_, buffer_, kLimitBytes).size_bytes);
+  EXPECT_EQ(buffer_.size(), frame::kHeaderBytes);
+  EXPECT_EQ(buffer_[3], 0) << "flags: what every receiver knows";
+  receive(buffer_);
+  EXPECT_EQ(hearer_.frames.size(), 1U);
+}
+
+TEST_F(FramerTest, PieceOfALastMessageIsCounted) {
+  sender_.last = {{1, 1}, {2, 2}};
+  buffer_.resize(builder_.buffer_bytes(kLimitBytes));
+  buffer_.resize(builder_.build_beacon(sender_, buffer_, kLimitBytes).size_bytes);
+  buffer_[5] = static_cast<std::uint8_t>(buffer_[5] - 1);  // the length
+  receive(buffer_);
+  EXPECT_EQ(hearer_.last_heard.size(), 1U);
+  EXPECT_EQ(counters_.frames_bad_packet_length, 1U);
+}
+
 TEST_F(FramerTest, FillsAFrameToItsLastByte) {
   const std::size_t header_bytes = frame::kHeaderBytes + frame::kLengthPrefixBytes;
   for (const std::size_t size :
@@ -185,6 +216,16 @@ TEST_F(SealedFramerTest, PacketsCrossWithinTheLimit) {
   }
   ASSERT_EQ(hearer_.received.size(), 5U);
   EXPECT_EQ(hearer_.received[4], numbered_packet(4, 200));
+}
+
+TEST_F(SealedFramerTest, BeaconIsSealedToo) {
+  sender_.last = {{7, 70000}};
+  buffer_.resize(builder_.buffer_bytes(kLimitBytes));
+  buffer_.resize(builder_.build_beacon(sender_, buffer_, kLimitBytes).size_bytes);
+  receive(buffer_);
+  ASSERT_EQ(hearer_.last_heard.size(), 1U);
+  EXPECT_EQ(hearer_.last_heard[0], (frame::LastMessage{7, 70000}));
+  EXPECT_EQ(buffer_.size(), frame::kHeaderBytes + frame::kSealBytes + 6);
 }
 
 TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {

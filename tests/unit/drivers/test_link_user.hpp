@@ -2,6 +2,7 @@
 // list of those received, and a bounded run of the event loop.
 #pragma once
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdint>
@@ -32,6 +33,14 @@ class TestLinkUser : public LinkUser {
   void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) override;
   frame::FrameHeader frame_header() override { return header; }
   void on_frame(const FrameReception& frame) override { frames.push_back(frame); }
+  std::size_t last_messages(std::span<frame::LastMessage> out) override {
+    const std::size_t count = std::min(out.size(), last.size());
+    std::copy_n(last.begin(), count, out.begin());
+    return count;
+  }
+  void on_last_message(const frame::LastMessage& told, const FrameReception&) override {
+    last_heard.push_back(told);
+  }
   bool is_own_frame(const frame::FrameHeader& other) override {
     return other.node == header.node && other.epoch == header.epoch;
   }
@@ -40,6 +49,8 @@ class TestLinkUser : public LinkUser {
   std::vector<Bytes> received;
   std::vector<FrameReception> receptions;  // one for each packet
   std::vector<FrameReception> frames;
+  std::vector<frame::LastMessage> last;  // for beacons
+  std::vector<frame::LastMessage> last_heard;
   frame::FrameHeader header;
   std::function<void(const Bytes&)> on_received;  // may be empty
 };
