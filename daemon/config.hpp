@@ -39,6 +39,7 @@ inline constexpr IntegerLimits kBeaconMsLimits{0, 3'600'000};
 inline constexpr std::uint32_t kLeastBeaconMs = 20;  // but 0: none
 inline constexpr IntegerLimits kReceiveBufferLimits{4096, 64 << 20};
 inline constexpr double kMaxRateHz = 1e6;
+inline constexpr double kMaxAirRateMbps = 10'000.0;
 inline constexpr double kMaxVirtualRangeM = 1000.0;
 inline constexpr double kMaxPoseM = 32.767;       // what the air frame can say
 inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
@@ -99,6 +100,7 @@ struct LinkConfig {
   double rate_hz = 0.0;                  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
+  double air_rate_mbps = 0.0;   // raw_l2, udp; 0: not known
   std::uint32_t beacon_ms = 0;  // raw_l2, udp; 0: never
   std::size_t receive_buffer_bytes = std::size_t{4} << 20;
   KilobotConfig kilobot;

@@ -12,9 +12,9 @@ constexpr std::array<std::string_view, 5> kSections{"node.", "channels.", "limit
 // Of these sections what is used up at start.
 constexpr std::array<std::string_view, 2> kAtStartOnly{"limits.tracked_senders",
                                                        "node.pose_socket"};
-constexpr std::array<std::string_view, 7> kLinkKeys{
-    "rate_hz",         "burst_frames",         "jitter_us", "beacon_ms", "key_file",
-    "virtual_range_m", "virtual_range_unknown"};
+constexpr std::array<std::string_view, 8> kLinkKeys{
+    "rate_hz",       "burst_frames", "jitter_us",       "beacon_ms",
+    "air_rate_mbps", "key_file",     "virtual_range_m", "virtual_range_unknown"};
 
 /// Whether `key` is of a link that only one of the two has.
 bool is_of_new_or_gone_link(const std::string& key, const KeyLines& before, const KeyLines& after) {

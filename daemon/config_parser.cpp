@@ -84,6 +84,7 @@ void read_pacing(const TableReader& table, LinkConfig& link) {
   table.read_number("rate_hz", 0.0, kMaxRateHz, link.rate_hz);
   table.read_integer("burst_frames", kBurstLimits, link.burst_frames);
   table.read_integer("jitter_us", kJitterUsLimits, link.jitter_us);
+  table.read_number("air_rate_mbps", 0.0, kMaxAirRateMbps, link.air_rate_mbps);
   table.read_integer("beacon_ms", kBeaconMsLimits, link.beacon_ms);
   if (link.beacon_ms != 0 && link.beacon_ms < kLeastBeaconMs) {
     table.fail("beacon_ms", std::to_string(link.beacon_ms) +
@@ -142,9 +143,10 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
   if (type < 0) {
     std::vector<std::string> keys = kilobot_keys();
-    keys.insert(keys.end(), {"interface", "ethertype", "address", "port", "file", "output", "pace",
-                             "key_file", "virtual_range_m", "virtual_range_unknown", "rate_hz",
-                             "burst_frames", "jitter_us", "beacon_ms", "receive_buffer_bytes"});
+    keys.insert(keys.end(),
+                {"interface", "ethertype", "address", "port", "file", "output", "pace", "key_file",
+                 "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames", "jitter_us",
+                 "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
     table.expect_keys(keys);
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
   }
@@ -153,7 +155,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
     case LinkType::kRawL2:
       table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "key_file",
                          "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
-                         "jitter_us", "beacon_ms", "receive_buffer_bytes"});
+                         "jitter_us", "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -164,7 +166,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
     case LinkType::kUdp:
       table.expect_keys({"type", "profile", "node_id", "interface", "address", "port", "key_file",
                          "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
-                         "jitter_us", "beacon_ms", "receive_buffer_bytes"});
+                         "jitter_us", "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
       read_interface(table, link);
       read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);

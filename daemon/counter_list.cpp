@@ -75,6 +75,8 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "packets_over_mtu", "packets that fit into no frame of the link"},
     {kLink, "kernel_drops", "frames that the kernel dropped because the socket's buffer was full"},
     {kLink, "link_down_events", "times that the link went down"},
+    {kLink, "airtime_us_sent", "estimated air time of the frames sent, in microseconds"},
+    {kLink, "airtime_us_received", "estimated air time of the frames received, in microseconds"},
     {kLink, "beacons_sent", "frames without packets, sent because nothing else was"},
     {kLink, "overhead_padding_bytes", "bytes between frames that keep false ones from being found"},
     {kLink, "overhead_frames_withheld", "frames that must never leave, held back"},

@@ -128,6 +128,7 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
     for (Station* station : parts_.hub.stations()) {
       if (station->name() != link.name) continue;
       station->link().set_pacing(pacing_of(link));
+      station->link().set_air_rate(link.air_rate_mbps);
       station->link().set_beacon(std::chrono::milliseconds(link.beacon_ms));
       station->set_virtual_range(link.virtual_range);
     }

@@ -16,6 +16,7 @@ std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkCon
   const auto make = [&]<class P>() -> std::unique_ptr<Station> {
     auto station = std::make_unique<NodeStation<P>>(config.name, profile.name, std::move(link),
                                                     identity, poses, user);
+    station->link().set_air_rate(config.air_rate_mbps);
     station->link().set_beacon(std::chrono::milliseconds(config.beacon_ms));
     station->set_virtual_range(config.virtual_range);
     return station;

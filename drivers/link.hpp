@@ -101,6 +101,9 @@ class Link {
   /// When nothing else left for so long, a frame without packets leaves; 0: never.
   virtual void set_beacon(std::chrono::milliseconds /*interval*/) {}
 
+  /// The rate at which the radio broadcasts; 0: not known, no estimate of air time.
+  virtual void set_air_rate(double /*rate_mbps*/) {}
+
   /// Longest packet that the medium carries now; a longer one is dropped and counted.
   virtual std::size_t packet_limit_bytes() const { return SIZE_MAX; }
 

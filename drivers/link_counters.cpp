@@ -28,6 +28,8 @@ Counters LinkCounters::list() const {
       {"kernel_drops", kernel_drops},
       {"link_down_events", link_down_events},
       {"beacons_sent", beacons_sent},
+      {"airtime_us_sent", airtime_us_sent},
+      {"airtime_us_received", airtime_us_received},
   };
 }
 

@@ -34,6 +34,8 @@ struct LinkCounters {
   std::uint64_t packets_over_mtu = 0;  // packets that fit into no frame of this link, dropped
   std::uint64_t kernel_drops = 0;      // received, but our socket's buffer was full
   std::uint64_t link_down_events = 0;
+  std::uint64_t airtime_us_sent = 0;  // estimates, where the radio's rate is configured
+  std::uint64_t airtime_us_received = 0;
   std::uint64_t beacons_sent = 0;  // of frames_sent: frames without packets
 
   Counters list() const;

@@ -38,13 +38,15 @@ bool is_link_error(int error) {
 }  // namespace
 
 SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
-                       std::size_t max_packet_bytes, const PacerConfig& pacer)
+                       std::size_t max_packet_bytes, const PacerConfig& pacer,
+                       std::size_t network_header_bytes)
     : io_(io),
       watch_(io),
       max_packet_bytes_(max_packet_bytes),
       pacer_(pacer, std::random_device{}()),
       builder_(profile, max_packet_bytes),
       receiver_(profile),
+      airtime_(network_header_bytes),
       timer_(io),
       beacon_(0ms, 1),
       beacon_timer_(io),
@@ -129,6 +131,7 @@ void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
 Counters SocketLink::counters() const {
   LinkCounters counters = counters_;
   counters.kernel_drops = kernel_drops();
+  airtime_.fill(counters);
   return counters.list();
 }
 

@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/airtime.hpp"
 #include "drivers/beacon.hpp"
 #include "drivers/frame_tap.hpp"
 #include "drivers/framer.hpp"
@@ -32,6 +33,7 @@ class SocketLink : public Link, public Tappable {
   void set_tap(FrameTap* tap) override { tap_ = tap; }
   void set_pacing(const PacerConfig& pacing) override;
   void set_beacon(std::chrono::milliseconds interval) override;
+  void set_air_rate(double rate_mbps) override { airtime_.set_rate(rate_mbps, counters_); }
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
   std::size_t packet_limit_bytes() const override {
     return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
@@ -42,7 +44,7 @@ class SocketLink : public Link, public Tappable {
 
  protected:
   SocketLink(boost::asio::io_context& io, frame::ProfileId profile, std::size_t max_packet_bytes,
-             const PacerConfig& pacer);
+             const PacerConfig& pacer, std::size_t network_header_bytes = 0);
 
   /// Takes over an open socket, in the constructor of the derived class. Without a sending socket
   /// the receiving one sends.
@@ -103,6 +105,7 @@ class SocketLink : public Link, public Tappable {
   ReceiveBatch batch_;
   TransmitQueue queue_;
   LinkCounters counters_;
+  AirtimeMeter airtime_;
   LinkUser* user_ = nullptr;
   FrameTap* tap_ = nullptr;
 

@@ -53,7 +53,7 @@ bool is_multicast(const sockaddr_in& address) {
 }  // namespace
 
 UdpLink::UdpLink(boost::asio::io_context& io, const UdpConfig& config)
-    : SocketLink(io, config.profile, config.max_packet_bytes, config.pacer),
+    : SocketLink(io, config.profile, config.max_packet_bytes, config.pacer, kIpAndUdpHeaderBytes),
       config_(config),
       destination_(parse_destination(config)) {
   if (!config_.interface.empty() && watch().find(config_.interface).index == 0) {

@@ -172,3 +172,15 @@ def test_the_loss_of_a_last_message_is_found_by_a_beacon(wires):
     messages = heard(listener)
     assert [message["lost_before"]["air"] for message in messages] == [0, 1]
     assert hearer.counter("messages_lost_air") == 1
+
+
+def test_air_time_is_estimated_where_the_rate_is_known(wires):
+    robot = wires.robot("a").start(node(1) + LINK + "air_rate_mbps = 1.0\n")
+    for _ in range(3):
+        robot.publish("c", "x" * 64)
+    counters = robot.link("air")["counters"]
+    assert counters["frames_sent"] == 3
+    # 3 frames of a header, a length, a packet of 17 + 64 bytes, and 36 bytes of the radio's.
+    assert counters["airtime_us_sent"] == 3 * (552 + 8 * (18 + 2 + 17 + 64 + 36))
+    metrics = robot.cli("metrics").stdout
+    assert 'swarmtalk_link_airtime_us_sent_total{link="air"} 4944' in metrics

@@ -105,7 +105,7 @@ const Wrong kWrong[] = {
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "
      "address, port, key_file, virtual_range_m, virtual_range_unknown, rate_hz, burst_frames, "
-     "jitter_us, beacon_ms, receive_buffer_bytes"},
+     "jitter_us, beacon_ms, air_rate_mbps, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "
      "them)"},
