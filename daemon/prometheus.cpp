@@ -10,7 +10,7 @@ namespace swarmtalk::daemon {
 namespace {
 
 /// A label's value, escaped as the format wants it.
-std::string quoted(std::string_view value) {
+std::string in_quotes(std::string_view value) {
   std::string text = "\"";
   for (const char c : value) {
     if (c == '\n') {
@@ -53,12 +53,12 @@ const ipc::Counter* find(const Counters& counters, std::string_view name) {
 }
 
 std::string label_of(const ipc::LinkStatus& link) {
-  return "link=" + quoted(link.name());
+  return "link=" + in_quotes(link.name());
 }
 
 void add_gauges(const ipc::Status& status, Exposition& out) {
   out.begin("build_info", "gauge", "always 1; the version is a label");
-  out.add("version=" + quoted(status.version()), "1");
+  out.add("version=" + in_quotes(status.version()), "1");
   char uptime[32];
   std::snprintf(uptime, sizeof uptime, "%.3f", static_cast<double>(status.uptime_ms()) / 1000.0);
   out.gauge("uptime_seconds", "seconds since the daemon started", uptime);
@@ -67,8 +67,8 @@ void add_gauges(const ipc::Status& status, Exposition& out) {
   out.gauge("channels", "channels in use", std::to_string(status.channels_size()));
   out.begin("link_up", "gauge", "1: the link is up");
   for (const ipc::LinkStatus& link : status.links()) {
-    out.add(label_of(link) + ",type=" + quoted(link.type()) + ",device=" + quoted(link.device()) +
-                ",profile=" + quoted(link.profile()),
+    out.add(label_of(link) + ",type=" + in_quotes(link.type()) + ",device=" + in_quotes(link.device()) +
+                ",profile=" + in_quotes(link.profile()),
             link.up() ? "1" : "0");
   }
 }
