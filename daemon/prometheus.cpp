@@ -67,8 +67,8 @@ void add_gauges(const ipc::Status& status, Exposition& out) {
   out.gauge("channels", "channels in use", std::to_string(status.channels_size()));
   out.begin("link_up", "gauge", "1: the link is up");
   for (const ipc::LinkStatus& link : status.links()) {
-    out.add(label_of(link) + ",type=" + in_quotes(link.type()) + ",device=" + in_quotes(link.device()) +
-                ",profile=" + in_quotes(link.profile()),
+    out.add(label_of(link) + ",type=" + in_quotes(link.type()) +
+                ",device=" + in_quotes(link.device()) + ",profile=" + in_quotes(link.profile()),
             link.up() ? "1" : "0");
   }
 }

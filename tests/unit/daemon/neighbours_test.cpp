@@ -17,7 +17,7 @@ class NeighboursTest : public testing::Test {
     frame.transmitter_epoch = epoch;
     frame.frame_counter = counter;
     frame.hardware = hardware;
-    frame.received_at = now_;
+    frame.received_at = now_ += 1us;
     return table_.heard(frame, Range{2.0f, 0.5f}, false);
   }
   std::vector<Neighbour> list() { return table_.list(now_); }

@@ -76,6 +76,7 @@ TEST_F(FramerTest, TellsOfAFrameOnceWhateverItHolds) {
 TEST_F(FramerTest, OwnFrameThatComesBackIsAnEcho) {
   sender_.waiting.push_back(numbered_packet(0, 20));
   build();
+  sender_.knows_itself = true;
   receiver_.receive(buffer_, {}, sender_, counters_);
   EXPECT_EQ(counters_.own_echoes, 1U);
   EXPECT_EQ(counters_.frames_received, 0U);
@@ -241,6 +242,7 @@ TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {
   EXPECT_EQ(counters_.frames_replayed, 1U);
   other_receiver_.receive(good, {}, hearer_, counters_);
   EXPECT_EQ(counters_.frames_replayed, 2U) << "its own session";
+  sender_.knows_itself = true;
   other_receiver_.receive(good, {}, sender_, counters_);
   EXPECT_EQ(counters_.own_echoes, 1U) << "and its own id";
   use_key(new_key(2), other_builder_, receiver_);

@@ -42,7 +42,7 @@ class TestLinkUser : public LinkUser {
     last_heard.push_back(told);
   }
   bool is_own_frame(const frame::FrameHeader& other) override {
-    return other.node == header.node && other.epoch == header.epoch;
+    return knows_itself && other.node == header.node && other.epoch == header.epoch;
   }
 
   std::deque<Bytes> waiting;
@@ -52,6 +52,7 @@ class TestLinkUser : public LinkUser {
   std::vector<frame::LastMessage> last;  // for beacons
   std::vector<frame::LastMessage> last_heard;
   frame::FrameHeader header;
+  bool knows_itself = false;                      // on the air
   std::function<void(const Bytes&)> on_received;  // may be empty
 };
 
