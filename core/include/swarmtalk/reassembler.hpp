@@ -20,7 +20,7 @@ namespace core {
 /// its way here.
 template <class P>
 struct Fragment : Reception<P> {
-  const uint8_t* payload;
+  const uint8_t* payload;  // with Wire<P>::kBodyBytes readable bytes where packets are padded
   typename Wire<P>::PacketSize payload_bytes;
   typename Wire<P>::PacketMask bit;  // of its place in the message, 1 for the first
 

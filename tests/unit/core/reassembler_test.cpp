@@ -73,11 +73,11 @@ TEST(Reassembler, ReportsTheLargestDelayUntilNow) {
   Reassembly sut;
   Entry entry = {};
   sut.begin(entry);
-  auto first = fragment(0, 0, "aaa");
+  auto first = fragment(0, 0, "aaa  ");  // a padded packet has its bytes behind the payload
   first.payload_bytes = 3;
   first.has_delay = true;
   first.delay_ticks = 10;
-  auto last = fragment(1, 2, "bbb");
+  auto last = fragment(1, 2, "bbb  ");
   last.payload_bytes = 3;
   last.has_delay = true;
   last.delay_ticks = 60;
