@@ -20,7 +20,7 @@ BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).res
 IMAGES = BUILD / "kilobot"
 EMULATOR = BUILD / "tools/kilobot_emulator/kilobot-emulator"
 DOUBLE = BUILD / "tools/ohc_double/ohc-double"
-TIMEOUT_S = 60
+TIMEOUT_S = 120
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 needs_emulator = pytest.mark.skipif(

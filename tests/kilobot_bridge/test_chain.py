@@ -123,4 +123,5 @@ def test_a_program_reaches_two_robots_and_runs(stack):
 
     assert beacons() == set(), "it waits for run"
     assert daemon.kilobot("run").stdout == "sent run\n"
-    wait_for(lambda: beacons() == {"k0", "k1"}, what="both robots to run the new program")
+    wait_for(lambda: beacons() == {"k0", "k1"}, timeout=150,
+             what="both robots to run the new program")

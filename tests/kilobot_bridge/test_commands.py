@@ -4,6 +4,7 @@ The bridge is told that time passes slowly for the controller: on a busy machine
 late, and what a real controller would still hear is lost on it.
 """
 import signal
+import time
 
 import pytest
 from table import Daemon, Double, kilobot_link, one_line, wait_for
@@ -171,6 +172,7 @@ def test_a_daemon_that_ends_leaves_no_controller_repeating(stack, daemon, double
     wait_for(lambda: double.frame_types()[-1] == 2, what="the message")
     daemon.process.end()
     wait_for(lambda: double.frame_types()[-1] == 0, what="STOP")
+    time.sleep(0.1)  # the pass in hand, 10.4 ms, goes on to its end
     assert not double.end()["repeating"]
 
 

@@ -104,7 +104,11 @@ void Emulation::add_tasks() {
   for (const auto& node : nodes_) has_terminal = has_terminal || node->terminal() != nullptr;
   if (has_terminal)
     scheduler_.every(kTerminalPollNs, [this](std::uint64_t time_ns) {
-      for (const auto& node : nodes_) node->poll_terminal(time_ns);
+      for (const auto& node : nodes_)
+        if (scenario_.real_time_factor > 0)
+          node->poll_terminal(time_ns, scheduler_.wall_ns(time_ns));
+        else
+          node->poll_terminal(time_ns);
     });
   // Somebody outside takes part and may want to read the log meanwhile.
   if (has_terminal || scenario_.real_time_factor > 0)

@@ -106,6 +106,17 @@ void Node::poll_terminal(std::uint64_t time_ns) {
     queue_serial(bytes, time_ns);
 }
 
+void Node::poll_terminal(std::uint64_t time_ns, std::uint64_t wall_ns) {
+  if (terminal_ == nullptr) return;
+  if (terminal_reader_ == nullptr) {
+    const double wall_byte_ns =
+        static_cast<double>(byte_ns_) / context_.scenario.real_time_factor;
+    terminal_reader_ =
+        std::make_unique<TerminalReader>(*terminal_, static_cast<std::uint64_t>(wall_byte_ns));
+  }
+  while (const auto byte = terminal_reader_->take(wall_ns)) queue_serial({byte->byte}, time_ns);
+}
+
 void Node::queue_serial(const std::vector<std::uint8_t>& bytes, std::uint64_t time_ns) {
   if (serial_in_.empty()) next_byte_ns_ = std::max(next_byte_ns_, time_ns);
   serial_in_.insert(serial_in_.end(), bytes.begin(), bytes.end());

@@ -14,6 +14,7 @@
 #include "tools/kilobot_emulator/mcu.hpp"
 #include "tools/kilobot_emulator/medium.hpp"
 #include "tools/kilobot_emulator/pty.hpp"
+#include "tools/kilobot_emulator/terminal_reader.hpp"
 #include "tools/kilobot_emulator/robot_body.hpp"
 #include "tools/kilobot_emulator/scenario.hpp"
 #include "tools/kilobot_emulator/scheduler.hpp"
@@ -39,8 +40,11 @@ class Node : public Steppable, public LightSink {
   /// Looks at LED, motors and watched variables, logs what has changed, and moves the body.
   void sample(std::uint64_t time_ns);
 
-  /// Takes what a host has written to the terminal.
+  /// Takes what a host has written to the terminal, as soon as it is there.
   void poll_terminal(std::uint64_t time_ns);
+  /// The same in real time: what came until `wall_ns`, the wall-clock time that belongs to
+  /// `time_ns`. However late the emulation is, a silence on the line keeps its length.
+  void poll_terminal(std::uint64_t time_ns, std::uint64_t wall_ns);
   /// Puts bytes on the serial line, from a time on. The line is as fast as its baud rate, however
   /// fast the host has written.
   void queue_serial(const std::vector<std::uint8_t>& bytes, std::uint64_t time_ns);
@@ -80,6 +84,7 @@ class Node : public Steppable, public LightSink {
   Mcu mcu_;
   unsigned station_ = 0;
   std::unique_ptr<Pty> terminal_;
+  std::unique_ptr<TerminalReader> terminal_reader_;  // in real time
 
   std::deque<std::uint8_t> serial_in_;
   std::uint64_t byte_ns_;  // one byte on the line

@@ -31,9 +31,13 @@ void Scheduler::pace(double factor, WallClock clock) {
   paced_from_ns_ = now_ns_;
 }
 
+std::uint64_t Scheduler::wall_ns(std::uint64_t emulated_ns) const {
+  const auto paced_ns = static_cast<double>(emulated_ns - paced_from_ns_);
+  return wall_start_ns_ + static_cast<std::uint64_t>(paced_ns / factor_);
+}
+
 void Scheduler::wait_for_wall_clock() {
-  const auto emulated_ns = static_cast<double>(now_ns_ - paced_from_ns_);
-  const std::uint64_t due_ns = wall_start_ns_ + static_cast<std::uint64_t>(emulated_ns / factor_);
+  const std::uint64_t due_ns = wall_ns(now_ns_);
   if (due_ns > wall_clock_.now_ns() + kWaitStepNs) wall_clock_.sleep_until_ns(due_ns);
 }
 

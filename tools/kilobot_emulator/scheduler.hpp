@@ -40,6 +40,9 @@ class Scheduler {
   void run_until(std::uint64_t time_ns);
   void stop() { is_stopping_ = true; }
 
+  /// @return the wall-clock time that belongs to an emulated time. Only with pacing.
+  std::uint64_t wall_ns(std::uint64_t emulated_ns) const;
+
   std::uint64_t now_ns() const { return now_ns_; }
   std::uint64_t quantum_ns() const { return quantum_ns_; }
 

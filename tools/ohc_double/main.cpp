@@ -2,7 +2,6 @@
 // terminal in real time, or (--virtual) driven by commands on standard input in virtual time. What
 // happens comes out as JSON lines; docs/kilobot-emulator.md lists them and the commands.
 #include <poll.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -12,12 +11,13 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "tools/kilobot_emulator/pty.hpp"
+#include "tools/kilobot_emulator/terminal_reader.hpp"
 #include "tools/ohc_double/bench.hpp"
 
 namespace {
 
 using namespace swarmtalk::ohc_double;
+using swarmtalk::emulator::PacedReader;
 using swarmtalk::emulator::Pty;
 
 volatile std::sig_atomic_t g_stop = 0;
@@ -85,18 +85,13 @@ void run_terminal(Bench& bench, const std::string& path) {
   Pty terminal(path);
   std::cerr << "ohc is at " << terminal.device() << std::endl;
   const auto start = Clock::now();
-  std::uint64_t line_free_ns = 0;
+  PacedReader line(terminal, kByteNs);
   while (g_stop == 0) {
     pollfd poller{terminal.descriptor(), POLLIN, 0};
     ::poll(&poller, 1, 1);
     const auto now_ns =
         static_cast<std::uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
-    std::uint8_t byte = 0;
-    line_free_ns = std::max(line_free_ns, now_ns - std::min(now_ns, 4 * kByteNs));
-    while (line_free_ns + kByteNs <= now_ns && ::read(terminal.descriptor(), &byte, 1) == 1) {
-      line_free_ns += kByteNs;
-      bench.put(byte, line_free_ns);
-    }
+    while (const auto byte = line.next(now_ns)) bench.put(byte->byte, byte->at_ns);
     bench.wait_until(now_ns);
   }
 }
