@@ -1,4 +1,5 @@
 // The two programs of a run over swarmtalkd; SWARMTALK_SOCKET names the daemon's socket.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string_view>
@@ -29,7 +30,9 @@ class Sender {
 };
 
 int send(swarmtalk::Client& robot, const Run& run) {
-  auto publisher = robot.channel("peers").publisher();
+  // As the other systems do: messages wait in a queue, not in the program.
+  auto publisher =
+      robot.channel("peers").publisher({}, swarmtalk::Sending::queued(std::max(run.window, 1u)));
   Sender sender(robot, publisher);
   return run_sender(run, sender);
 }
