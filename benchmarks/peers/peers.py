@@ -16,6 +16,7 @@ import os
 import pathlib
 import platform
 import shutil
+import socket
 import statistics
 import subprocess
 import sys
@@ -76,18 +77,18 @@ class System:
             elif self.name == "lcm":
                 self.environments[index] = {}
             elif self.name == "minimal":
-                socket = self.folder / f"minimal{index}"
-                self.add(wire, namespace, socket, self.programs / "peers_minimal_daemon", "wlan0",
-                         socket)
-                self.environments[index] = {"MINIMAL_SOCKET": str(socket)}
+                path = self.folder / f"minimal{index}"
+                self.add(wire, namespace, path, self.programs / "peers_minimal_daemon", "wlan0",
+                         path)
+                self.environments[index] = {"MINIMAL_SOCKET": str(path)}
             elif self.name == "swarmtalkd":
-                socket = self.folder / f"swarmtalkd{index}"
+                path = self.folder / f"swarmtalkd{index}"
                 config = self.folder / f"swarmtalkd{index}.toml"
-                config.write_text(f'[node]\nid = {index + 1}\n[socket]\npath = "{socket}"\n'
+                config.write_text(f'[node]\nid = {index + 1}\n[socket]\npath = "{path}"\n'
                                   '[links.wire]\ntype = "raw_l2"\ninterface = "wlan0"\n')
-                self.add(wire, namespace, socket, self.build / "daemon/swarmtalkd", "--config",
+                self.add(wire, namespace, path, self.build / "daemon/swarmtalkd", "--config",
                          config)
-                self.environments[index] = {"SWARMTALK_SOCKET": str(socket)}
+                self.environments[index] = {"SWARMTALK_SOCKET": str(path)}
             elif self.name == "mosquitto":
                 self.environments[index] = {"MQTT_HOST": f"{NETWORK}.1"}
         if self.name == "mosquitto":
@@ -97,11 +98,11 @@ class System:
             self.add(wire, wire.names[0], None, "/usr/sbin/mosquitto", "-c", config)
             time.sleep(0.5)
 
-    def add(self, wire, namespace, socket, *command):
+    def add(self, wire, namespace, path, *command):
         daemon = wire.start(namespace, *command, stdout=self.log, stderr=self.log)
         self.daemons.append(daemon)
         deadline = time.monotonic() + 10
-        while socket is not None and not socket.exists():
+        while path is not None and not accepts(path):
             if time.monotonic() > deadline or daemon.poll() is not None:
                 sys.exit(f"peers.py: {command[0]} did not start: "
                          + (self.folder / f"{self.name}.log").read_text())
@@ -151,7 +152,13 @@ class System:
                         time.sleep(0.1)
                         return
             time.sleep(0.01)
-        sys.exit(f"peers.py: {process.args} does not get ready")
+        sys.exit(f"peers.py: {process.args} does not get ready (ended: {process.poll()})")
+
+
+def accepts(path):
+    """A socket file is there before its daemon listens."""
+    with socket.socket(socket.AF_UNIX) as client:
+        return client.connect_ex(str(path)) == 0
 
 
 def measure_all(options, wire, folder):

@@ -109,8 +109,7 @@ void Node::poll_terminal(std::uint64_t time_ns) {
 void Node::poll_terminal(std::uint64_t time_ns, std::uint64_t wall_ns) {
   if (terminal_ == nullptr) return;
   if (terminal_reader_ == nullptr) {
-    const double wall_byte_ns =
-        static_cast<double>(byte_ns_) / context_.scenario.real_time_factor;
+    const double wall_byte_ns = static_cast<double>(byte_ns_) / context_.scenario.real_time_factor;
     terminal_reader_ =
         std::make_unique<TerminalReader>(*terminal_, static_cast<std::uint64_t>(wall_byte_ns));
   }

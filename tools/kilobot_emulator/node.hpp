@@ -14,10 +14,10 @@
 #include "tools/kilobot_emulator/mcu.hpp"
 #include "tools/kilobot_emulator/medium.hpp"
 #include "tools/kilobot_emulator/pty.hpp"
-#include "tools/kilobot_emulator/terminal_reader.hpp"
 #include "tools/kilobot_emulator/robot_body.hpp"
 #include "tools/kilobot_emulator/scenario.hpp"
 #include "tools/kilobot_emulator/scheduler.hpp"
+#include "tools/kilobot_emulator/terminal_reader.hpp"
 
 namespace swarmtalk::emulator {
 
