@@ -18,7 +18,7 @@ template <class Robot, bool kUsesDelay>
 class BasicFirefly {
  public:
   static constexpr uint16_t kPeriodTicks = 120;  // 3.9 s
-  static constexpr int16_t kLatestTicks = 45;
+  static constexpr int16_t kLatestTicks = 34;
   static constexpr uint8_t kFlashTicks = 8;  // LED on
   static constexpr uint8_t kPackets = 4;
   static constexpr int32_t kRangeMm = 250;  // farther neighbours are not heard, in Kilobot mm
@@ -60,17 +60,16 @@ class BasicFirefly {
     robot_.log("flash", flashes_);
     const uint8_t dummy[kMessageBytes] = {};
     if (publisher_->send(dummy, kMessageBytes) != core::Error::kOk) robot_.log("unsent", flashes_);
-    period_ = static_cast<uint16_t>(kPeriodTicks + correction());
+    period_ = kPeriodTicks;
+    sixteenths_ = static_cast<uint8_t>(8 + robot_.random() % 5);
     offset_sum_ = 0;
     heard_ = 0;
   }
 
   /// Part of the mean offset of the neighbours heard since the last flash. The part varies, or
   /// waves could run around in the swarm for ever.
-  int16_t correction() {
-    if (heard_ == 0) return 0;
-    const int16_t sixteenths = static_cast<int16_t>(8 + robot_.random() % 5);
-    const int32_t product = static_cast<int32_t>(offset_sum_) * sixteenths;
+  int16_t correction() const {
+    const int32_t product = static_cast<int32_t>(offset_sum_) * sixteenths_;
     const int32_t half = heard_ * INT32_C(8);  // to round, or small offsets would stay
     return static_cast<int16_t>((product + (product > 0 ? half : -half)) / (heard_ * INT32_C(16)));
   }
@@ -78,11 +77,12 @@ class BasicFirefly {
   static void on_message(void* self, const uint8_t*, uint16_t,
                          const core::Reception<Profile>& reception) {
     BasicFirefly& me = *static_cast<BasicFirefly*>(self);
-    if (me.heard_ == 255) return;
+    if (me.heard_ == 255 || me.flashes_ == 0) return;
     const uint16_t delay = kUsesDelay ? static_cast<uint16_t>(reception.delay_ticks) : 0;
     // How long after mine the other's flash was; from kLatestTicks on the nearer way to it is to be
-    // earlier. Less than half a period: it makes up for what corrections to both sides leave open,
-    // swarms whose phases run once around.
+    // earlier. Clearly less than half a period: whoever is far from its neighbours hurries, and
+    // swarms whose phases run once around do not stay so. Not much less: a message that waited for
+    // 64 ticks has to come before the flash that it moves.
     int16_t offset = static_cast<int16_t>(static_cast<uint16_t>(me.now() - delay - me.last_flash_));
     offset = static_cast<int16_t>(offset % static_cast<int16_t>(kPeriodTicks));
     if (offset > kLatestTicks) offset = static_cast<int16_t>(offset - kPeriodTicks);
@@ -91,12 +91,15 @@ class BasicFirefly {
     }
     me.offset_sum_ = static_cast<int16_t>(me.offset_sum_ + offset);
     ++me.heard_;
+    // The very next flash: one that moves a period later would answer to what is no longer so.
+    me.period_ = static_cast<uint16_t>(kPeriodTicks + me.correction());
   }
 
   Robot& robot_;
   platforms::PublisherPointer<Robot> publisher_;
   uint16_t last_flash_;
   uint16_t period_;  // until the next flash
+  uint8_t sixteenths_ = 8;  // of the mean offset, that the next flash moves
   int16_t offset_sum_ = 0;
   uint8_t heard_ = 0;
   uint8_t flashes_ = 0;

@@ -1,12 +1,13 @@
 """Platform kilobot-emulated: the firmware's images, judged like every other platform."""
 import json
+import os
 
 import pytest
 
 from test_runner import BUILD, results, suite
 
 for part in ("tools/kilobot_emulator/kilobot-emulator", "kilobot/firefly.elf"):
-    if not (BUILD / part).exists():
+    if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
         pytest.skip(f"no {BUILD / part}: libsimavr-dev or gcc-avr is missing",
                     allow_module_level=True)
 
@@ -18,7 +19,7 @@ def events(path) -> list[dict]:
 
 
 @pytest.mark.parametrize("program, seconds", [
-    ("hop_count", 12), ("hop_count_two_seeds", 12), ("firefly", 90)])
+    ("hop_count", 12), ("hop_count_two_seeds", 12), ("firefly", 60)])
 def test_nine_emulated_robots_succeed_three_times(tmp_path, program, seconds):
     done = suite(tmp_path, "run", program, *EMULATED, "--runs", 3, "--seconds", seconds)
     assert done.returncode == 0, done.stderr
