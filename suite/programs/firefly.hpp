@@ -98,7 +98,7 @@ class BasicFirefly {
   Robot& robot_;
   platforms::PublisherPointer<Robot> publisher_;
   uint16_t last_flash_;
-  uint16_t period_;  // until the next flash
+  uint16_t period_;         // until the next flash
   uint8_t sixteenths_ = 8;  // of the mean offset, that the next flash moves
   int16_t offset_sum_ = 0;
   uint8_t heard_ = 0;

@@ -151,6 +151,18 @@ def firefly(log: Log) -> dict:
             "spread_s": spread, "success": order >= ORDER_LIMIT and share >= 0.9}
 
 
+def overlaps(log: Log) -> int:
+    """Poses at which a body stands in another's, where no simulated world counts contacts."""
+    body_mm = scenarios.BODY_MM[log.scenario["platform"]]
+    at = {i: (p["x_mm"], p["y_mm"]) for i, p in enumerate(log.scenario["robots"])}
+    found = 0
+    for e in log.of("pose"):
+        here = at[e["robot"]] = e["x_mm"], e["y_mm"]
+        found += any(math.dist(here, there) < body_mm
+                     for robot, there in at.items() if robot != e["robot"])
+    return found
+
+
 def edge_following(log: Log) -> dict:
     """revolutions (fewest), distance_error (mean, in Kilobot mm), contacts, waited_s."""
     places = log.scenario["robots"]
@@ -173,7 +185,9 @@ def edge_following(log: Log) -> dict:
             errors.append(abs(nearest / unit - 60))
         turned.append(angle / (2 * math.pi))
     waits = sum(e["value"] for e in log.of("value") if e["name"] == "waits")
-    contacts = sum(e.get("contacts", 0) for e in log.of("end"))
+    ends = log.of("end")
+    contacts = (sum(e["contacts"] for e in ends) if all("contacts" in e for e in ends)
+                else overlaps(log))
     revolutions = min(turned, default=0)
     error = statistics.mean(errors) if errors else None
     return {"revolutions": revolutions, "distance_error": error, "contacts": contacts,
@@ -238,6 +252,14 @@ def channel_load(log: Log) -> dict:
             "collided": log.air["lost_collision"] / log.air["expected"]}
 
 
+def losses(log: Log) -> dict:
+    """lost_kernel, lost_daemon, lost_client: messages that did not reach a program, by place, where
+    there are daemons that tell."""
+    ends = [e for e in log.of("end") if "lost_kernel" in e]
+    return {key: sum(e[key] for e in ends)
+            for key in ("lost_kernel", "lost_daemon", "lost_client")} if ends else {}
+
+
 def evaluate(log: Log) -> dict:
     """All figures of a run."""
     program = log.scenario["program"]
@@ -245,7 +267,7 @@ def evaluate(log: Log) -> dict:
              firefly if program.startswith("firefly") else edge_following)
     result = {"program": program, "platform": log.scenario["platform"], "robots": log.robots,
               "seed": log.scenario["seed"], "seconds": log.scenario["seconds"]}
-    result |= judge(log) | messages(log) | channel_load(log)
+    result |= judge(log) | messages(log) | channel_load(log) | losses(log)
     if log.air and log.air["seconds"] < log.scenario["seconds"] - 1e-3:
         result |= {"success": False, "interrupted": True}
     return result

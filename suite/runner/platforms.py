@@ -10,6 +10,9 @@ import signal
 import subprocess
 
 import emulated
+import lab
+
+REAL_TIME = ("coachbot-lab",)  # the seed decides less than the machine does
 
 interrupted = False  # Ctrl-C came; the run that it met has ended early
 _running = None      # the program that is told of it
@@ -95,6 +98,15 @@ def run_emulated(scenario: dict, log: pathlib.Path):
         raise PlatformError(str(error)) from error
 
 
+def run_lab(scenario: dict, log: pathlib.Path):
+    """swarmtalk-lab: daemons and programs in real time, no two runs alike."""
+    try:
+        lab.run(scenario, log, program_path("swarmtalk-lab", "lab"),
+                program_path("swarmtalk-suite-robot", "suite"), call)
+    except lab.LabError as error:
+        raise PlatformError(str(error)) from error
+
+
 def run(scenario: dict, log: pathlib.Path):
     """Runs it to its end, or until interrupted; then there may be no log. Raises PlatformError when
     it cannot."""
@@ -102,6 +114,8 @@ def run(scenario: dict, log: pathlib.Path):
     try:
         if scenario["platform"] == "kilobot-emulated":
             run_emulated(scenario, log)
+        elif scenario["platform"] == "coachbot-lab":
+            run_lab(scenario, log)
         else:
             run_simulated(scenario, log)
     except Interrupted:

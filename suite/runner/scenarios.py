@@ -7,22 +7,26 @@ import copy
 import math
 import tomllib
 
-BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110}
+BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110,
+           "coachbot-lab": 110}
 PLATFORMS = tuple(BODY_MM)
 PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following")
 FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count
 EDGE_SEED, EDGE_FOLLOWER = 0, 1
 
 # Between robots of the grid, and how far the radio reaches: eight neighbours.
-SPACING_MM = {"sim-kilobot": 50, "sim-coachbot": 500, "kilobot-emulated": 50}
-RANGE_MM = {"sim-kilobot": 75, "sim-coachbot": 750, "kilobot-emulated": 75}
+SPACING_MM = {"sim-kilobot": 50, "sim-coachbot": 500, "kilobot-emulated": 50,
+              "coachbot-lab": 500}
+RANGE_MM = {"sim-kilobot": 75, "sim-coachbot": 750, "kilobot-emulated": 75, "coachbot-lab": 750}
 
 # Virtual seconds of a run. Hop counts are judged 10 s after the start, as in the paper.
 SECONDS = {
     "hop_count": dict.fromkeys(PLATFORMS, 12),
     "hop_count_two_seeds": dict.fromkeys(PLATFORMS, 12),
-    "firefly": {"sim-kilobot": 600, "sim-coachbot": 400, "kilobot-emulated": 600},
-    "edge_following": {"sim-kilobot": 1500, "sim-coachbot": 400, "kilobot-emulated": 1500},
+    "firefly": {"sim-kilobot": 600, "sim-coachbot": 400, "kilobot-emulated": 600,
+                "coachbot-lab": 300},
+    "edge_following": {"sim-kilobot": 1500, "sim-coachbot": 400, "kilobot-emulated": 1500,
+                       "coachbot-lab": 200},
 }
 SECONDS["firefly_no_delay"] = SECONDS["firefly"]
 

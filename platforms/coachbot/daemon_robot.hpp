@@ -1,0 +1,194 @@
+// A robot whose radio belongs to swarmtalkd, as programs see it (platforms/robot.hpp): the node is
+// the daemon's, reached through the client library; LED and body are simulated in this process, in
+// real time, and the body's pose is told to the daemon. One per process; main thread.
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <swarmtalk/client.hpp>
+
+#include "platforms/robot.hpp"
+#include "platforms/sim/world_robot.hpp"
+#include "sim/body.hpp"
+
+namespace swarmtalk::platforms {
+
+class DaemonRobot {
+ public:
+  using Profile = ComparedProfile;
+  using Distance = Profile::Sensing::Distance;
+  using Model = CoachbotModel;
+  class Node;
+  static constexpr uint16_t kBodyMm = Model::kBodyMm;
+  static constexpr uint16_t kSpeedMmPerS = Model::kSpeedMmPerS;
+  static constexpr uint16_t kTurnDegPerS = Model::kTurnDegPerS;
+  static constexpr uint32_t kTicksPerSecond = 31;
+
+  /// @param seed  of the body's noise and of the program's random numbers
+  inline DaemonRobot(Client& client, uint32_t index, uint64_t seed, double x_mm, double y_mm,
+                     double theta_rad);
+  DaemonRobot(const DaemonRobot&) = delete;
+  DaemonRobot& operator=(const DaemonRobot&) = delete;
+  ~DaemonRobot();
+
+  Node& swarmtalk() { return *node_; }
+  uint32_t clock() const { return static_cast<uint32_t>(time_us() / sim::kTickUs); }
+  uint32_t random() { return static_cast<uint32_t>(random_.bits() >> 32); }
+  static Distance distance(int32_t mm) { return static_cast<Distance>(mm); }
+  void led(Colour) {}
+  void forward(uint32_t ticks) { move(1, 1, ticks); }
+  void left(uint32_t ticks) { move(Model::kTurnBack, 1, ticks); }
+  void right(uint32_t ticks) { move(1, Model::kTurnBack, ticks); }
+  void stop() { move(0, 0, 0); }
+  bool is_moving() const { return body_.is_driving(); }
+  void log(const char*, int32_t) {}
+
+  /// Moves the body on to now, ends timed moves, and tells the daemon the pose of a body that
+  /// moves. Call it before each loop() of the program.
+  inline void poll();
+
+  const sim::Body& body() const { return body_; }
+  uint32_t index() const { return index_; }
+  /// Of the system's monotonic clock, which all robots of one machine share.
+  static uint64_t time_us() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return static_cast<uint64_t>(
+        std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+  }
+  /// Messages that were lost on the way to this robot's program, by place.
+  const Loss& lost() const { return lost_; }
+
+ private:
+  inline void move(double left, double right, uint32_t ticks);
+
+  Client& client_;
+  uint32_t index_;
+  sim::Random random_;
+  sim::Random noise_;
+  sim::BodyConfig body_config_ = sim::coachbot_body();
+  sim::Body body_;
+  uint64_t moved_us_;
+  uint32_t since_ = 0;
+  uint32_t for_ticks_ = 0;
+  Loss lost_;
+  std::unique_ptr<Node> node_;
+};
+
+/// Stands for the node in the daemon: channels, publishers and subscribers as the core has them.
+class DaemonRobot::Node {
+ public:
+  class Publisher {
+   public:
+    /// kNotFound for whatever the core has no word for; Client::on_error tells it.
+    core::Error send(const uint8_t* bytes, uint16_t size) {
+      const Status status = inner_.send(std::span<const std::uint8_t>(bytes, size));
+      if (status) return core::Error::kOk;
+      return status.code() == StatusCode::kTooLong ? core::Error::kTooLong : core::Error::kBusy;
+    }
+    bool available() const { return !inner_.busy(); }
+
+   private:
+    friend class Node;
+    swarmtalk::Publisher inner_;
+  };
+
+  class Channel {
+   public:
+    Channel(DaemonRobot& robot, swarmtalk::Channel inner)
+        : robot_(robot), inner_(std::move(inner)) {}
+    Publisher* new_publisher(core::SentFn sent, void* context) {
+      publishers_.emplace_back();
+      publishers_.back().inner_ = inner_.publisher([sent, context](const Status&) {
+        if (sent != nullptr) sent(context);
+      });
+      return &publishers_.back();
+    }
+    Subscriber* new_subscriber(Distance max_distance_mm, core::ReceiveFn<Profile> receive,
+                               void* context) {
+      DaemonRobot& robot = robot_;
+      subscribers_.push_back(inner_.subscriber(
+          [&robot, receive, context](const Message& message) {
+            robot.node_->deliver(message, receive, context);
+          },
+          Policy::last(64).within(static_cast<float>(max_distance_mm) / 1000)));
+      return &subscribers_.back();
+    }
+
+   private:
+    DaemonRobot& robot_;
+    swarmtalk::Channel inner_;
+    std::deque<Publisher> publishers_;
+    std::deque<Subscriber> subscribers_;
+  };
+
+  explicit Node(DaemonRobot& robot) : robot_(robot) {}
+  Channel* new_channel(uint32_t id, uint32_t ttl, bool timestamped) {
+    channels_.emplace_back(
+        robot_, robot_.client_.channel(static_cast<int>(id), ChannelOptions{ttl, timestamped}));
+    return &channels_.back();
+  }
+
+ private:
+  void deliver(const Message& message, core::ReceiveFn<Profile> receive, void* context) {
+    robot_.lost_ += message.lost_before;
+    if (message.local) return;
+    using Wire = core::Wire<Profile>;
+    core::Reception<Profile> reception{};
+    reception.node = static_cast<Wire::NodeId>(message.sender);
+    reception.message = static_cast<Wire::MessageNumber>(message.message_number);
+    reception.ttl = static_cast<uint8_t>(message.ttl);
+    reception.sensing.distance =
+        message.has_distance() ? static_cast<Distance>(std::lround(message.distance_m * 1000)) : -1;
+    if (message.buffering_delay) {
+      reception.has_delay = true;
+      const auto ticks = message.buffering_delay->count() / sim::kTickUs;
+      reception.delay_ticks =
+          static_cast<Wire::Timestamp>(std::min<int64_t>(ticks, Wire::kTimestampMax));
+    }
+    receive(context, message.bytes().data(), static_cast<uint16_t>(message.payload.size()),
+            reception);
+  }
+
+  DaemonRobot& robot_;
+  std::deque<Channel> channels_;
+};
+
+inline DaemonRobot::DaemonRobot(Client& client, uint32_t index, uint64_t seed, double x_mm,
+                                double y_mm, double theta_rad)
+    : client_(client),
+      index_(index),
+      random_(sim::mix(seed) + 2 * index),
+      noise_(sim::mix(seed) + 2 * index + 1),
+      body_(body_config_, x_mm, y_mm, theta_rad, noise_),
+      moved_us_(time_us()),
+      node_(std::make_unique<Node>(*this)) {
+  client_.set_fixed_pose(static_cast<float>(x_mm / 1000), static_cast<float>(y_mm / 1000),
+                         static_cast<float>(theta_rad));
+}
+
+inline DaemonRobot::~DaemonRobot() = default;
+
+inline void DaemonRobot::move(double left, double right, uint32_t ticks) {
+  poll();
+  since_ = clock();
+  for_ticks_ = ticks;
+  body_.drive(left, right);
+}
+
+inline void DaemonRobot::poll() {
+  const uint64_t now_us = time_us();
+  const double seconds = static_cast<double>(now_us - moved_us_) * 1e-6;
+  moved_us_ = now_us;
+  if (!body_.is_driving()) return;
+  body_.advance(body_config_, seconds, noise_);
+  if (for_ticks_ != 0 && clock() - since_ >= for_ticks_) body_.drive(0, 0);
+  client_.set_fixed_pose(static_cast<float>(body_.x_mm / 1000),
+                         static_cast<float>(body_.y_mm / 1000),
+                         static_cast<float>(body_.theta_rad));
+}
+
+}  // namespace swarmtalk::platforms

@@ -1,0 +1,76 @@
+"""Platform coachbot-lab: programs on the client library, each beside an unmodified swarmtalkd in a
+network namespace of swarmtalk-lab; in real time. A virtual range makes neighbourhoods of a medium
+in which all hear all.
+"""
+import json
+import os
+import pathlib
+import tempfile
+
+MOST_ROBOTS = 247  # node ids of 9-byte packets
+CONFIG = """[log]
+level = "warning"
+[links.wifi]
+profile = "kilobot"
+rate_hz = {rate_hz}
+jitter_us = {jitter_us}
+virtual_range_m = {range_m}
+virtual_range_unknown = "drop"
+"""
+KEYS = ("range_mm", "period_us")
+
+
+class LabError(Exception):
+    """One line for the user: what cannot be run, and what to do."""
+
+
+def config(scenario: dict) -> str:
+    """What all daemons are given: the paper's packets at the simulated Coachbot's pace."""
+    for section in ("radio", "clock", "body"):
+        for key in scenario.get(section, {}):
+            if section != "radio" or key not in KEYS:
+                raise LabError(f"coachbot-lab: [{section}] has no key '{key}'; there is: "
+                               + " ".join("radio." + k for k in KEYS))
+    if scenario["faults"]:
+        raise LabError("coachbot-lab knows no faults: leave [[fault]] out, or use sim-coachbot")
+    radio = scenario["radio"]
+    period_us = radio.get("period_us", 50000)
+    return CONFIG.format(rate_hz=1e6 / period_us, jitter_us=period_us // 10,
+                         range_m=radio["range_mm"] / 1000)
+
+
+def merge(scenario: dict, folder: pathlib.Path) -> list[dict]:
+    """The robots' logs as one, in order of time, from the first robot's start on."""
+    events = []
+    for path in folder.glob("*.jsonl"):
+        with open(path, encoding="utf-8") as file:
+            events += [json.loads(line) for line in file if line.endswith("}\n")]
+    starts = [e["t"] for e in events if e["event"] == "start"]
+    if not starts:
+        return []
+    first = min(starts)
+    for e in events:
+        e["t"] -= first
+    events.sort(key=lambda e: e["t"])
+    ends = [e["t"] for e in events if e["event"] == "end"]
+    whole = len(ends) == len(scenario["robots"])
+    return events + [{"event": "air", "seconds": min(ends) / 1e6 if whole else 0}]
+
+
+def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, call):
+    """One run. @param call  runs a command to its end; raises if that fails"""
+    robots = len(scenario["robots"])
+    if robots > MOST_ROBOTS:
+        raise LabError(f"coachbot-lab has at most {MOST_ROBOTS} robots (node ids of the packets)")
+    with tempfile.TemporaryDirectory(prefix="swarmtalk-suite-") as name:
+        folder = pathlib.Path(name)
+        places, base = folder / "scenario.json", folder / "base.toml"
+        base.write_text(config(scenario), encoding="utf-8")
+        places.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
+        medium = "bridge" if os.geteuid() == 0 else "udp"
+        call([tool, "--name", f"suite{os.getpid()}", "run", robots, "--medium", medium, "--config",
+              base, "--", tool, "exec", "all", "--no-prefix", "--", robot, places, folder])
+        events = merge(scenario, folder)
+    with open(log, "w", encoding="utf-8") as output:
+        for event in [scenario] + events if events else []:
+            output.write(json.dumps(event, separators=(",", ":")) + "\n")

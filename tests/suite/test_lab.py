@@ -1,0 +1,45 @@
+"""Platform coachbot-lab: the programs on the client library, through daemons as they are."""
+import json
+import os
+
+import pytest
+
+from test_runner import BUILD, results, suite
+
+for part in ("lab/swarmtalk-lab", "daemon/swarmtalkd", "suite/swarmtalk-suite-robot"):
+    if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
+        pytest.skip(f"no {BUILD / part}", allow_module_level=True)
+
+LAB = ("--platform", "coachbot-lab")
+
+
+def test_nine_robots_count_hops_through_their_daemons(tmp_path):
+    """All hear all in the lab's air: right counts need the virtual range."""
+    done = suite(tmp_path, "run", "hop_count", *LAB, "--robots", 9, "--seconds", 10.5)
+    assert done.returncode == 0, done.stderr
+    result = results(done)[0]
+    assert result["success"] and result["delivery"] > 0.9
+    assert [result[key] for key in ("lost_kernel", "lost_daemon", "lost_client")] == [0, 0, 0]
+    replay = suite(tmp_path, "replay", result["log"])
+    assert replay.returncode == 1 and "real time" in replay.stderr
+
+
+def test_followers_move_and_their_daemons_know_where(tmp_path):
+    """A few steps of edge following: the distances that steer it come from the daemons' poses."""
+    done = suite(tmp_path, "run", "edge_following", *LAB, "--seconds", 8)
+    log = (tmp_path / "suite-logs/edge_following-coachbot-lab-6-1.jsonl").read_text()
+    events = [json.loads(line) for line in log.splitlines()[1:]]
+    assert {e["robot"] for e in events if e["event"] == "pose"} == {4, 5}, done.stderr
+    result = results(done)[0]
+    assert result["revolutions"] > 0.02 and result["contacts"] == 0
+    assert result["distance_error"] < 10, "Kilobot mm"
+    heard = {e["mm"] for e in events if e["event"] == "received" and e["robot"] == 4}
+    assert len(heard) > 5 and min(heard) > 110, heard
+
+
+@pytest.mark.parametrize("line, says", [
+    ("radio.loss = 0.1", "[radio] has no key 'loss'"), ("[[fault]]\nkind = 'death'", "no faults")])
+def test_what_the_lab_cannot_do_is_refused_in_one_line(tmp_path, line, says):
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\n" + line + "\n")
+    done = suite(tmp_path, "run", "--scenario", "s.toml", *LAB, "--robots", 4)
+    assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
