@@ -6,19 +6,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/swarm/cells.hpp"
 #include "tests/swarm/flood.hpp"
 #include "tests/swarm/one_hop.hpp"
 #include "tests/swarm/profiles.hpp"
-#include "tests/swarm/splice_model.hpp"
 
 namespace swarmtalk::core::testing {
 namespace {
 
-struct Cell {
-  double range;
-  double loss;
-  uint8_t packets;
-};
 std::vector<Cell> all_cells() {
   std::vector<Cell> cells;
   for (double range : {1.5, 3.2}) {  // 6.1 and 20.3 neighbours
@@ -28,14 +23,6 @@ std::vector<Cell> all_cells() {
     }
   }
   return cells;
-}
-OneHopConfig one_hop(const Cell& cell) {
-  OneHopConfig config;
-  config.range = cell.range;
-  config.loss = cell.loss;
-  config.packets = cell.packets;
-  config.seconds = 150;
-  return config;
 }
 double worst_percentile(std::vector<double> errors, double share) {
   for (double& error : errors) error = std::fabs(error);
@@ -146,45 +133,6 @@ TEST(Delay, IsTrueToATickOverOneHopAndOverFive) {
     const FloodResult five_hops = Flood<RoomForAll>(config).run();
     ASSERT_GT(five_hops.delay_errors.size(), 1000u);
     EXPECT_LE(worst_percentile(five_hops.delay_errors, 0.99), 5.0);
-  }
-}
-
-TEST(RandomIds, SettleSoThatNeighboursDiffer) {
-  OneHopConfig config = one_hop({3.2, 0.05, 2});
-  config.distinct_ids = false;
-  OneHop<RoomForAll> scenario(config);
-  scenario.run();
-  auto& swarm = scenario.swarm();
-  for (uint32_t i = 0; i < swarm.size(); ++i) {
-    for (uint32_t j : swarm.robot(i).neighbours) {
-      EXPECT_NE(swarm.robot(i).node.node_id(), swarm.robot(j).node.node_id());
-    }
-  }
-}
-
-class RandomIdsCell : public ::testing::TestWithParam<Cell> {};
-
-/// Within four standard errors of the mean over seeds, which is known to a third at least.
-TEST_P(RandomIdsCell, SpliceAsOftenAsTheBirthdayProblemSays) {
-  OneHopConfig config = one_hop(GetParam());
-  config.seconds = 60;
-  const double predicted = predicted_splices(config);
-  const MeasuredSplices measured = measured_splices<RoomForAll>(config, 60);
-  std::printf("predicted %.2f, measured %.2f, standard error %.2f, of %.0f deliveries\n", predicted,
-              measured.mean, measured.error, measured.intact);
-  ASSERT_LT(measured.error, predicted / 3);
-  EXPECT_NEAR(measured.mean, predicted, 4 * measured.error);
-}
-INSTANTIATE_TEST_SUITE_P(Lossy, RandomIdsCell,
-                         ::testing::Values(Cell{1.5, 0.2, 2}, Cell{3.2, 0.05, 2}, Cell{3.2, 0.2, 2},
-                                           Cell{3.2, 0.2, 4}));
-
-TEST(RandomIds, SpliceNothingWhereNothingIsLost) {
-  for (uint8_t packets : {uint8_t{2}, uint8_t{8}}) {
-    OneHopConfig config = one_hop({3.2, 0, packets});
-    config.seconds = 60;
-    EXPECT_EQ(predicted_splices(config), 0);
-    EXPECT_EQ(measured_splices<RoomForAll>(config, 10).mean, 0);
   }
 }
 
