@@ -46,6 +46,13 @@ struct SubArguments {
   bool is_timestamped = false;
 };
 
+struct HarvestArguments {
+  std::string prefix;
+  std::vector<std::string> values;  // KEY=VALUE: answers instead of asking
+  std::uint32_t ttl = 4;
+  double timeout_s = 2;  // 0: until a signal
+};
+
 struct PoseArguments {
   float x_m = 0;
   float y_m = 0;
@@ -69,6 +76,7 @@ int sub(const Common& common, const SubArguments& arguments);
 int status(const Common& common);
 int stats(const Common& common);
 int neighbours(const Common& common);
+int harvest(const Common& common, const HarvestArguments& arguments);
 int set_pose(const Common& common, const PoseArguments& arguments);
 int get_pose(const Common& common);
 int reload(const Common& common);

@@ -143,8 +143,55 @@ void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
   command->add_flag("--timestamped", arguments.is_timestamped, "register it as timestamped");
 }
 
+struct LogArguments {
+  std::string text;
+  SubArguments listening;
+};
+
+/// Without a line to send: listens.
+int log(const Common& common, LogArguments& arguments) {
+  if (arguments.text.empty()) {
+    arguments.listening.channels = {"debug"};
+    return sub(common, arguments.listening);
+  }
+  PubArguments line;
+  line.channel = "debug";
+  line.payload = arguments.text;
+  line.ttl = 4;
+  return pub(common, line);
+}
+
+void add_reserved(CLI::App& app, LogArguments& log, HarvestArguments& harvest, Common& common) {
+  auto* lines = app.add_subcommand(
+      "log", "Print the log lines of all robots around, over a few hops; or send one");
+  lines->add_option("TEXT", log.text, "the line to send; needs debug = true under [reserved]");
+  lines->add_flag("--json", common.is_json, "one JSON object a line");
+  lines->add_option("-C,--count", log.listening.count, "end after so many lines")
+      ->check(whole_number())
+      ->check(above_zero());
+  lines
+      ->add_option("-W,--timeout", log.listening.timeout_s,
+                   "end after so many seconds; exit code 124 when -C was not reached")
+      ->check(above_zero());
+  auto* values = app.add_subcommand(
+      "harvest",
+      "Print values that programs of all robots around have set; needs harvest = true under "
+      "[reserved]");
+  values->add_option("PREFIX", harvest.prefix, "of the keys; default: all");
+  values->add_option("--offer", harvest.values, "KEY=VALUE to answer with, until a signal");
+  values->add_flag("--json", common.is_json, "one JSON object a value");
+  values->add_option("--ttl", harvest.ttl, "hops after the first, there and back")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  values->add_option("-W,--timeout", harvest.timeout_s, "seconds to wait for answers")
+      ->check(above_zero())
+      ->capture_default_str();
+}
+
 struct Parsed {
   Common common;
+  LogArguments log;
+  HarvestArguments harvest;
   PubArguments pub;
   SubArguments sub;
   PoseArguments pose;
@@ -216,6 +263,8 @@ void add_operation(CLI::App& app, Parsed& parsed) {
 int run(CLI::App& app, Parsed& parsed) {
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
+  if (app.got_subcommand("log")) return log(parsed.common, parsed.log);
+  if (app.got_subcommand("harvest")) return harvest(parsed.common, parsed.harvest);
   if (app.got_subcommand("neighbours")) return neighbours(parsed.common);
   if (app.got_subcommand("status")) return status(parsed.common);
   if (app.got_subcommand("reload")) return reload(parsed.common);
@@ -317,6 +366,7 @@ int main(int argc, char** argv) {
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   app.add_subcommand("neighbours", "Print the robots heard within the last 10 s")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
+  add_reserved(app, parsed.log, parsed.harvest, parsed.common);
   add_pose(app, parsed);
   add_operation(app, parsed);
   add_kilobot(app, parsed.kilobot);

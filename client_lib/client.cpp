@@ -81,6 +81,20 @@ Status Client::set_fixed_pose(float x_m, float y_m, float theta_rad) {
   return session_->set_pose({x_m, y_m, theta_rad, true});
 }
 
+// What the daemon refuses for its rate is counted there.
+Status Client::log(std::string_view line) {
+  constexpr std::uint32_t kTtl = 4;
+  constexpr std::uint32_t kLinesThatWait = 16;
+  auto& publisher = session_->log_publisher;
+  if (!publisher) {
+    ChannelOptions options;
+    options.ttl = kTtl;
+    publisher =
+        channel("debug", options).publisher([](const Status&) {}, Sending::newest(kLinesThatWait));
+  }
+  return publisher->send(line);
+}
+
 Status Client::get_status(DaemonStatus& status) {
   return session_->get_status(status);
 }

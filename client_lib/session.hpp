@@ -51,6 +51,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::function<void()> on_reconnect;
   std::function<void(const Message&)> on_gap;
   std::function<void(const Status&)> on_error;
+  std::optional<Publisher> log_publisher;  // of Client::log(); none: not called yet
 
   // The functions of Channel, Publisher and Subscriber.
   std::shared_ptr<PublisherState> add_publisher(std::shared_ptr<const ChannelKey> key,

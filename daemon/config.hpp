@@ -134,6 +134,14 @@ struct LimitsConfig {
   std::uint32_t tracked_senders = 4096;          // senders and channels followed for lost messages
 };
 
+/// Channels with a meaning of their own, off unless asked for: nobody publishes on them then.
+struct ReservedConfig {
+  bool debug = false;          // log lines of programs
+  bool harvest = false;        // questions for values of programs, and their answers
+  std::uint32_t rate_hz = 10;  // messages per second of this robot on each of the two
+  std::uint32_t burst = 20;    // at once after a pause
+};
+
 struct MetricsConfig {
   std::string file;  // Prometheus text for node_exporter; empty: none
   std::uint32_t interval_s = 15;
@@ -149,6 +157,7 @@ struct Config {
   std::string log_level = "info";
   std::map<std::string, std::string> log_levels;  // by subsystem, where it has its own
   MetricsConfig metrics;
+  ReservedConfig reserved;
 };
 
 }  // namespace swarmtalk::daemon

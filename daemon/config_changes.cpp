@@ -7,8 +7,8 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr std::array<std::string_view, 5> kSections{"node.", "channels.", "limits.", "log.",
-                                                    "metrics."};
+constexpr std::array<std::string_view, 6> kSections{"node.", "channels.", "limits.",
+                                                    "log.",  "metrics.",  "reserved."};
 // Of these sections what is used up at start.
 constexpr std::array<std::string_view, 2> kAtStartOnly{"limits.tracked_senders",
                                                        "node.pose_socket"};

@@ -293,6 +293,14 @@ void read_metrics(const TableReader& table, MetricsConfig& metrics) {
   table.read_integer("interval_s", kMetricsIntervalSLimits, metrics.interval_s);
 }
 
+void read_reserved(const TableReader& table, ReservedConfig& reserved) {
+  table.expect_keys({"debug", "harvest", "rate_hz", "burst"});
+  table.read_bool("debug", reserved.debug);
+  table.read_bool("harvest", reserved.harvest);
+  table.read_integer("rate_hz", {1, 10'000}, reserved.rate_hz);
+  table.read_integer("burst", {1, 10'000}, reserved.burst);
+}
+
 toml::table parse_toml(std::string_view text, const std::string& file) {
   if (const StrayCharacter stray = find_stray_character(text); stray.line != 0) {
     throw ConfigError(file + ":" + std::to_string(stray.line) + ": not TOML: " + stray.what);
@@ -324,7 +332,8 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   ParsedConfig parsed{{}, KeyLines(file)};
   parsed.config.socket.path = ipc::kDefaultSocketPath;
   const TableReader root(table, "", parsed.lines);
-  root.expect_keys({"node", "socket", "links", "channels", "gateway", "limits", "log", "metrics"});
+  root.expect_keys(
+      {"node", "socket", "links", "channels", "gateway", "limits", "log", "metrics", "reserved"});
   const auto section = [&](const char* name) {
     return TableReader(root.table(name), name, parsed.lines);
   };
@@ -334,6 +343,7 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   read_limits(section("limits"), parsed.config.limits);
   read_log(section("log"), parsed.config);
   read_metrics(section("metrics"), parsed.config.metrics);
+  read_reserved(section("reserved"), parsed.config.reserved);
   read_links(root, parsed.lines, parsed.config.links);
   read_gateways(root, parsed.lines, parsed.config);
   check_channels(root, parsed.lines, parsed.config);

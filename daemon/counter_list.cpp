@@ -24,6 +24,7 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "messages_dropped_queue", "messages dropped from a publisher's queue for newer ones"},
     {kDaemon, "messages_dropped_closed", "messages that waited for a publisher that went away"},
     {kDaemon, "messages_too_fast", "messages refused for limits.publish_rate_hz"},
+    {kDaemon, "reserved_too_fast", "messages refused for reserved.rate_hz"},
     {kDaemon, "copies_sent", "repeats of messages that are sent several times"},
     {kDaemon, "messages_received", "whole messages from links that a local program subscribes to"},
     {kDaemon, "messages_lost_air", "messages missing in a sender's count, lost on the air"},

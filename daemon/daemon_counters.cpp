@@ -19,6 +19,7 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_dropped_queue", messages_dropped_queue},
       {"messages_dropped_closed", messages_dropped_closed},
       {"messages_too_fast", messages_too_fast},
+      {"reserved_too_fast", reserved_too_fast},
       {"copies_sent", copies_sent},
       {"messages_received", messages_received},
       {"messages_lost_air", messages_lost_air},

@@ -24,6 +24,7 @@ struct DaemonCounters {
   std::uint64_t messages_dropped_queue = 0;   // by a newer one, from their publisher's queue
   std::uint64_t messages_dropped_closed = 0;  // waited in the queue of a publisher that went away
   std::uint64_t messages_too_fast = 0;        // refused: over limits.publish_rate_hz
+  std::uint64_t reserved_too_fast = 0;        // refused: over reserved.rate_hz
   std::uint64_t copies_sent = 0;              // repeats of important messages
   std::uint64_t messages_received = 0;        // whole messages from links, for a local subscription
   std::uint64_t messages_lost_air = 0;     // gaps in a sender's numbers that nothing else explains

@@ -61,6 +61,7 @@ void Hub::listen(Channel& channel) {
 std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& publisher) {
   std::uint16_t number = 0;
   if (auto refusal = resolve(request, number)) return refusal;
+  if (auto refusal = check_reserved(number)) return refusal;
   if (auto refusal = check_ttl(request.ttl, limits(number))) return refusal;
   publisher.ttl = static_cast<std::uint8_t>(request.ttl);
   Channel* channel = nullptr;
@@ -92,6 +93,7 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   Channel& channel = channels_.at(publisher.channel);
   const std::uint32_t hops = ttl.value_or(publisher.ttl);
   if (auto refusal = check(publisher, channel, payload.size(), hops)) return refusal;
+  if (auto refusal = take_turn(channel.number)) return refusal;
   if (publisher.in_flight != nullptr && publisher.queue.size() >= publisher.queue_limit) {
     Publication& oldest = *publisher.queue.front();
     publisher.queue.pop_front();

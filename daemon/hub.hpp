@@ -23,6 +23,7 @@
 #include "daemon/node_identity.hpp"
 #include "daemon/seen_messages.hpp"
 #include "daemon/station.hpp"
+#include "daemon/token_bucket.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -75,6 +76,9 @@ class Hub final : public StationUser {
   /// channels of the rules for good.
   /// @return what is impossible; none: done
   std::optional<Refusal> set_gateways(std::vector<GatewayRule> rules);
+
+  /// Which channels are reserved, and whether they are on. Again when names of channels change.
+  void set_reserved(const ReservedConfig& config);
 
   // Each returns none when done. Pointers are kept until the opposite call.
   std::optional<Refusal> subscribe(const ChannelRequest& request, Subscription& subscription);
@@ -162,6 +166,8 @@ class Hub final : public StationUser {
   std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
                                std::size_t size_bytes, std::uint32_t ttl) const;
   static std::optional<Refusal> check_ttl(std::uint32_t ttl, const Limits& most);
+  std::optional<Refusal> check_reserved(std::uint16_t channel) const;
+  std::optional<Refusal> take_turn(std::uint16_t channel);
   std::optional<Refusal> check_up(const Channel& channel) const;
   std::optional<Refusal> check_mtu(const Channel& channel, std::size_t size_bytes) const;
   bool carries(std::size_t station, const Channel& channel, std::size_t size_bytes) const;
@@ -189,6 +195,14 @@ class Hub final : public StationUser {
   std::size_t index_of(const Station& station) const;
   Publication& new_publication();
 
+  struct Reserved {
+    const char* name;
+    std::uint16_t number;
+    bool is_on;
+    std::uint32_t rate_hz;
+    TokenBucket turns;
+  };
+
   ChannelTable& names_;
   const LimitsConfig& limits_;
   DaemonCounters& counters_;
@@ -214,6 +228,7 @@ class Hub final : public StationUser {
   std::uint64_t use_count_ = 0;
   std::vector<GatewayRule> rules_;
   SeenMessages seen_;
+  std::vector<Reserved> reserved_;
 };
 
 }  // namespace swarmtalk::daemon

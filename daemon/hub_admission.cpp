@@ -1,6 +1,7 @@
 // What the hub decides before it takes something on: which channel is meant, whether there is room
 // for it, and whether a message can be sent at all.
 #include <algorithm>
+#include <chrono>
 
 #include "daemon/hub.hpp"
 
@@ -215,6 +216,51 @@ std::optional<Refusal> Hub::check_ttl(std::uint32_t ttl, const Limits& most) {
   return Refusal{ipc::ERROR_BAD_TTL,
                  "TTL " + text_of(ttl) + " is too large; the limit is " + text_of(most.ttl),
                  most.ttl};
+}
+
+void Hub::set_reserved(const ReservedConfig& config) {
+  reserved_.clear();
+  const auto add = [&](const char* name, bool is_on) {
+    const auto found = names_.find(name);
+    if (!found.problem.empty()) return;  // a program had the number first
+    reserved_.push_back(
+        {name, found.number, is_on, config.rate_hz, TokenBucket(config.rate_hz, config.burst)});
+  };
+  add("debug", config.debug);
+  add("harvest", config.harvest);
+}
+
+std::optional<Refusal> Hub::check_reserved(std::uint16_t channel) const {
+  for (const Reserved& each : reserved_) {
+    if (each.number != channel || each.is_on) continue;
+    const std::string name = each.name;
+    return Refusal{ipc::ERROR_BAD_CHANNEL,
+                   "channel '" + name + "' (number " + text_of(channel) +
+                       ") is reserved, and off on this robot; set " + name +
+                       " = true under [reserved], or take another channel",
+                   std::nullopt};
+  }
+  return std::nullopt;
+}
+
+// On a reserved channel all programs of this robot share one pace.
+std::optional<Refusal> Hub::take_turn(std::uint16_t channel) {
+  for (Reserved& each : reserved_) {
+    if (each.number != channel) continue;
+    if (auto refusal = check_reserved(channel)) return refusal;  // off since it was advertised
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    if (each.turns.take(static_cast<std::uint64_t>(
+            std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()))) {
+      continue;
+    }
+    ++counters_.reserved_too_fast;
+    return Refusal{ipc::ERROR_RATE,
+                   "this robot sends more than " + text_of(each.rate_hz) +
+                       " messages per second on channel '" + each.name +
+                       "', rate_hz under [reserved]; send fewer",
+                   each.rate_hz};
+  }
+  return std::nullopt;
 }
 
 std::optional<Refusal> Hub::check_up(const Channel& channel) const {

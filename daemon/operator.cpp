@@ -116,6 +116,9 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
   }
   parts_.poses.set_max_age_ms(fresh.config.node.pose_max_age_ms);
   if (is_changed("channels.")) parts_.names.configure(fresh.config.channels);
+  if (is_changed("channels.") || is_changed("reserved.")) {
+    parts_.hub.set_reserved(fresh.config.reserved);
+  }
   if (is_changed("log.")) {
     daemon::set_log_level("", fresh.config.log_level);
     for (const auto& [subsystem, level] : fresh.config.log_levels) {
@@ -139,6 +142,7 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
   config.log_level = fresh.config.log_level;
   config.log_levels = fresh.config.log_levels;
   config.metrics = fresh.config.metrics;
+  config.reserved = fresh.config.reserved;
   // What needs a restart stays different until then, so that the next reload tells it again.
   KeyLines lines = fresh.lines;
   for (const std::string& key : changes.need_restart) lines.keep_value(key, parts_.config.lines);

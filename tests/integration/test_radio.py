@@ -184,3 +184,44 @@ def test_air_time_is_estimated_where_the_rate_is_known(wires):
     assert counters["airtime_us_sent"] == 3 * (552 + 8 * (18 + 2 + 17 + 64 + 36))
     metrics = robot.cli("metrics").stdout
     assert 'swarmtalk_link_airtime_us_sent_total{link="air"} 4944' in metrics
+
+
+def test_log_lines_are_heard_around_where_debug_is_on(wires):
+    listener = wires.robot("a").start(node(1) + LINK)
+    robot = wires.robot("a").start(node(2) + LINK)
+    refused = robot.cli("log", "hello")
+    assert refused.returncode == 1
+    assert "set debug = true under [reserved]" in refused.stderr
+    robot.configure(node(2) + LINK + "[reserved]\ndebug = true\nrate_hz = 1\nburst = 2\n")
+    assert "applied: reserved.debug" in robot.cli("reload").stdout
+    lines = listener.listen("log", "--json")
+    assert robot.cli("log", "lost the line").returncode == 0
+    flood = robot.cli("pub", "debug", "x", "--repeat", "50", "--rate", "1000")
+    assert flood.returncode == 1
+    assert "rate_hz under [reserved]" in flood.stderr
+    assert robot.counter("reserved_too_fast") == 1
+    wait_for(lambda: listener.counter("messages_received") == robot.counter("messages_sent"),
+             what="the lines")
+    lines.terminate()
+    first = heard(lines)[0]
+    assert (first["sender"], first["text"]) == (2, "lost the line")
+
+
+def test_values_are_harvested_over_two_hops(wires):
+    # A chain: nobody hears farther than 1.5 m, and the one in the middle has nothing to tell.
+    def config(number):
+        return (node(number, f"pose = [{number}.0, 0.0, 0.0]") + LINK
+                + "virtual_range_m = 1.5\n[reserved]\nharvest = true\n")
+
+    first, _, third = (wires.robot("a").start(config(number)) for number in (1, 2, 3))
+    third.listen("harvest", "--offer", "battery=3.9", "state=idle")
+    first.listen("harvest", "--offer", "battery=4.1")
+    done = first.cli("harvest", "bat", "--json", "-W", "1")
+    assert done.returncode == 0, done.stderr
+    values = sorted((json.loads(line) for line in done.stdout.splitlines()),
+                    key=lambda value: value["node_id"])
+    assert [(value["node_id"], value["text"], value["hops"], value["local"])
+            for value in values] == [(1, "4.1", 0, True), (3, "3.9", 1, False)]
+    assert {value["key"] for value in values} == {"battery"}
+    alone = first.cli("harvest", "--ttl", "0", "-W", "1")
+    assert alone.stdout.splitlines() == ['robot 1  "battery" = "4.1"  from this robot']

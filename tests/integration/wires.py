@@ -151,12 +151,15 @@ class Robot:
 
     def subscribe(self, *arguments):
         """Starts `swarmtalk-cli sub --json`; returns it once it is subscribed."""
+        return self.listen("sub", "--json", *arguments)
+
+    def listen(self, *arguments):
+        """Starts a subcommand of swarmtalk-cli that subscribes; returns it once it has."""
         def subscribers():
             return sum(channel["subscribers"] for channel in self.status()["channels"])
 
         before = subscribers()
-        words = self._words(program("swarmtalk-cli"), "--socket", self.socket, "sub", "--json",
-                            *arguments)
+        words = self._words(program("swarmtalk-cli"), "--socket", self.socket, *arguments)
         process = self._wires.keep(subprocess.Popen(
             words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE))

@@ -79,6 +79,11 @@ class Client {
   /// The same for a robot that stands still: the pose does not age, until a pose is set anew.
   Status set_fixed_pose(float x_m, float y_m, float theta_rad);
 
+  /// Sends a line to whoever listens to the reserved channel "debug" (`swarmtalk-cli log`), over a
+  /// few hops. Never waits; the daemon counts lines beyond its `rate_hz`. The first call registers.
+  /// @return as Publisher::send(); kBadChannel where the daemon's configuration has it off
+  Status log(std::string_view line);
+
   /// Asks the daemon; waits for the answer, at most ClientOptions::request_timeout; runs no
   /// callback.
   [[nodiscard]] Status get_status(DaemonStatus& status);

@@ -122,6 +122,8 @@ const Wrong kWrong[] = {
      "that"},
     {"beacons_that_fill_the_air", std::string(kLink) + "beacon_ms = 5\n",
      "f.toml:3: key 'links.w.beacon_ms': 5 would fill the air; use 20 or more, or 0 for none"},
+    {"reserved_is_no_switch", std::string(kLink) + "[reserved]\ndebug = 1\n",
+     "f.toml:4: key 'reserved.debug': is 1; it must be true or false"},
     {"replay_without_file", "[links.w]\ntype = \"replay\"\n",
      "f.toml:1: key 'links.w': has no 'file'; add file = \"capture.pcap\""},
     {"links_is_no_table", "links = 3\n",
