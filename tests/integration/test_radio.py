@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import needs_root, wait_for
+from conftest import needs_root, program, wait_for
 from wires import Wires, heard
 
 pytestmark = needs_root
@@ -225,3 +225,21 @@ def test_values_are_harvested_over_two_hops(wires):
     assert {value["key"] for value in values} == {"battery"}
     alone = first.cli("harvest", "--ttl", "0", "-W", "1")
     assert alone.stdout.splitlines() == ['robot 1  "battery" = "4.1"  from this robot']
+
+
+def test_packets_that_wait_for_the_pacer_leave_in_one_frame(wires):
+    hearer = wires.robot("a").start(node(1) + LINK)
+    robot = wires.robot("a").start(node(2) + LINK + "rate_hz = 0.5\njitter_us = 1000\n")
+    channels = [str(number) for number in range(6)]
+    listener = hearer.subscribe(*channels)
+    robot.publish("0", "leaves at once")
+    together = 'for channel in 0 1 2 3 4 5; do "$0" --socket "$1" pub $channel waits & done; wait'
+    done = robot.execute("sh", "-c", together, program("swarmtalk-cli"), robot.socket)
+    assert (done.returncode, done.stderr) == (0, "")
+    wait_for(lambda: hearer.counter("messages_received") == 7, what="the messages")
+    listener.terminate()
+    assert len(heard(listener)) == 7
+    counters = robot.link("air")["counters"]
+    assert counters["packets_sent"] == 7
+    assert counters["frames_sent"] < 7
+    assert hearer.link("air")["counters"]["frames_received"] == counters["frames_sent"]
