@@ -227,6 +227,10 @@ swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y
   return guarded(client, [&](Client& robot) { return robot.set_pose(x_m, y_m, theta_rad); });
 }
 
+swarmtalk_status swarmtalk_log(swarmtalk_client* client, const char* line) {
+  return guarded(client, [&](Client& robot) { return robot.log(line); });
+}
+
 uint32_t swarmtalk_node_id(const swarmtalk_client* client) {
   return client->client.node_id();
 }

@@ -138,6 +138,9 @@ SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
 /* theta_rad: counter-clockwise from +x. */
 SWARMTALK_API swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
                                                   float theta_rad);
+/* Sends a line to whoever listens to the reserved channel "debug" (`swarmtalk-cli log`), over a few
+ * hops. Never waits. SWARMTALK_BAD_CHANNEL where the daemon's configuration has it off. */
+SWARMTALK_API swarmtalk_status swarmtalk_log(swarmtalk_client* client, const char* line);
 SWARMTALK_API uint32_t swarmtalk_node_id(const swarmtalk_client* client);
 
 /* For an event loop of your own: readable when swarmtalk_process() has work. */
