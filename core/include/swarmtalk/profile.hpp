@@ -86,7 +86,12 @@ struct CheckedProfile {
                 "this profile leaves no payload on timestamped channels: shorten the timestamp");
   static_assert(!P::kPadded || P::kSizeBits == 0,
                 "a size field needs packets that keep their length: set kPadded to false");
+  static_assert(P::kTimestampBits >= 1 ||
+                    (P::kTimestampedBits == 0 && P::kTimestampedFrom > low_bits(P::kChannelBits)),
+                "timestamped channels need a timestamp: raise kTimestampBits");
+  static_assert(P::kMaxMessageBytes >= 1, "a message has at least a byte: raise kMaxMessageBytes");
   static_assert(P::kChannels >= 1, "a node has at least one channel");
+  static_assert(P::kChannels <= 2000, "a node has at most 2000 channels at once: lower kChannels");
   static_assert(P::kPublishers >= 1 && P::kPublishers < 8 && P::kSubscribers >= 1 &&
                     P::kSubscribers < 16,
                 "a channel has 1 to 7 publishers and 1 to 15 subscribers");
@@ -99,6 +104,8 @@ struct CheckedProfile {
                 "the clock is counted in 8, 16 or 32 bits");
   static_assert(P::kStampBits == 8 || P::kStampBits == 16 || P::kStampBits == 32,
                 "stamps have 8, 16 or 32 bits");
+  static_assert(P::kAssemblyTicks >= 1,
+                "fragments wait at least a tick for the others: raise kAssemblyTicks");
   static_assert(P::kAssemblyTicks < low_bits(P::kStampBits) / 2 + 1,
                 "fragments would outlive their stamps: shorten kAssemblyTicks or raise kStampBits");
   static_assert(
