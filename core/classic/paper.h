@@ -3,8 +3,12 @@
 // compile.
 #pragma once
 
+#ifndef PKT_SIZE
 #define PKT_SIZE 9
+#endif
+#ifndef SWARMTALK_CLASSIC_CHECKSUM
 #define SWARMTALK_CLASSIC_CHECKSUM
+#endif
 #include "core/classic/swarmtalk.h"
 
 /// What a platform measures on reception; the paper leaves its fields to the platform.

@@ -52,6 +52,15 @@ struct Profile : swarmtalk::core::Classic2020 {
   static constexpr uint8_t kSubscribers = MAX_SUB_PER_CHAN;
   static constexpr uint16_t kForwardSlots = FORWARD_BUFF_SIZE;
   static constexpr uint16_t kFragmentSlots = TOTAL_CHAN_NUM * 20;
+#ifndef __AVR__  // a config.h of a larger robot has packets of 1500 bytes
+  static constexpr uint32_t kBufferBudgetBytes = UINT32_C(16) << 20;
+#endif
 };
+
+/// What the macros make of a packet, as one number: equal where robots understand each other.
+constexpr uint64_t kPacketFormat = static_cast<uint64_t>(PKT_SIZE) << 32 |
+                                   static_cast<uint64_t>(CHAN_TYPE_MAX) << 16 |
+                                   static_cast<uint64_t>(TIMER_BITS) << 1 |
+                                   (Profile::kChecksum == swarmtalk::core::Checksum::kNone ? 0 : 1);
 
 }  // namespace SwarmTalk

@@ -131,7 +131,7 @@ class Swarmtalk {
 
   /// @return NULL if the number does not fit, is taken, or TOTAL_CHAN_NUM are in use
   Channel* new_channel(int type, int hops, bool time_chan) {
-    if (type < 0 || hops < 0) return nullptr;
+    if (type < 0 || type > CHAN_TYPE_MAX || hops < 0) return nullptr;
     swarmtalk::core::Channel<Profile>* core =
         node_.new_channel(static_cast<uint32_t>(type), static_cast<uint32_t>(hops), time_chan);
     if (core == nullptr) return nullptr;
@@ -178,9 +178,10 @@ class Swarmtalk {
   void* controls_ = nullptr;
 };
 
-/// Of macros that differ (PKT_SIZE, TOTAL_CHAN_NUM ...) the program's node would have another size
-/// than the one its home knows. The program defines it, the home calls it, the linker compares.
-template <unsigned kBytes>
+/// With macros that differ (PKT_SIZE, TOTAL_CHAN_NUM ...) program and home would have two classes
+/// of one name, and the linker would keep either. The program defines this, the home calls it, the
+/// linker compares.
+template <unsigned kBytes, uint64_t kFormat>
 void program_and_home_were_given_different_macros();
 
 }  // namespace SwarmTalk
@@ -197,7 +198,7 @@ extern SwarmTalk::Motor_control* motor_control;
 #else
 namespace SwarmTalk {
 template <>
-void program_and_home_were_given_different_macros<sizeof(Swarmtalk)>() {}
+void program_and_home_were_given_different_macros<sizeof(Swarmtalk), kPacketFormat>() {}
 }  // namespace SwarmTalk
 SwarmTalk::Swarmtalk swarmtalk_instance;
 SwarmTalk::Led_control* LED_control = &swarmtalk_instance.led;

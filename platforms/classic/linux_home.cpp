@@ -139,7 +139,8 @@ void move(int status) {
 }
 
 void start_program() {
-  SwarmTalk::program_and_home_were_given_different_macros<sizeof(SwarmTalk::Swarmtalk)>();
+  SwarmTalk::program_and_home_were_given_different_macros<sizeof(SwarmTalk::Swarmtalk),
+                                                          SwarmTalk::kPacketFormat>();
   swarmtalk_instance.sys.set_common_sys_get_clock(&read_clock);
   swarmtalk_instance.sys.set_common_sys_random_func(
       [] { return static_cast<unsigned int>(random_source()); });

@@ -143,7 +143,7 @@ def test_a_program_of_the_release_counts_hops_in_a_line(tmp_path):
 
 
 def test_a_program_from_before_the_release_runs_unchanged(tmp_path):
-    # 16 of time, so that a packet has room for three characters beside it.
+    # 16 bits of time, so that a packet has room for three characters beside it.
     robots = Robots(tmp_path, compile_linux(tmp_path, OLDER, "-DTIMER_BITS=16"))
     robots.start("r0")
     robots.start("r1", SWARMTALK_X_MM="30", SWARMTALK_Y_MM="40")
@@ -211,9 +211,12 @@ def test_a_bad_place_is_refused_in_one_line(tmp_path):
     assert run.stderr == "SWARMTALK_X_MM is 'far': give it a number\n"
 
 
-def test_a_home_with_other_macros_is_not_linked(tmp_path):
+@pytest.mark.parametrize("macros", [["-DPKT_SIZE=9"], [*MACROS, "-DCHAN_TYPE_MAX=3"],
+                                    [*MACROS, "-DTIMER_BITS=16"]])
+def test_a_home_with_other_macros_is_not_linked(tmp_path, macros):
+    """Two of them leave the sizes as they are and change nothing but packets."""
     compile_linux(tmp_path, HOPS, *MACROS)
-    subprocess.run(["g++", "-std=c++20", *INCLUDES, "-DPKT_SIZE=9", "-c",
+    subprocess.run(["g++", "-std=c++20", *INCLUDES, *macros, "-c",
                     ROOT / "platforms/classic/linux_home.cpp", "-o", tmp_path / "linux_home.o"],
                    check=True)
     link = subprocess.run(["g++", tmp_path / "program.o", tmp_path / "linux_home.o", "-o",
@@ -243,3 +246,63 @@ int main() {{
     subprocess.run(["g++", "-std=c++20", *INCLUDES, source, "-o", program], check=True)
     out = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     assert out == {3: "9c", 15: "27"}[bits]
+
+
+def test_a_config_of_a_large_robot_works(tmp_path):
+    """Long packets, many channels, and a largest number that no field of bits ends at."""
+    source = tmp_path / "large.cpp"
+    source.write_text("""
+#define PKT_SIZE 1500
+#define TOTAL_CHAN_NUM 16
+#define CHAN_TYPE_MAX 20
+#define FORWARD_BUFF_SIZE 50
+#include "swarmtalk.h"
+int heard_size;
+void heard(unsigned char *message, int size, int, Meta_t *) {
+  heard_size = message[9999] == 7 ? size : -1;
+}
+void setup() {}
+void loop() {}
+int main() {
+  static SwarmTalk::Swarmtalk other;
+  static unsigned char message[10000], packet[PKT_SIZE];
+  message[9999] = 7;
+  if (swarmtalk.new_channel(21, 0, false) != NULL) return 1;
+  swarmtalk.new_channel(20, 2, false)->new_subscriber(100, heard);
+  Publisher *publisher = other.new_channel(20, 2, false)->new_publisher(NULL);
+  if (publisher->send(message, 10000) != 0 || publisher->send(message, 10000) != 1) return 2;
+  Meta_t meta = {99, 0};
+  while (other.next_pkt(packet) != 0) swarmtalk.receive(packet, PKT_SIZE, &meta);
+  printf("%d", heard_size);
+}
+""")
+    program = tmp_path / "large"
+    subprocess.run(["g++", "-std=c++20", *INCLUDES, source, "-o", program], check=True)
+    out = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    assert int(out) == 7 * 1496  # whole packets, as in 2020
+
+
+def test_the_listing_of_the_paper_runs_at_home(tmp_path):
+    """With the home's macros as the porting guide says."""
+    robots = Robots(tmp_path, compile_linux(tmp_path, """
+#include <iostream>
+#include "core/classic/paper.h"
+Publisher *publisher;
+uint64_t state;
+void sent() { publisher->send((unsigned char *)&state, sizeof(state)); }
+void heard(unsigned char *msg, int, int, Data_t *sensing) {
+  std::cout << *(uint64_t *)msg << " from " << sensing->dist << std::endl;
+}
+void setup() {
+  state = 4711 + 0 * get_clock();
+  Channel *channel = swarmtalk->new_channel(0, 0, false);
+  publisher = channel->new_publisher(sent);
+  channel->new_subscriber(100, heard);
+  sent();
+}
+void loop() {}
+""", "-DPKT_SIZE=9", "-DSWARMTALK_CLASSIC_CHECKSUM"))
+    robots.start("r0")
+    robots.start("r1", SWARMTALK_X_MM="50")
+    robots.wait_for("r0", "^4711 from 50$")
+    robots.stop()
