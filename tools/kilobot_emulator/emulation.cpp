@@ -29,6 +29,15 @@ std::string message_hex(const IrMessage& message) {
   return text;
 }
 
+void add_bootloader(Image& program, const std::string& path) {
+  const Image bootloader = load_image(path);
+  try {
+    program.add_bootloader(bootloader);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(path + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 Emulation::Emulation(Scenario scenario, std::ostream* log_to)
@@ -60,7 +69,7 @@ std::shared_ptr<const Image> Emulation::load(const NodeSpec& spec) {
   std::shared_ptr<const Image>& image = images_[{spec.image, spec.bootloader}];
   if (image == nullptr) {
     Image loaded = load_image(spec.image);
-    if (!spec.bootloader.empty()) loaded.add_bootloader(load_image(spec.bootloader));
+    if (!spec.bootloader.empty()) add_bootloader(loaded, spec.bootloader);
     image = std::make_shared<const Image>(std::move(loaded));
   }
   return image;

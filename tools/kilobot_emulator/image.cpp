@@ -149,6 +149,8 @@ Image load_hex(const std::string& path, const Bytes& file) {
 }  // namespace
 
 void Image::add_bootloader(const Image& bootloader) {
+  if (bootloader.flash[kBootloaderStart] == 0xFF && bootloader.flash[kBootloaderStart + 1] == 0xFF)
+    throw std::runtime_error("not a bootloader: it has nothing at 0x7000");
   std::copy(bootloader.flash.begin() + kBootloaderStart, bootloader.flash.end(),
             flash.begin() + kBootloaderStart);
 }

@@ -28,6 +28,7 @@ struct Image {
   std::map<std::string, Symbol, std::less<>> symbols;  // objects in RAM
 
   /// Lays the other image's bootloader section (from kBootloaderStart on) over this one's.
+  /// @throws std::runtime_error if it has none
   void add_bootloader(const Image& bootloader);
 };
 

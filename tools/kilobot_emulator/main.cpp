@@ -100,7 +100,7 @@ void apply(const Options& options, Scenario& scenario) {
   }
   for (const std::string& text : options.lamp) scenario.lamp.push_back(parse_lamp(text));
   for (const std::string& text : options.send) scenario.ohc_serial.push_back(parse_serial(text));
-  if (scenario.seconds <= 0) scenario.seconds = 1e9;
+  if (scenario.seconds == 0) scenario.seconds = 1e9;
 }
 
 void dump_flash(const Emulation& emulation, const std::string& text) {

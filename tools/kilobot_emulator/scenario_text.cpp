@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "tools/kilobot_emulator/scenario.hpp"
@@ -157,9 +158,21 @@ void check(const Scenario& scenario) {
           "drift_ppm must be within 0 and 500000");
   require(scenario.power_on_spread_ms >= 0, "power_on_spread_ms must not be negative");
   require(scenario.real_time_factor >= 0, "real_time_factor must not be negative");
+  require(scenario.seconds >= 0, "seconds must not be negative; 0 runs until Ctrl-C");
   for (const NodeSpec& robot : scenario.robots)
     require(robot.clock_hz >= 100'000 && robot.clock_hz <= 20'000'000,
             "clock_hz must be within 100000 and 20000000");
+}
+
+/// The log and the options tell nodes by name.
+void require_distinct_names(const Scenario& scenario) {
+  std::set<std::string> names;
+  const auto add = [&](const NodeSpec& node) {
+    if (!names.insert(node.name).second)
+      throw std::runtime_error("two nodes are called \"" + node.name + "\"");
+  };
+  for (const NodeSpec& robot : scenario.robots) add(robot);
+  if (scenario.ohc) add(*scenario.ohc);
 }
 
 }  // namespace
@@ -187,6 +200,7 @@ void complete(Scenario& scenario) {
     if (!scenario.ohc->drift_ppm) scenario.ohc->drift_ppm = 0;
     if (!scenario.ohc->power_on_ms) scenario.ohc->power_on_ms = 0;
   }
+  require_distinct_names(scenario);
 }
 
 }  // namespace swarmtalk::emulator

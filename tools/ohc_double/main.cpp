@@ -41,6 +41,16 @@ std::vector<std::uint8_t> parse_hex(std::string digits) {
   return bytes;
 }
 
+/// Milliseconds as text, in nanoseconds.
+std::uint64_t parse_ns(const std::string& text) {
+  constexpr double kYearMs = 365.0 * 24 * 3600 * 1000;
+  std::istringstream number(text);
+  double ms = 0;
+  if (!(number >> ms && ms >= 0 && ms <= kYearMs))
+    throw std::runtime_error("expected milliseconds, at least 0");
+  return static_cast<std::uint64_t>(ms * 1e6);
+}
+
 /// send HEX | wait MILLISECONDS | state | flash ROBOT BYTES. Each is answered by one line, after
 /// the events that it has caused: state, flash or ready.
 Bench::Json obey(Bench& bench, const std::string& line) {
@@ -51,14 +61,16 @@ Bench::Json obey(Bench& bench, const std::string& line) {
   if (command == "send") {
     bench.send(parse_hex(rest));
   } else if (command == "wait") {
-    bench.wait_until(bench.now_ns() + static_cast<std::uint64_t>(std::stod(rest) * 1e6));
+    bench.wait_until(bench.now_ns() + parse_ns(rest));
   } else if (command == "state") {
     return bench.state();
   } else if (command == "flash") {
     std::istringstream numbers(rest);
     std::size_t robot = 0, size_bytes = 0;
     numbers >> robot >> size_bytes;
-    const auto& flash = bench.robots().at(robot).flash();
+    if (!numbers || robot >= bench.robots().size())
+      throw std::runtime_error("expected a robot, from 0 on, and a number of bytes");
+    const auto& flash = bench.robots()[robot].flash();
     return {{"event", "flash"},
             {"hex", to_hex(std::span(flash).first(std::min(size_bytes, flash.size())))}};
   } else {
@@ -104,10 +116,12 @@ int main(int argc, char** argv) {
   app.add_option("--pty", options.pty, "name of the pseudo terminal");
   app.add_flag("--virtual", options.is_virtual, "virtual time, commands on standard input");
   app.add_option("--log", options.log, "JSON lines; - for standard output");
-  app.add_option("--robots", options.robots, "virtual robots under it");
-  app.add_option("--loss", options.loss, "probability that a robot misses a message");
+  app.add_option("--robots", options.robots, "virtual robots under it")->check(CLI::Range(1, 1000));
+  app.add_option("--loss", options.loss, "probability that a robot misses a message")
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--seed", options.seed, "of the losses");
-  app.add_option("--boot-ms", options.boot_ms, "time after the start in which it does not act");
+  app.add_option("--boot-ms", options.boot_ms, "time after the start in which it does not act")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--dump-flash", options.dump_flash, "file for robot 0's flash at the end");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -77,6 +77,8 @@ TEST_F(ImageTest, LaysABootloaderOverAProgram) {
   EXPECT_EQ(program.flash[0x10], 1);
   EXPECT_EQ(program.flash[0x7000], 0x0C);
   EXPECT_EQ(program.entry, 0u);
+  const Image other_program = load(":0400100001020304E2\n:00000001FF\n");
+  EXPECT_THROW(program.add_bootloader(other_program), std::runtime_error);
 }
 
 }  // namespace

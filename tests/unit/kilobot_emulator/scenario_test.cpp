@@ -140,6 +140,18 @@ TEST(Scenario, RefusesNumbersOutOfRange) {
   scenario.medium.loss = 0;
   scenario.sample_ms = 0;
   EXPECT_THROW(complete(scenario), std::runtime_error);
+  scenario.sample_ms = 1;
+  scenario.seconds = -1;  // no end, as 0 has
+  EXPECT_THROW(complete(scenario), std::runtime_error);
+}
+
+TEST(Scenario, RefusesTwoNodesOfOneName) {
+  Scenario scenario;
+  add_grid(scenario, "1x2", 50, {});
+  scenario.robots[0].name = "gateway";
+  complete(scenario);
+  scenario.robots[1].name = "gateway";
+  EXPECT_THROW(complete(scenario), std::runtime_error);
 }
 
 TEST(Scenario, DrawsWhatIsOpenFromTheSeedAlone) {
