@@ -25,17 +25,20 @@ class BasicHopCount {
   BasicHopCount(Robot& robot, HopCountRole role) : robot_(robot), role_(role) {}
 
   void setup() {
+    Gradient* other = &gradients_[kSeeds - 1];
     for (uint8_t i = 0; i < kSeeds; ++i) {
       Gradient& gradient = gradients_[i];
       gradient.is_seed = role_ == (i == 0 ? HopCountRole::kSeed1 : HopCountRole::kSeed2);
       gradient.hops = gradient.is_seed ? 0 : kUnreached;
       gradient.least = kUnreached;
       auto* channel = robot_.swarmtalk().new_channel(i, 0, false);
-      gradient.publisher = channel->new_publisher(&on_sent, this);
+      // The counts are told in turn, each when the other has left: one that waited for its turn
+      // beside the other would be twice as old when it is heard.
+      gradient.publisher = channel->new_publisher(&Gradient::tell, other);
+      other = &gradient;
       channel->new_subscriber(range(), &Gradient::on_message, &gradient);
     }
-    turn_ = 0;
-    on_sent(this);
+    Gradient::tell(&gradients_[0]);
     period_start_ = static_cast<uint8_t>(robot_.clock());
   }
 
@@ -62,6 +65,10 @@ class BasicHopCount {
     uint8_t hops;
     bool is_seed;
 
+    static void tell(void* self) {
+      Gradient* gradient = static_cast<Gradient*>(self);
+      gradient->publisher->send(&gradient->hops, 1);
+    }
     static void on_message(void* self, const uint8_t* bytes, uint16_t size,
                            const core::Reception<Profile>&) {
       Gradient* gradient = static_cast<Gradient*>(self);
@@ -75,15 +82,6 @@ class BasicHopCount {
       least = kUnreached;
     }
   };
-
-  /// Tells the counts in turn, each when the one before has left: a count that waited for its turn
-  /// beside the other would be twice as old when it is heard.
-  static void on_sent(void* self) {
-    BasicHopCount& me = *static_cast<BasicHopCount*>(self);
-    Gradient& gradient = me.gradients_[me.turn_];
-    me.turn_ = static_cast<uint8_t>(kSeeds - 1 - me.turn_);
-    gradient.publisher->send(&gradient.hops, 1);
-  }
 
   static Distance range() { return Robot::distance(platforms::scaled_mm<Robot>(kRangeMm)); }
 
@@ -102,7 +100,6 @@ class BasicHopCount {
   Robot& robot_;
   HopCountRole role_;
   uint8_t period_start_;
-  uint8_t turn_;  // of the count that is told next
   Gradient gradients_[kSeeds];
 };
 
