@@ -49,7 +49,7 @@ class Clients final : public SessionHost {
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
   void fill_hello(ipc::Hello& hello) override { status_.fill_hello(hello); }
   void fill_status(ipc::Status& status) override { status_.fill_status(status); }
-  void fill_neighbours(ipc::Neighbours& reply) override { status_.fill_neighbours(reply); }
+  void fill_neighbours(ipc::Neighbours& list) override { status_.fill_neighbours(list); }
 
  private:
   void wait_acceptable();

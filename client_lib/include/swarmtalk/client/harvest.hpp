@@ -17,7 +17,7 @@ namespace swarmtalk {
 struct HarvestedValue {
   std::uint32_t node_id = 0;  // whose it is
   std::uint32_t epoch = 0;    // tells two starts of its daemon apart
-  std::uint8_t hops = 0;      // that the answer travelled, as Message::hops
+  std::uint32_t hops = 0;     // that the answer travelled, as Message::hops
   bool local = false;         // of a program on this robot
   std::string key;
   std::string value;
