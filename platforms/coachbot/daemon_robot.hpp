@@ -1,19 +1,21 @@
 // A robot whose radio belongs to swarmtalkd, as programs see it (platforms/robot.hpp): the node is
-// the daemon's, reached through the client library; LED and body are simulated in this process, in
-// real time, and the body's pose is told to the daemon. One per process; main thread.
+// the daemon's, reached through the client library; LED and wheels are reached at a socket. Who
+// tracks the robot tells the daemon its pose. One per process; main thread.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <memory>
 #include <string>
 #include <swarmtalk/client.hpp>
 
+#include "platforms/coachbot/body_port.hpp"
 #include "platforms/robot.hpp"
 #include "platforms/sim/world_robot.hpp"
-#include "sim/body.hpp"
 
 namespace swarmtalk::platforms {
 
@@ -28,9 +30,8 @@ class DaemonRobot {
   static constexpr uint16_t kTurnDegPerS = Model::kTurnDegPerS;
   static constexpr uint32_t kTicksPerSecond = 31;
 
-  /// @param seed  of the body's noise and of the program's random numbers
-  inline DaemonRobot(Client& client, uint32_t index, uint64_t seed, double x_mm, double y_mm,
-                     double theta_rad);
+  /// @param seed  of the program's random numbers
+  inline DaemonRobot(Client& client, BodyPort& body, uint32_t index, uint64_t seed);
   DaemonRobot(const DaemonRobot&) = delete;
   DaemonRobot& operator=(const DaemonRobot&) = delete;
   ~DaemonRobot();
@@ -39,19 +40,18 @@ class DaemonRobot {
   uint32_t clock() const { return static_cast<uint32_t>(time_us() / sim::kTickUs); }
   uint32_t random() { return static_cast<uint32_t>(random_.bits() >> 32); }
   static Distance distance(int32_t mm) { return static_cast<Distance>(mm); }
-  void led(Colour) {}
+  inline void led(Colour colour);
   void forward(uint32_t ticks) { move(1, 1, ticks); }
   void left(uint32_t ticks) { move(Model::kTurnBack, 1, ticks); }
   void right(uint32_t ticks) { move(1, Model::kTurnBack, ticks); }
   void stop() { move(0, 0, 0); }
-  bool is_moving() const { return body_.is_driving(); }
+  bool is_moving() const { return left_ != 0 || right_ != 0; }
   void log(const char*, int32_t) {}
 
-  /// Moves the body on to now, ends timed moves, and tells the daemon the pose of a body that
-  /// moves. Call it before each loop() of the program.
+  /// Ends timed moves, and repeats the others before the body stops by itself. Call it before each
+  /// loop() of the program.
   inline void poll();
 
-  const sim::Body& body() const { return body_; }
   uint32_t index() const { return index_; }
   /// Of the system's monotonic clock, which all robots of one machine share.
   static uint64_t time_us() {
@@ -65,13 +65,16 @@ class DaemonRobot {
  private:
   inline void move(double left, double right, uint32_t ticks);
 
+  static constexpr uint64_t kRepeatUs = kBodyStopsUs / 4;
+
   Client& client_;
+  BodyPort& body_;
   uint32_t index_;
   sim::Random random_;
-  sim::Random noise_;
-  sim::BodyConfig body_config_ = sim::coachbot_body();
-  sim::Body body_;
-  uint64_t moved_us_;
+  Colour shown_ = kOff;
+  double left_ = 0;
+  double right_ = 0;
+  uint64_t driven_us_ = 0;  // when the body was told last
   uint32_t since_ = 0;
   uint32_t for_ticks_ = 0;
   Loss lost_;
@@ -83,7 +86,7 @@ class DaemonRobot::Node {
  public:
   class Publisher {
    public:
-    /// kNotFound for whatever the core has no word for; Client::on_error tells it.
+    /// kBusy for whatever the core has no word for; Client::on_error tells what it was.
     core::Error send(const uint8_t* bytes, uint16_t size) {
       const Status status = inner_.send(std::span<const std::uint8_t>(bytes, size));
       if (status) return core::Error::kOk;
@@ -157,38 +160,42 @@ class DaemonRobot::Node {
   std::deque<Channel> channels_;
 };
 
-inline DaemonRobot::DaemonRobot(Client& client, uint32_t index, uint64_t seed, double x_mm,
-                                double y_mm, double theta_rad)
+inline DaemonRobot::DaemonRobot(Client& client, BodyPort& body, uint32_t index, uint64_t seed)
     : client_(client),
+      body_(body),
       index_(index),
-      random_(sim::mix(seed) + 2 * index),
-      noise_(sim::mix(seed) + 2 * index + 1),
-      body_(body_config_, x_mm, y_mm, theta_rad, noise_),
-      moved_us_(time_us()),
+      random_(sim::mix(seed) + index),
       node_(std::make_unique<Node>(*this)) {
-  client_.set_fixed_pose(static_cast<float>(x_mm / 1000), static_cast<float>(y_mm / 1000),
-                         static_cast<float>(theta_rad));
+  body_.led(shown_);
 }
 
-inline DaemonRobot::~DaemonRobot() = default;
+inline DaemonRobot::~DaemonRobot() {
+  body_.drive(0, 0);
+}
+
+inline void DaemonRobot::led(Colour colour) {
+  if (std::memcmp(&colour, &shown_, sizeof colour) == 0) return;
+  shown_ = colour;
+  body_.led(colour);
+}
 
 inline void DaemonRobot::move(double left, double right, uint32_t ticks) {
-  poll();
+  left_ = left;
+  right_ = right;
   since_ = clock();
   for_ticks_ = ticks;
+  driven_us_ = time_us();
   body_.drive(left, right);
 }
 
 inline void DaemonRobot::poll() {
-  const uint64_t now_us = time_us();
-  const double seconds = static_cast<double>(now_us - moved_us_) * 1e-6;
-  moved_us_ = now_us;
-  if (!body_.is_driving()) return;
-  body_.advance(body_config_, seconds, noise_);
-  if (for_ticks_ != 0 && clock() - since_ >= for_ticks_) body_.drive(0, 0);
-  client_.set_fixed_pose(static_cast<float>(body_.x_mm / 1000),
-                         static_cast<float>(body_.y_mm / 1000),
-                         static_cast<float>(body_.theta_rad));
+  if (!is_moving()) return;
+  if (for_ticks_ != 0 && clock() - since_ >= for_ticks_) {
+    stop();
+  } else if (time_us() - driven_us_ >= kRepeatUs) {
+    driven_us_ = time_us();
+    body_.drive(left_, right_);
+  }
 }
 
 }  // namespace swarmtalk::platforms

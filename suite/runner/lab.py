@@ -52,12 +52,16 @@ def merge(scenario: dict, folder: pathlib.Path) -> list[dict]:
     for e in events:
         e["t"] -= first
     events.sort(key=lambda e: e["t"])
-    ends = [e["t"] for e in events if e["event"] == "end"]
+    ends = {e["robot"]: e for e in events if e["event"] == "end"}
+    for e in events:
+        if e["event"] == "body" and e["robot"] in ends:
+            ends[e["robot"]]["contacts"] = e["contacts"]
     whole = len(ends) == len(scenario["robots"])
-    return events + [{"event": "air", "seconds": min(ends) / 1e6 if whole else 0}]
+    seconds = min(e["t"] for e in ends.values()) / 1e6 if whole else 0
+    return events + [{"event": "air", "seconds": seconds}]
 
 
-def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, call):
+def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, bodies: str, call):
     """One run. @param call  runs a command to its end; raises if that fails"""
     robots = len(scenario["robots"])
     if robots > MOST_ROBOTS:
@@ -68,8 +72,9 @@ def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, call):
         base.write_text(config(scenario), encoding="utf-8")
         places.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
         medium = "bridge" if os.geteuid() == 0 else "udp"
+        each = [tool, "exec", "all", "--no-prefix", "--", robot, places, folder]
         call([tool, "--name", f"suite{os.getpid()}", "run", robots, "--medium", medium, "--config",
-              base, "--", tool, "exec", "all", "--no-prefix", "--", robot, places, folder])
+              base, "--", bodies, places, folder, tool, *each])
         events = merge(scenario, folder)
     with open(log, "w", encoding="utf-8") as output:
         for event in [scenario] + events if events else []:

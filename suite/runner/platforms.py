@@ -102,7 +102,8 @@ def run_lab(scenario: dict, log: pathlib.Path):
     """swarmtalk-lab: daemons and programs in real time, no two runs alike."""
     try:
         lab.run(scenario, log, program_path("swarmtalk-lab", "lab"),
-                program_path("swarmtalk-suite-robot", "suite"), call)
+                program_path("swarmtalk-suite-robot", "suite"),
+                program_path("swarmtalk-suite-bodies", "suite"), call)
     except lab.LabError as error:
         raise PlatformError(str(error)) from error
 

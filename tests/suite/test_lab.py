@@ -1,12 +1,17 @@
 """Platform coachbot-lab: the programs on the client library, through daemons as they are."""
 import json
 import os
+import pathlib
+import signal
+import subprocess
+import time
 
 import pytest
 
-from test_runner import BUILD, results, suite
+from test_runner import BUILD, ENVIRONMENT, SUITE, results, suite
 
-for part in ("lab/swarmtalk-lab", "daemon/swarmtalkd", "suite/swarmtalk-suite-robot"):
+for part in ("lab/swarmtalk-lab", "daemon/swarmtalkd", "suite/swarmtalk-suite-robot",
+             "suite/swarmtalk-suite-bodies"):
     if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
         pytest.skip(f"no {BUILD / part}", allow_module_level=True)
 
@@ -35,6 +40,22 @@ def test_followers_move_and_their_daemons_know_where(tmp_path):
     assert result["distance_error"] < 10, "Kilobot mm"
     heard = {e["mm"] for e in events if e["event"] == "received" and e["robot"] == 4}
     assert len(heard) > 5 and min(heard) > 110, heard
+
+
+def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
+    process = subprocess.Popen([SUITE, "run", "hop_count", *LAB, "--robots", "4", "--seconds", "60"],
+                               cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+    state = pathlib.Path("/run/swarmtalk-lab") / f"suite{process.pid}"
+    deadline = time.monotonic() + 30
+    while not (state / "lab.json").exists() and time.monotonic() < deadline and os.geteuid() == 0:
+        time.sleep(0.05)
+    time.sleep(2)  # into the run; or earlier, which has to work as well
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert not state.exists(), "the lab is still there"
+    assert all(r["interrupted"] for r in map(json.loads, output.splitlines()))
 
 
 @pytest.mark.parametrize("line, says", [

@@ -13,7 +13,7 @@ from test_runner import BUILD, ROOT
 PROGRAMS = ("hop_count", "firefly", "edge_following")
 # Platform: its own source that joins it with the programs, by which its command is found.
 HOST_SOURCES = {"sim-kilobot and sim-coachbot": "suite/sim/main.cpp",
-                "coachbot-lab": "suite/coachbot/main.cpp",
+                "coachbot-lab": "suite/coachbot/robot.cpp",
                 "example": "tests/unit/platforms/minimal_port_test.cpp"}
 
 

@@ -28,8 +28,6 @@ struct Closer {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-constexpr uint64_t kPoseUs = 250000;  // between two poses of a moving robot in the log
-
 /// Robots are numbered from 1 in a lab and from 0 in a scenario.
 uint32_t index_from_environment(size_t robots) {
   const char* text = std::getenv("SWARMTALK_ROBOT");
@@ -41,23 +39,26 @@ uint32_t index_from_environment(size_t robots) {
   return static_cast<uint32_t>(number - 1);
 }
 
-void write_end(platforms::Recorder& recorder, const Robot& robot, Client& client) {
+void write_end(platforms::Recorder& recorder, const Robot& robot, Client& client,
+               const platforms::BodyPort& body) {
   const Loss& lost = robot.lost();
-  recorder.event(robot.time_us(), robot.index(),
-                 "\"event\":\"end\",\"node\":%u,\"lost_air\":%llu,\"lost_kernel\":%llu,"
-                 "\"lost_daemon\":%llu,\"lost_client\":%llu",
-                 static_cast<unsigned>(client.node_id()), static_cast<unsigned long long>(lost.air),
-                 static_cast<unsigned long long>(lost.kernel),
-                 static_cast<unsigned long long>(lost.daemon),
-                 static_cast<unsigned long long>(lost.client));
+  recorder.event(
+      robot.time_us(), robot.index(),
+      "\"event\":\"end\",\"node\":%u,\"lost_air\":%llu,\"lost_kernel\":%llu,"
+      "\"lost_daemon\":%llu,\"lost_client\":%llu,\"body_commands_unsent\":%u",
+      static_cast<unsigned>(client.node_id()), static_cast<unsigned long long>(lost.air),
+      static_cast<unsigned long long>(lost.kernel), static_cast<unsigned long long>(lost.daemon),
+      static_cast<unsigned long long>(lost.client), static_cast<unsigned>(body.unsent()));
 }
 
 template <class Program>
-void run(const suite::Scenario& scenario, uint32_t index, std::FILE* log) {
+void run(const suite::Scenario& scenario, uint32_t index, const std::string& body_path,
+         std::FILE* log) {
+  platforms::BodyPort body(body_path);
   Client client = Client::connected("swarmtalk-suite");
   platforms::Recorder recorder(log);
   const suite::Placement& place = scenario.robots[index];
-  Robot robot(recorder, client, index, scenario.seed, place.x_mm, place.y_mm, place.theta_rad);
+  Robot robot(recorder, client, body, index, scenario.seed);
   std::optional<Program> program;
   suite::make(program, static_cast<Program*>(nullptr), robot, place.role, index);
   const uint64_t start_us = robot.time_us();
@@ -66,14 +67,9 @@ void run(const suite::Scenario& scenario, uint32_t index, std::FILE* log) {
   program->setup();
   const uint64_t end_us = start_us + static_cast<uint64_t>(scenario.seconds * 1e6);
   uint64_t next_us = start_us;
-  uint64_t pose_us = 0;
   while (stopped == 0 && robot.time_us() < end_us) {
     robot.poll();
     program->loop();
-    if (robot.is_moving() && robot.time_us() - pose_us >= kPoseUs) {
-      pose_us = robot.time_us();
-      recorder.pose(pose_us, index, robot.body().x_mm, robot.body().y_mm, robot.body().theta_rad);
-    }
     next_us += sim::kTickUs;
     for (uint64_t now_us = robot.time_us(); now_us < next_us && stopped == 0;
          now_us = robot.time_us()) {
@@ -83,7 +79,8 @@ void run(const suite::Scenario& scenario, uint32_t index, std::FILE* log) {
       }
     }
   }
-  write_end(recorder, robot, client);
+  robot.stop();
+  write_end(recorder, robot, client, body);
 }
 
 void run_scenario(const std::string& path, const std::string& folder) {
@@ -92,8 +89,10 @@ void run_scenario(const std::string& path, const std::string& folder) {
   const std::string log_path = folder + "/" + std::to_string(index) + ".jsonl";
   const std::unique_ptr<std::FILE, Closer> log(std::fopen(log_path.c_str(), "w"));
   if (!log) throw std::runtime_error("cannot write " + log_path);
+  const char* given = std::getenv("SWARMTALK_BODY");
+  const std::string body = given != nullptr ? given : folder + "/body-" + std::to_string(index);
   const bool known = suite::with_program<Robot>(scenario.program, [&](auto* program) {
-    run<std::remove_pointer_t<decltype(program)>>(scenario, index, log.get());
+    run<std::remove_pointer_t<decltype(program)>>(scenario, index, body, log.get());
   });
   if (!known) throw std::runtime_error("no program '" + scenario.program + "'");
   if (std::fflush(log.get()) != 0 || std::ferror(log.get()) != 0) {
