@@ -43,8 +43,8 @@ def test_followers_move_and_their_daemons_know_where(tmp_path):
 
 
 def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
-    process = subprocess.Popen([SUITE, "run", "hop_count", *LAB, "--robots", "4", "--seconds", "60"],
-                               cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE,
+    process = subprocess.Popen([SUITE, "run", "hop_count", *LAB, "--robots", "4"], cwd=tmp_path,
+                               env=ENVIRONMENT, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
     state = pathlib.Path("/run/swarmtalk-lab") / f"suite{process.pid}"
     deadline = time.monotonic() + 30
