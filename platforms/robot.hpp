@@ -9,7 +9,7 @@
 //     static constexpr uint16_t kTurnDegPerS = 45;  // left and right; dito
 //     core::Swarmtalk<Profile>& swarmtalk();      // its node, or what has its new_channel()
 //     uint32_t clock();                           // ticks, wrapping
-//     static constexpr uint32_t kTicksPerSecond;  // of that clock
+//     static constexpr uint32_t kTicksPerSecond;  // of that clock: 31, a Kilobot's
 //     uint32_t random();                          // uniform bits
 //     static Distance distance(int32_t mm);       // in the unit of the profile's sensing
 //     void led(Colour colour);
@@ -45,6 +45,15 @@ constexpr Colour kGreen = {0, 255, 0};
 constexpr Colour kBlue = {0, 0, 255};
 constexpr Colour kYellow = {255, 255, 0};
 constexpr Colour kWhite = {255, 255, 255};
+
+/// Programs give times as numbers of ticks, and messages come as often as these expect.
+/// Compiles only if Robot's clock fits; says in a sentence what is wrong otherwise.
+template <class Robot>
+struct CheckedRobot {
+  static_assert(Robot::kTicksPerSecond >= 25 && Robot::kTicksPerSecond <= 40,
+                "programs count time in a Kilobot's ticks of 32.768 ms: let clock() count those");
+  static constexpr bool kIsSound = true;
+};
 
 /// Programs give lengths in Kilobot millimetres; a robot k times as wide sees them k times as long.
 constexpr uint16_t kKilobotBodyMm = 33;

@@ -15,6 +15,8 @@ enum class EdgeRole : uint8_t { kSeed, kFollower };
 
 template <class Robot>
 class EdgeFollowing {
+  static_assert(platforms::CheckedRobot<Robot>::kIsSound, "");
+
  public:
   static constexpr int32_t kSetMm = 60;       // to the nearest seed, in Kilobot mm
   static constexpr int32_t kToleranceMm = 4;  // dito

@@ -16,6 +16,8 @@ namespace suite {
 ///                     half of figure 7
 template <class Robot, bool kUsesDelay>
 class BasicFirefly {
+  static_assert(platforms::CheckedRobot<Robot>::kIsSound, "");
+
  public:
   static constexpr uint16_t kPeriodTicks = 120;  // 3.9 s
   static constexpr int16_t kLatestTicks = 34;

@@ -17,6 +17,8 @@ enum class HopCountRole : uint8_t { kFollower, kSeed1, kSeed2 };
 /// @tparam kSeeds  1 or 2: channel 0 counts from seed 1, channel 1 from seed 2
 template <class Robot, uint8_t kSeeds>
 class BasicHopCount {
+  static_assert(platforms::CheckedRobot<Robot>::kIsSound, "");
+
  public:
   static constexpr uint8_t kUnreached = 100;    // hops before anything is heard
   static constexpr int32_t kRangeMm = 250;      // farther neighbours are not heard, in Kilobot mm
