@@ -33,10 +33,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) check(writer.append(packet));
 
+  swarmtalk::frame::LastMessageReader beacon(frame.last_messages);
+  for (swarmtalk::frame::LastMessage last; beacon.next(last);) check(writer.append_last(last));
+
   Frame again;
   check(swarmtalk::frame::parse(writer.finish(), again) == ParseResult::kOk);
   check(again.header == frame.header);
   check(is_same(again.packets, frame.packets.first(again.packets.size())));
+  check(is_same(again.last_messages, frame.last_messages.first(again.last_messages.size())));
+  check(beacon.is_malformed() == (again.last_messages.size() != frame.last_messages.size()));
   if (!reader.is_malformed()) check(again.packets.size() == frame.packets.size());
   return 0;
 }

@@ -56,6 +56,46 @@ TEST(FramePose, IsStaleWhenAnythingIsUnknown) {
   EXPECT_TRUE(FramePose::from_metres(0, 0, 0, kNan).is_stale());
 }
 
+// By hand from docs/wire-format.md, beacons.
+const Bytes kBeacon{0x53, 0x54, 1,    0x05, 0,    37,   0,
+                    0,                                   // magic, version, flags, length, profile
+                    0x01, 0x02, 0x0A, 0x0B, 0x0C, 0x0D,  // node, epoch
+                    0,    0,    0,    9,                 // counter
+                    0x03, 0xE8, 0xFF, 0x06, 0x40, 0x00, 3,  // pose
+                    0x00, 0x07, 0x00, 0x01, 0x11, 0x70,     // channel 7: 70000
+                    0xA0, 0x28, 0x00, 0x00, 0x00, 0x01};    // channel 41000: 1
+
+TEST(Beacon, IsWrittenAsTheManualSays) {
+  FrameHeader header;
+  header.node = 0x0102;
+  header.epoch = 0x0A0B0C0D;
+  header.counter = 9;
+  header.pose = FramePose{1000, -250, 16384, 3};
+  header.is_beacon = true;
+  Bytes buffer(kBeacon.size());
+  FrameWriter writer(buffer, header, buffer.size());
+  EXPECT_TRUE(writer.append_last({7, 70000}));
+  EXPECT_TRUE(writer.append_last({41000, 1}));
+  EXPECT_FALSE(writer.append_last({1, 1})) << "no room";
+  writer.finish();
+  EXPECT_EQ(buffer, kBeacon);
+}
+
+TEST(Beacon, IsReadAsTheManualSays) {
+  Frame frame;
+  ASSERT_EQ(parse(kBeacon, frame), ParseResult::kOk);
+  EXPECT_TRUE(frame.header.is_beacon);
+  EXPECT_TRUE(frame.packets.empty());
+  LastMessageReader reader(frame.last_messages);
+  LastMessage last;
+  ASSERT_TRUE(reader.next(last));
+  EXPECT_EQ(last, (LastMessage{7, 70000}));
+  ASSERT_TRUE(reader.next(last));
+  EXPECT_EQ(last, (LastMessage{41000, 1}));
+  EXPECT_FALSE(reader.next(last));
+  EXPECT_FALSE(reader.is_malformed());
+}
+
 TEST(FrameWriter, LeavesAPacketThatDoesNotFitReadableInTheRoom) {
   Bytes buffer(200);
   FrameWriter writer(buffer, FrameHeader{}, 100);
