@@ -118,7 +118,8 @@ LABELS = {
     "contacts": "contacts", "times_waited": "stops for a taken seed", "delivery": "delivery ratio",
     "latency_p50_s": "latency, median / s", "latency_p99_s": "latency, 99 % / s",
     "peak_age_s": "mean peak age / s", "channel_load": "channel load",
-    "collided": "packets lost to collisions",
+    "collided": "packets lost to collisions", "lost_kernel": "messages lost in the kernel",
+    "lost_daemon": "messages lost in the daemon", "lost_client": "messages lost in the program",
 }
 HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted"}
 STYLE = """body{font:15px/1.5 serif;max-width:70em;margin:2em auto;padding:0 1em;color:#111}
