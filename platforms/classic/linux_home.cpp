@@ -37,13 +37,18 @@ struct Frame {
 constexpr int kTickUs = 32'768;      // a Kilobot's
 constexpr unsigned kSlotTicks = 16;  // between two packets of a robot, on average
 
-double environment(const char* name, double otherwise) {
+/// @param least  the smallest number that makes sense
+double environment(const char* name, double otherwise, double least) {
   const char* text = std::getenv(name);
   if (text == nullptr) return otherwise;
   char* end = nullptr;
   const double value = std::strtod(text, &end);
   if (end == text || *end != '\0' || !std::isfinite(value)) {
     std::fprintf(stderr, "%s is '%s': give it a number\n", name, text);
+    std::exit(1);
+  }
+  if (value < least) {
+    std::fprintf(stderr, "%s is '%s': give it at least %g\n", name, text, least);
     std::exit(1);
   }
   return value;
@@ -156,10 +161,10 @@ void start_program() {
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   for (int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_ending = 1; });
-  speed = environment("SWARMTALK_SPEED", 1);
-  const double x_mm = environment("SWARMTALK_X_MM", 0);
-  const double y_mm = environment("SWARMTALK_Y_MM", 0);
-  const double range_mm = environment("SWARMTALK_RANGE_MM", INFINITY);
+  speed = environment("SWARMTALK_SPEED", 1, 0.01);
+  const double x_mm = environment("SWARMTALK_X_MM", 0, -1e9);
+  const double y_mm = environment("SWARMTALK_Y_MM", 0, -1e9);
+  const double range_mm = environment("SWARMTALK_RANGE_MM", INFINITY, 0);
   const Air air;
   start_program();
   Frame frame = {};

@@ -205,10 +205,12 @@ int main() {
 
 def test_a_bad_place_is_refused_in_one_line(tmp_path):
     program = compile_linux(tmp_path, HOPS, *MACROS)
-    run = subprocess.run([program], env={"SWARMTALK_X_MM": "far"}, capture_output=True, text=True,
-                         timeout=10, check=False)
-    assert run.returncode == 1
-    assert run.stderr == "SWARMTALK_X_MM is 'far': give it a number\n"
+    for name, text, what in (("X_MM", "far", "a number"), ("SPEED", "0", "at least 0.01"),
+                             ("RANGE_MM", "-3", "at least 0")):
+        run = subprocess.run([program], env={f"SWARMTALK_{name}": text}, capture_output=True,
+                             text=True, timeout=10, check=False)
+        assert run.returncode == 1
+        assert run.stderr == f"SWARMTALK_{name} is '{text}': give it {what}\n"
 
 
 @pytest.mark.parametrize("macros", [["-DPKT_SIZE=9"], [*MACROS, "-DCHAN_TYPE_MAX=3"],
