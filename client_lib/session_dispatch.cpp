@@ -82,7 +82,12 @@ void Session::handle_publish_end(std::uint32_t publisher_id, std::uint64_t numbe
   PublisherState& publisher = *found->second;
   {
     const std::lock_guard lock(gate_);
-    if (std::erase(publisher.in_flight, number) == 0) return;
+    auto& in_flight = publisher.in_flight;
+    if (status && publisher.sent_every > 1) {
+      while (!in_flight.empty() && in_flight.front() <= number) in_flight.pop_front();
+      return;  // it has no callback
+    }
+    if (std::erase(in_flight, number) == 0) return;
   }
   const std::shared_ptr<PublisherState> keep_alive = found->second;
   if (waits_ == 0 && events_.empty()) {

@@ -11,7 +11,8 @@ namespace {
 
 constexpr float kPoseMaxM = 32.767f;                             // int16 millimetres on the air
 constexpr std::size_t kOutgoingMaxBytes = std::size_t{1} << 20;  // then send() answers kBusy
-constexpr std::size_t kReportsMax = 16;                          // of send(), until process()
+constexpr std::uint32_t kSentEveryMax = 64;
+constexpr std::size_t kReportsMax = 16;  // of send(), until process()
 
 void fill(ipc::Channel& channel, const ChannelKey& key) {
   if (key.number) {
@@ -203,6 +204,11 @@ void Session::register_publisher(const std::shared_ptr<PublisherState>& publishe
   const Sending& sending = publisher->sending;
   if (sending.queue > 0) body.set_queue(sending.queue);
   if (sending.drop_oldest) body.set_drop_oldest(true);
+  if (!publisher->sent && !sending.drop_oldest) {
+    // Nobody waits for each: a wake-up saved for most. Three quarters of the queue stay free.
+    publisher->sent_every = std::clamp((sending.queue + 1) / 4, 1u, kSentEveryMax);
+    if (publisher->sent_every > 1) body.set_sent_every(publisher->sent_every);
+  }
   if (sending.copies != 1) body.set_copies(sending.copies);
   if (sending.copy_interval) {
     body.set_copy_interval_ms(static_cast<std::uint32_t>(

@@ -40,6 +40,8 @@ struct Subscription {
   std::uint32_t id = 0;                 // the client's
   std::optional<float> max_distance_m;  // none: any distance
   bool drops_unknown_distance = false;
+  std::uint32_t sent_every = 1;  // the client is told of so many at once
+  std::uint32_t untold_sent = 0;
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;
@@ -54,6 +56,8 @@ struct Publisher {
   bool drops_oldest = false;           // when they do; else the new one is refused
   std::uint32_t copies = 1;            // of each message on the air
   std::uint32_t copy_interval_ms = 0;  // between them
+  std::uint32_t sent_every = 1;        // the client is told of so many at once
+  std::uint32_t untold_sent = 0;
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;

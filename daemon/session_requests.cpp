@@ -187,6 +187,7 @@ void Session::advertise(const ipc::Advertise& request) {
   publisher->copies = request.has_copies() ? request.copies() : 1;
   publisher->copy_interval_ms =
       request.has_copy_interval_ms() ? request.copy_interval_ms() : host_.limits.copy_interval_ms;
+  publisher->sent_every = std::clamp(request.sent_every(), 1u, request.queue() + 1);
   publisher->client = this;
   publisher->id = ++last_id_;
   channel.ttl = request.ttl();
@@ -293,6 +294,11 @@ ipc::Envelope& Session::new_reply() {
 }
 
 void Session::on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) {
+  const auto found = publishers_.find(publisher_id);
+  if (found == publishers_.end()) return;
+  Publisher& publisher = *found->second;
+  if (++publisher.untold_sent < publisher.sent_every) return;
+  publisher.untold_sent = 0;
   host_.reply.Clear();
   ipc::Sent& sent = *host_.reply.mutable_sent();
   sent.set_publisher_id(publisher_id);

@@ -1,5 +1,4 @@
 // The two programs of a run over swarmtalkd; SWARMTALK_SOCKET names the daemon's socket.
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <string_view>
@@ -11,6 +10,8 @@ namespace {
 
 using namespace peers;
 using namespace std::chrono_literals;
+
+constexpr std::uint32_t kQueue = 256;
 
 class Sender {
  public:
@@ -31,8 +32,7 @@ class Sender {
 
 int send(swarmtalk::Client& robot, const Run& run) {
   // As the other systems do: messages wait in a queue, not in the program.
-  auto publisher =
-      robot.channel("peers").publisher({}, swarmtalk::Sending::queued(std::max(run.window, 1u)));
+  auto publisher = robot.channel("peers").publisher({}, swarmtalk::Sending::queued(kQueue));
   Sender sender(robot, publisher);
   return run_sender(run, sender);
 }

@@ -116,6 +116,29 @@ TEST_F(ClientPolicy, APublisherWithAQueueIsBusyWhenItIsFull) {
   EXPECT_EQ(publisher.send("x").code(), StatusCode::kBusy);
 }
 
+TEST_F(ClientPolicy, AQueueWithoutACallbackIsToldOfSeveralMessagesAtOnce) {
+  daemon.answers_publish = false;
+  auto publisher = client.advertise("hello", Sending::queued(15));
+  const auto asks_for = [](std::uint32_t sent_every) {
+    return [=](const ipc::Envelope& envelope) {
+      return envelope.has_advertise() && envelope.advertise().sent_every() == sent_every;
+    };
+  };
+  EXPECT_EQ(daemon.count(asks_for(4)), 1);
+  for (int i = 0; i < 16; ++i) EXPECT_TRUE(publisher.send("x"));
+  EXPECT_TRUE(publisher.busy());
+  const auto all_came = [&] {
+    return daemon.count([](const ipc::Envelope& envelope) { return envelope.has_publish(); }) == 16;
+  };
+  ASSERT_TRUE(run_until(client, all_came));
+  daemon.answer_publish();  // one answer for the last, and so for all
+  ASSERT_TRUE(run_until(client, [&] { return !publisher.busy(); }));
+  for (int i = 0; i < 16; ++i) EXPECT_TRUE(publisher.send("x"));
+  EXPECT_TRUE(publisher.busy());
+  auto told = client.advertise("told", Sending::queued(15), [](const Status&) {});
+  EXPECT_EQ(daemon.count(asks_for(0)), 1) << "who wants to know of each is told of each";
+}
+
 TEST_F(ClientPolicy, APublisherOfTheNewestIsNeverBusyWhileTheDaemonReads) {
   daemon.answers_publish = false;
   auto publisher = client.advertise("hello", Sending::newest(1).repeated(3, 5ms));

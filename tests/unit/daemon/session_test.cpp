@@ -193,6 +193,49 @@ TEST_F(SessionTest, PublishIsAnsweredBySentOrFailure) {
   EXPECT_EQ(replies[0].sent().publish_number(), 1u);
 }
 
+TEST_F(SessionTest, SentTellsOfSeveralMessagesAtOnceIfAsked) {
+  auto peer = greeted();
+  ipc::Envelope envelope;
+  envelope.set_request_id(1);
+  ipc::Advertise& request = *envelope.mutable_advertise();
+  request.mutable_channel()->set_name("hello");
+  request.set_queue(7);
+  request.set_sent_every(3);
+  peer->send(envelope);
+  step();
+  const auto id = peer->receive().at(0).advertised().publisher_id();
+  for (std::uint64_t number = 1; number <= 7; ++number) peer->publish(id, number, "x");
+  std::vector<std::uint64_t> told;
+  for (int i = 0; i < 7; ++i) {
+    step();
+    station_.leave(1);
+    step();
+    for (const auto& reply : peer->receive()) told.push_back(reply.sent().publish_number());
+  }
+  EXPECT_EQ(told, (std::vector<std::uint64_t>{3, 6}));
+}
+
+TEST_F(SessionTest, SentComesAtTheLatestWhenTheQueueIsFull) {
+  auto peer = greeted();
+  ipc::Envelope envelope;
+  envelope.set_request_id(1);
+  ipc::Advertise& request = *envelope.mutable_advertise();
+  request.mutable_channel()->set_name("hello");
+  request.set_queue(1);
+  request.set_sent_every(1000);
+  peer->send(envelope);
+  step();
+  const auto id = peer->receive().at(0).advertised().publisher_id();
+  peer->publish(id, 1, "x");
+  peer->publish(id, 2, "y");
+  for (int i = 0; i < 2; ++i) {
+    step();
+    station_.leave(1);
+  }
+  step();
+  EXPECT_EQ(peer->receive().at(0).sent().publish_number(), 2u);
+}
+
 TEST_F(SessionTest, LocalListenerHearsAPublication) {
   auto speaker = greeted();
   auto listener = greeted();
