@@ -99,6 +99,8 @@ class System:
             time.sleep(0.5)
 
     def add(self, wire, namespace, path, *command):
+        if path is not None:
+            path.unlink(missing_ok=True)
         daemon = wire.start(namespace, *command, stdout=self.log, stderr=self.log)
         self.daemons.append(daemon)
         deadline = time.monotonic() + 10

@@ -39,9 +39,11 @@ int send(swarmtalk::Client& robot, const Run& run) {
 
 int receive(swarmtalk::Client& robot, const Run& run) {
   Receiver receiver(run);
-  auto subscriber = robot.channel("peers").subscriber([&](const swarmtalk::Message& message) {
-    if (receiver.on_message(message.payload.data(), message.payload.size())) robot.stop();
-  });
+  auto subscriber = robot.channel("peers").subscriber(
+      [&](const swarmtalk::Message& message) {
+        if (receiver.on_message(message.payload.data(), message.payload.size())) robot.stop();
+      },
+      swarmtalk::Policy::last(2 * kQueue));
   receiver.ready();
   while (!receiver.is_complete() && !receiver.has_stalled()) robot.run_for(200ms);
   return receiver.report();
