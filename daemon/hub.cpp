@@ -16,6 +16,12 @@ std::uint64_t monotonic_ns() {
       std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
+/// The client says when it sent it; a time to come counts as now.
+std::uint64_t waited_us_of(const Publication& publication) {
+  const std::uint64_t now_ns = monotonic_ns();
+  return (now_ns - std::min(now_ns, publication.sent_at_ns)) / 1000;
+}
+
 }  // namespace
 
 Hub::Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
@@ -110,8 +116,7 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   publication.number = number;
   publication.payload.swap(payload);
   publication.ttl = static_cast<std::uint8_t>(hops);
-  const std::uint64_t now_ns = monotonic_ns();
-  publication.sent_at_ns = std::min(sent_at_ns.value_or(now_ns), now_ns);
+  publication.sent_at_ns = sent_at_ns ? *sent_at_ns : monotonic_ns();
   publication.copies = publisher.copies;
   publication.copy_interval_ms = publisher.copy_interval_ms;
   ++counters_.messages_published;
@@ -165,7 +170,7 @@ void Hub::feed(std::size_t station, Channel& channel) {
     std::uint32_t number = 0;
     const std::span<const std::uint8_t> payload(
         reinterpret_cast<const std::uint8_t*>(next.payload.data()), next.payload.size());
-    const std::uint64_t waited_us = (monotonic_ns() - next.sent_at_ns) / 1000;
+    const std::uint64_t waited_us = channel.is_timestamped ? waited_us_of(next) : 0;
     const GatewayOrigin* const origin = next.origin ? &*next.origin : nullptr;
     const SendResult result =
         stations_[station]->send(channel.number, payload, next.ttl, origin, waited_us, number);
@@ -300,8 +305,8 @@ void Hub::deliver_locally(Publication& publication, std::size_t station, Channel
   message->received_at_ns = monotonic_ns();
   message->is_time_known = true;
   if (channel.is_timestamped) {
-    message->buffering_delay_us = static_cast<std::uint32_t>(std::min<std::uint64_t>(
-        (message->received_at_ns - publication.sent_at_ns) / 1000, UINT32_MAX));
+    message->buffering_delay_us = static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(waited_us_of(publication), UINT32_MAX));
   }
   message->is_local = true;
   message->crossed_gateway = publication.rule != nullptr;

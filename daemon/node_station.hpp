@@ -271,9 +271,8 @@ Range NodeStation<P>::range_of(const drivers::FrameReception& frame) const {
   if (frame.distance_m) {
     return {*frame.distance_m, std::numeric_limits<float>::quiet_NaN()};
   }
-  const bool is_usable = frame.pose && poses_.is_usable(*frame.pose);
-  return range_to(poses_.valid(std::chrono::steady_clock::now()),
-                  is_usable ? frame.pose : std::optional<frame::FramePose>());
+  if (!frame.pose || !poses_.is_usable(*frame.pose)) return Range::unknown();
+  return range_to(poses_.valid(std::chrono::steady_clock::now()), frame.pose);
 }
 
 template <class P>

@@ -96,7 +96,7 @@ class Station {
 
   /// Hands one message to the node, which copies it. @pre opened; size and TTL within limits()
   /// @param origin  of one that crosses a gateway here; null: our own
-  /// @param waited_us  since its program sent it: its delay on a timestamped channel counts from
+  /// @param waited_us  on a timestamped channel since its program sent it: its delay counts from
   ///   there
   /// @param number  set to the message's number when sent
   virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,

@@ -14,6 +14,8 @@ class TokenBucket {
       : interval_ns_(rate_hz == 0 ? 0 : 1'000'000'000 / rate_hz),
         allowance_ns_(interval_ns_ * std::max<std::uint32_t>(burst, 1)) {}
 
+  bool has_limit() const { return interval_ns_ != 0; }
+
   /// Takes one token. @param now_ns  monotonic
   /// @return false: none is left
   bool take(std::uint64_t now_ns) {
