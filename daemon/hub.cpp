@@ -305,8 +305,8 @@ void Hub::deliver_locally(Publication& publication, std::size_t station, Channel
   message->received_at_ns = monotonic_ns();
   message->is_time_known = true;
   if (channel.is_timestamped) {
-    message->buffering_delay_us = static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(waited_us_of(publication), UINT32_MAX));
+    message->buffering_delay_us =
+        static_cast<std::uint32_t>(std::min<std::uint64_t>(waited_us_of(publication), UINT32_MAX));
   }
   message->is_local = true;
   message->crossed_gateway = publication.rule != nullptr;

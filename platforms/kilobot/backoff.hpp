@@ -51,7 +51,9 @@ class Backoff {
 
  private:
   /// Below kBusyUnits, a power of two: no multiplication.
-  static uint16_t busy_wait(uint16_t noise) { return noise / (UINT32_C(0x10000) / kBusyUnits); }
+  static uint16_t busy_wait(uint16_t noise) {
+    return static_cast<uint16_t>(noise / (UINT32_C(0x10000) / kBusyUnits));
+  }
 
   static uint16_t scaled(uint16_t noise, uint16_t limit) {
     return static_cast<uint16_t>((static_cast<uint32_t>(noise) * limit) >> 16);

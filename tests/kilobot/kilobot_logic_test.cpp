@@ -160,8 +160,12 @@ TEST(Distance, GoesOverFromOneAmplifierToTheOtherWithoutAJump) {
   int before = kBodyMm + 50;
   for (std::uint16_t high = 1023; high > 640; --high) {
     const int mm = distance_of(high, kLow, high_gain, low_gain);
-    if (high >= kHighTrusted) EXPECT_EQ(mm, kBodyMm + 50) << high;
-    if (high <= kLowTrusted) EXPECT_NEAR(mm, kBodyMm + (1023 - high) / 6.0, 1) << high;
+    if (high >= kHighTrusted) {
+      EXPECT_EQ(mm, kBodyMm + 50) << high;
+    }
+    if (high <= kLowTrusted) {
+      EXPECT_NEAR(mm, kBodyMm + (1023 - high) / 6.0, 1) << high;
+    }
     EXPECT_NEAR(mm, before, 2) << high;
     before = mm;
   }
