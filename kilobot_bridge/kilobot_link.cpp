@@ -182,6 +182,7 @@ std::optional<TimedFrame> KilobotLink::next_packet() {
     return std::nullopt;
   }
   ++counters_.packets_sent;
+  sent_.remember(data);
   return TimedFrame{config_.has_single ? forward_single_frame(form.sent_type, data)
                                        : forward_frame(form.sent_type, data),
                     Duration(0)};
@@ -230,13 +231,18 @@ void KilobotLink::on_reception(const GatewayReception& reception) {
     ++messages_of_programs_;
     return;
   }
+  const auto packet = std::span<const std::uint8_t>(reception.data).first(form.packet_bytes);
+  if (reception.ir_type == form.sent_type && sent_.contains(packet)) {
+    ++counters_.own_echoes;
+    return;
+  }
   ++counters_.packets_received;
   drivers::FrameReception frame;
   frame.received_at = heard_at_;
   // The light of an overhead controller tells no distance.
   const bool is_from_robot = reception.ir_type == form.heard_type;
   if (is_from_robot && reception.distance_mm) frame.distance_m = *reception.distance_mm / 1000.0f;
-  user_->on_packet(std::span<const std::uint8_t>(reception.data).first(form.packet_bytes), frame);
+  user_->on_packet(packet, frame);
 }
 
 void KilobotLink::on_hello(const GatewayHello& hello) {

@@ -18,6 +18,7 @@
 #include "kilobot_bridge/line_reader.hpp"
 #include "kilobot_bridge/overhead_sender.hpp"
 #include "kilobot_bridge/reconnecting_port.hpp"
+#include "kilobot_bridge/sent_packets.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 
@@ -130,6 +131,7 @@ class KilobotLink final : public drivers::Link,
   std::uint64_t unreadable_told_ = 0;
   drivers::MonotonicTime unreadable_told_at_{};
 
+  SentPackets sent_;  // the gateway hears the overhead controller too
   drivers::LinkCounters counters_;
   std::uint64_t texts_ = 0;                 // lines, and texts of the gateway
   std::uint64_t messages_of_programs_ = 0;  // reports with infrared types of no profile of ours

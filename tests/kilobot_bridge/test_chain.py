@@ -103,6 +103,8 @@ def test_from_the_command_line_through_robots_to_another_daemon(stack):
     print(json.dumps({key: value for key, value in counters.items() if value}))
     assert counters["gateway_frames_unreadable"] == 0
     assert counters["gateway_frames_missing"] == 0
+    assert counters["own_echoes"] > 0, "the gateway hears the controller as well"
+    assert counters["node_id_collisions"] == 0, "and takes it for nobody else"
 
 
 def test_a_program_reaches_two_robots_and_runs(stack):

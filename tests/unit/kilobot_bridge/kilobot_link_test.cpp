@@ -170,6 +170,23 @@ TEST_F(KilobotLinkTest, HandsUpWhatTheGatewayHearsWithItsDistance) {
   EXPECT_FALSE(distances_m_[2]);
 }
 
+TEST_F(KilobotLinkTest, KnowsItsOwnPacketsInTheLightThatTheGatewayHears) {
+  const Packet own = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  outgoing_ = {own};
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return counter("packets_sent") == 1; }));
+  gateway_->write(Packet{0});
+  gateway_->write(report(0, 3, own, 60));
+  gateway_->write(report(1, 3, own, 60));  // the controller repeats
+  gateway_->write(report(2, 3, {0}, 60));  // another controller's
+  gateway_->write(report(3, 2, own, 60));  // a robot's
+  ASSERT_TRUE(run_until([&] { return heard_.size() == 2; }));
+  EXPECT_EQ(heard_[0], Packet(9));
+  EXPECT_EQ(heard_[1], own);
+  EXPECT_EQ(counter("own_echoes"), 2u);
+  EXPECT_EQ(counter("packets_received"), 2u);
+}
+
 TEST_F(KilobotLinkTest, WorksWithOneDeviceForBothWaysUnderTwoNames) {
   outgoing_ = {{1}};
   make(config(path("ohc"), ohc_->device()));
