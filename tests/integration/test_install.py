@@ -38,6 +38,16 @@ def test_the_units_name_files_that_are_installed(staged):
             assert (staged / path[1:]).exists(), path
 
 
+@pytest.mark.parametrize("document", ["operations.md", "kilobot.md"])
+def test_drop_ins_are_where_the_documents_say(staged, document):
+    text = next(staged.glob(f"usr/share/doc/*/{document}")).read_text()
+    assert "serial.conf" not in text
+    paths = re.findall(r"/usr/[a-z/]*/swarmtalk/[a-z]+\.conf", text)
+    assert paths, "it names none"
+    for path in paths:
+        assert (staged / path[1:]).exists(), path
+
+
 def test_the_units_are_accepted_by_systemd(staged):
     # The units that ours refer to come from this machine's systemd.
     for folder in ("usr/lib/systemd/system", "lib/systemd/system"):
