@@ -42,7 +42,7 @@ bool is_same_device(const std::string& a, const std::string& b) {
 }
 
 std::string seconds_text(Duration time) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time).count();
+  const auto seconds = std::chrono::ceil<std::chrono::seconds>(time).count();
   std::string rest = std::to_string(seconds % 60);
   return std::to_string(seconds / 60) + ":" + (rest.size() < 2 ? "0" : "") + rest;
 }
@@ -106,9 +106,8 @@ std::string KilobotLink::begin(Sequence sequence, SequenceUser& user) {
   }
   if (player_) {
     return "the overhead controller is busy with '" + player_->sequence().name + "', " +
-           (player_->frames() == 0
-                ? std::string("until it is stopped")
-                : "for another " + seconds_text(config_.pacing.to_ours(player_->left()))) +
+           (player_->frames() == 0 ? std::string("until it is stopped")
+                                   : "for another " + seconds_text(left())) +
            "; wait, or end it with: swarmtalk-cli kilobot stop";
   }
   if (!downlink_->is_open()) return downlink_state();
@@ -117,6 +116,10 @@ std::string KilobotLink::begin(Sequence sequence, SequenceUser& user) {
   sequence_user_ = &user;
   wake();
   return "";
+}
+
+Duration KilobotLink::left() const {
+  return config_.pacing.to_ours(player_->left()) + sender_.left(Clock::now());
 }
 
 void KilobotLink::stop() {
@@ -267,7 +270,7 @@ std::string KilobotLink::downlink_state() const {
   if (player_->sequence().passes > 0) {
     text += " of " + std::to_string(player_->sequence().passes);
   }
-  return text + ", " + seconds_text(config_.pacing.to_ours(player_->left())) + " left";
+  return text + ", " + seconds_text(left()) + " left";
 }
 
 std::string KilobotLink::uplink_state() const {

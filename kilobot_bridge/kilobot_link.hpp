@@ -107,6 +107,7 @@ class KilobotLink final : public drivers::Link,
   bool is_one_device() const { return config_.downlink == config_.uplink; }
   ReconnectingPort* uplink() const { return is_one_device() ? downlink_.get() : uplink_.get(); }
   void end_sequence(SequenceEnd end, const std::string& text);
+  Duration left() const;  // of the sequence in hand, ours
   void run_sender();
   std::string downlink_state() const;
   std::string uplink_state() const;

@@ -112,6 +112,12 @@ void OverheadSender::cut_hold() {
   if (state_ == State::kSilent) due_ = std::min(due_, silent_until_);
 }
 
+Duration OverheadSender::left(Time now) const {
+  if (state_ != State::kOnLine && state_ != State::kSilent) return Duration(0);
+  const Duration wait = std::max(Duration(0), Duration(due_ - now));
+  return state_ == State::kOnLine ? wait + hold_ : wait;
+}
+
 std::vector<std::uint8_t> OverheadSender::last_words() {
   if (state_ == State::kClosed || state_ == State::kSettling) return {};
   return padding_.pad(stop_frame());

@@ -60,6 +60,9 @@ class OverheadSender {
   /// poll() behind it.
   void cut_hold();
 
+  /// How long the frame in hand still takes, its hold included; ours. 0: none.
+  Duration left(Time now) const;
+
   /// Settled, and frames are asked for.
   bool is_ready() const { return is_ready_; }
   /// The line has taken nothing for longer than it can need; close it.

@@ -326,6 +326,18 @@ TEST_F(KilobotLinkTest, StopsAProgramAtOnceAndSaysStop) {
   ASSERT_TRUE(run_until([&] { return !frames_.empty() && frames_.back() == stop_frame(); }));
 }
 
+TEST_F(KilobotLinkTest, TellsHowLongACommandOfOneMessageIsStillHeld) {
+  auto real_time = config(path("ohc"), path("gateway"));
+  real_time.pacing.time_scale = 1;
+  make(real_time);
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
+  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(0x85); }));
+  const std::string refusal = link_->begin(command_sequence(Command::kRun), *this);
+  EXPECT_NE(refusal.find("for another 0:1"), std::string::npos) << refusal << "; it takes 12 s";
+  EXPECT_NE(link_->state().find("0:1"), std::string::npos) << link_->state();
+}
+
 TEST_F(KilobotLinkTest, LeavesAStopBehindWhenItGoes) {
   make(config(path("ohc"), path("gateway")));
   ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
