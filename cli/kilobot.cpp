@@ -146,6 +146,9 @@ int CommandRun::end() {
         "; robots with a part of the program stay in their bootloader until the same file is "
         "sent whole";
   }
+  if (command_.action() == ipc::KILOBOT_READ_UID || command_.action() == ipc::KILOBOT_CALIBRATE) {
+    text += "; a robot that moves goes on until pause";
+  }
   fail(text);
   return is_cancelled_ ? kExitSignal + g_signal : kExitFailure;
 }
@@ -233,6 +236,10 @@ int read_uid(DaemonRequests& daemon, ipc::KilobotCommand command) {
   pause.set_action(ipc::KILOBOT_PAUSE);
   if (command.has_link()) pause.set_link(command.link());
   const int paused = CommandRun(daemon, pause).run();
+  if (paused == kExitOk && (caught != 0 || code != kExitOk)) {
+    print("\n");  // behind the question
+    fail("the uid is not known; pause was sent");
+  }
   if (caught != 0) return kExitSignal + caught;
   if (code != kExitOk) return code;
   print("uid " + std::to_string(uid) + "\n");

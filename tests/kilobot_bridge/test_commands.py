@@ -3,7 +3,12 @@
 The bridge is told that time passes slowly for the controller: on a busy machine the double reads
 late, and what a real controller would still hear is lost on it.
 """
+import fcntl
+import os
+import pty
 import signal
+import subprocess
+import termios
 import time
 
 import pytest
@@ -137,6 +142,23 @@ def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(daemon, double, tmp_pa
         assert done.returncode in (1, 2), words
         one_line(done.stderr, "swarmtalk-cli: ")
     assert double.frame_types() == before
+
+
+@pytest.mark.parametrize("key, code", [(b"\x03", 130), (b"\x04", 1)])
+def test_read_uid_on_a_terminal_lets_no_robot_turn_on(daemon, double, key, code):
+    ours, theirs = pty.openpty()
+    cli = subprocess.Popen(daemon.words("kilobot", "read-uid"), stdin=theirs,
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                           start_new_session=True,
+                           preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+    os.close(theirs)
+    wait_for(lambda: cli.stdout.read(1) == "[", what="the question")
+    os.write(ours, key)
+    _, errors = cli.communicate(timeout=30)
+    os.close(ours)
+    assert cli.returncode == code, errors
+    one_line(errors, "the uid is not known", "pause was sent")
+    wait_for(lambda: states(double)[-1:] == ["idle"], what="the robots to stand still")
 
 
 def test_unplugging_under_load_ends_the_command_with_one_line(stack, daemon, double, tmp_path):
