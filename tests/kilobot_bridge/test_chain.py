@@ -107,6 +107,36 @@ def test_from_the_command_line_through_robots_to_another_daemon(stack):
     assert counters["node_id_collisions"] == 0, "and takes it for nobody else"
 
 
+def test_robots_with_a_program_of_2020_are_understood(stack):
+    """Both ways, with packets of 2020: the number from `pub` comes back counted up."""
+    robots = [{"x_mm": 0, "y_mm": 0, "image": swarm.image("gateway"),
+               "pty": str(stack.folder / "gateway"), "uid": 77},
+              {"x_mm": 50, "y_mm": 0, "image": swarm.image("hop_count_classic"), "uid": 11}]
+    start_emulator(stack, robots, {"range_mm": 100})
+    table = kilobot_link(stack.folder / "ohc", stack.folder / "gateway", settle_ms=SETTLE_MS,
+                         time_scale=TIME_SCALE)
+    daemon = Daemon(stack, "daemon", table.replace('profile = "kilobot"',
+                                                   'profile = "classic2020"')).wait_up()
+    daemon.wait_link("table")
+    sub = stack.start("sub", *daemon.words("sub", 0, "--json"))
+
+    def robot_says(first_byte):
+        return [line for line in sub.lines()
+                if line["hex"].startswith(first_byte) and line["distance_m"] is not None]
+
+    def run_is_heard():
+        assert daemon.kilobot("run").returncode == 0
+        return robot_says("")
+
+    wait_for(run_is_heard, what="the robot's first message")
+    assert daemon.cli("pub", 0, "--hex", "07", "-W", 20).returncode == 0
+    message = wait_for(lambda: robot_says("08"), what="the number, counted up")[0]
+    assert message["distance_m"] == pytest.approx(0.050, abs=0.003)
+    counters = daemon.link("table")["counters"]
+    assert counters["own_echoes"] > 0
+    assert counters["node_id_collisions"] == 0
+
+
 def test_a_program_reaches_two_robots_and_runs(stack):
     robots = swarm.grid(1, 2, 40, image=swarm.image("hop_count"),
                         bootloader=swarm.image("bootloader"))

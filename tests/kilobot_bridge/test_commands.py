@@ -180,6 +180,24 @@ def test_unplugging_under_load_ends_the_command_with_one_line(stack, daemon, dou
     assert again.frame_types()[0] == 0, "STOP comes first"
 
 
+def test_lines_of_a_text_uplink_are_published(stack):
+    ours, theirs = pty.openpty()
+    path = os.ttyname(theirs)
+    config = kilobot_link(None, path, uplink_form="text", text_channel=7)
+    daemon = Daemon(stack, "daemon", config).wait_up()
+    os.close(theirs)
+    sub = stack.start("sub", *daemon.words("sub", 7, "--json"))
+    wait_for(lambda: any(channel["subscribers"] for channel in daemon.status()["channels"]),
+             what="the subscriber")
+    os.write(ours, b"light 512\r\n\n\xff\n" + b"x" * 300 + b"\n")
+    wait_for(lambda: len(sub.lines()) == 3, what="the lines")
+    os.close(ours)
+    said = [bytes.fromhex(line["hex"]).decode() for line in sub.lines()]
+    assert said == ["light 512", "\N{REPLACEMENT CHARACTER}", "x" * 256]
+    counters = daemon.link("table")["counters"]
+    assert (counters["uplink_texts"], counters["uplink_lines_cut"]) == (3, 1)
+
+
 def test_a_second_daemon_does_not_get_the_device(stack, daemon, double):
     second = Daemon(stack, "thief", kilobot_link(double.terminal))
     wait_for(lambda: not second.process.is_running(), what="the second daemon's end")
