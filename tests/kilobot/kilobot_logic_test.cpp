@@ -2,6 +2,7 @@
 // distance, serial frames. Vectors are those that robots and controllers in use agree on.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string>
@@ -204,10 +205,11 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-Bytes frame(OverheadType type, Bytes payload = {}) {
-  Bytes bytes = {kOverheadHeader, static_cast<std::uint8_t>(type)};
-  bytes.insert(bytes.end(), payload.begin(), payload.end());
-  bytes.resize(kOverheadFrameBytes);
+Bytes frame(OverheadType type, const Bytes& payload = {}) {
+  Bytes bytes(kOverheadFrameBytes);
+  bytes[0] = kOverheadHeader;
+  bytes[1] = static_cast<std::uint8_t>(type);
+  std::copy(payload.begin(), payload.end(), bytes.begin() + 2);
   std::uint8_t sum = 0;
   for (const std::uint8_t byte : bytes) sum ^= byte;
   bytes.back() = sum;

@@ -177,6 +177,7 @@ class Twins {
 
  private:
   uint32_t below(uint32_t limit) { return static_cast<uint32_t>(random_() % limit); }
+  void flip_bit(uint8_t& byte) { byte = static_cast<uint8_t>(byte ^ 1u << below(8)); }
 
   /// A packet from the air, mostly the oldest, sometimes damaged, kept for a copy, or made up.
   Bytes next_packet() {
@@ -184,10 +185,10 @@ class Twins {
     const size_t at = below(10) == 0 ? below(static_cast<uint32_t>(air.size())) : 0;
     Bytes packet = air[at];
     if (below(10) != 0) air.erase(air.begin() + static_cast<std::ptrdiff_t>(at));
-    if (below(40) == 0) packet[below(static_cast<uint32_t>(packet.size()))] ^= 1u << below(8);
+    if (below(40) == 0) flip_bit(packet[below(static_cast<uint32_t>(packet.size()))]);
     if (below(60) == 0) packet.resize(below(static_cast<uint32_t>(packet.size()) + 1));
     if (below(20) == 0 && packet.size() > Wire<Base>::kHeaderBytes + 1u) {  // made up, but sound
-      packet[below(Wire<Base>::kHeaderBytes)] ^= 1u << below(8);
+      flip_bit(packet[below(Wire<Base>::kHeaderBytes)]);
       Wire<Base>::seal(packet.data(), static_cast<typename Wire<Base>::PacketSize>(
                                           packet.size() - Wire<Base>::kChecksumBytes));
     }
