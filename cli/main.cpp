@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include "cli/commands.hpp"
@@ -144,19 +145,19 @@ void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
 }
 
 struct LogArguments {
-  std::string text;
+  std::optional<std::string> text;  // an empty line is one, too
   SubArguments listening;
 };
 
 /// Without a line to send: listens.
 int log(const Common& common, LogArguments& arguments) {
-  if (arguments.text.empty()) {
+  if (!arguments.text) {
     arguments.listening.channels = {"debug"};
     return sub(common, arguments.listening);
   }
   PubArguments line;
   line.channel = "debug";
-  line.payload = arguments.text;
+  line.payload = *arguments.text;
   line.ttl = 4;
   return pub(common, line);
 }
