@@ -94,6 +94,13 @@ def test_the_unit_is_hardened(staged, drop_in, limit):
     assert limit <= 16 or drop_in == "udp"
 
 
+def test_the_manual_names_drop_ins_that_are_installed(staged):
+    installed = {path.name for path in (staged / "usr/share/swarmtalk").glob("*.conf")}
+    for page in ("operations.md", "kilobot.md"):
+        named = set(re.findall(r"[`/](\w+\.conf)`", (ROOT / "docs" / page).read_text()))
+        assert named and named <= installed, (page, named)
+
+
 def test_the_installed_configuration_is_accepted(staged):
     config = staged / "etc/swarmtalk/swarmtalkd.toml"
     done = run(staged / "usr/sbin/swarmtalkd", "--config", config, "--check")
