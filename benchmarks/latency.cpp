@@ -1,5 +1,6 @@
 // One-way latency and CPU of a message from one program to another through client library, socket,
-// daemon, radio link and back up, as two robots of a lab see it. benchmarks/latency.py runs it.
+// daemon, radio link and back up, as two robots of a lab see it, and its last part: from the
+// kernel's receive stamp to the callback. benchmarks/latency.py and daemon_load.py run it.
 //   latency receive COUNT            prints one JSON line when COUNT messages have come
 //   latency send COUNT BYTES GAP_US  paced; CLOCK_MONOTONIC is one clock on one machine
 #include <sys/resource.h>
@@ -35,15 +36,28 @@ std::int64_t now_ns() {
   return Clock::now().time_since_epoch().count();
 }
 
+double quantile(std::vector<double>& values, double q) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
+}
+
 int receive(std::size_t count) {
   auto robot = swarmtalk::Client::connected("latency");
   std::vector<double> latencies_us;
+  std::vector<double> from_kernel_us;
   latencies_us.reserve(count);
+  from_kernel_us.reserve(count);
   auto subscriber = robot.channel("latency").subscriber([&](const swarmtalk::Message& message) {
     std::int64_t sent_ns = 0;
     if (message.payload.size() < sizeof sent_ns) return;
     std::memcpy(&sent_ns, message.payload.data(), sizeof sent_ns);
-    latencies_us.push_back(static_cast<double>(now_ns() - sent_ns) / 1000);
+    const std::int64_t now = now_ns();
+    latencies_us.push_back(static_cast<double>(now - sent_ns) / 1000);
+    if (message.received_at) {
+      const std::int64_t stamp_ns = message.received_at->time_since_epoch().count();
+      from_kernel_us.push_back(static_cast<double>(now - stamp_ns) / 1000);
+    }
     if (latencies_us.size() == count) robot.stop();
   });
   std::fprintf(stderr, "ready\n");
@@ -59,14 +73,11 @@ int receive(std::size_t count) {
   }
   const double cpu_us_each =
       (cpu_us() - cpu_before_us) / static_cast<double>(std::max<std::size_t>(seen, 1));
-  std::sort(latencies_us.begin(), latencies_us.end());
-  auto quantile = [&](double q) {
-    return latencies_us.empty()
-               ? 0.0
-               : latencies_us[static_cast<std::size_t>(q * static_cast<double>(seen - 1))];
-  };
-  std::printf("{\"received\": %zu, \"p50_us\": %.1f, \"p99_us\": %.1f, \"cpu_us\": %.2f}\n", seen,
-              quantile(0.5), quantile(0.99), cpu_us_each);
+  std::printf(
+      "{\"received\": %zu, \"p50_us\": %.1f, \"p99_us\": %.1f, \"cpu_us\": %.2f, "
+      "\"stamped\": %zu, \"from_kernel_p50_us\": %.1f, \"from_kernel_p99_us\": %.1f}\n",
+      seen, quantile(latencies_us, 0.5), quantile(latencies_us, 0.99), cpu_us_each,
+      from_kernel_us.size(), quantile(from_kernel_us, 0.5), quantile(from_kernel_us, 0.99));
   return seen == count ? 0 : 1;
 }
 
