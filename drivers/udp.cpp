@@ -144,6 +144,12 @@ void UdpLink::refresh() {
         frame_bytes, std::max(interface.mtu_bytes, kIpAndUdpHeaderBytes) - kIpAndUdpHeaderBytes);
   }
   set_limits(frame_bytes, kMaxDatagramBytes);
+  if (!is_multicast(destination_) && interface.index != 0) {
+    // Else 255.255.255.255 leaves by the default route, or not at all. Made anew with the
+    // interface.
+    const std::uint32_t index = htonl(interface.index);
+    set_option(send_socket_, IPPROTO_IP, IP_UNICAST_IF, index);
+  }
   if (is_multicast(destination_) && !join_group(interface)) {
     return set_state(false, std::string("down: cannot join the group: ") + std::strerror(errno) +
                                 (config_.interface.empty() ? " (name an interface)" : ""));

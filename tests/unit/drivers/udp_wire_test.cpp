@@ -75,6 +75,19 @@ TEST_F(UdpWire, UsesTheNetworksBroadcastAddress) {
   expect_exchange();
 }
 
+// There is no route to 255.255.255.255; what is sent there leaves by the configured interface.
+TEST_F(UdpWire, UsesTheBroadcastAddressOfAllNetworksWithoutARoute) {
+  config_.address = "255.255.255.255";
+  open();
+  expect_exchange();
+  network_->ip('a', "link del air0");
+  ASSERT_TRUE(run_until(io_, [&] { return !a_->is_up() && !b_->is_up(); })) << a_->state();
+  network_->add_pair();
+  add_addresses();
+  ASSERT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); })) << a_->state();
+  expect_exchange();
+}
+
 TEST_F(UdpWire, DoesNotHearItsGroupOnAnotherInterface) {
   open();
   UdpConfig local_config = config_;
