@@ -5,6 +5,7 @@
 namespace swarmtalk::kilobot_bridge {
 namespace {
 
+constexpr unsigned kStops = 2;  // one may lose a byte on the line, and nobody would know
 constexpr auto kLinePoll = std::chrono::milliseconds(1);
 constexpr auto kStallLimit = std::chrono::milliseconds(500);  // beyond the time the bytes take
 
@@ -24,7 +25,8 @@ void OverheadSender::close() {
   state_ = State::kClosed;
   bytes_.clear();
   handed_over_ = 0;
-  is_repeating_ = is_ready_ = has_stalled_ = false;
+  is_ready_ = has_stalled_ = false;
+  stops_owed_ = 0;
 }
 
 OverheadSender::Time OverheadSender::poll(Time now) {
@@ -60,7 +62,7 @@ std::optional<TimedFrame> OverheadSender::take() {
     if (frame_problem(frame->frame).empty()) return frame;
     ++counters_.withheld_frames;
   }
-  if (is_repeating_) return TimedFrame{stop_frame(), Duration(0)};
+  if (stops_owed_ > 0) return TimedFrame{stop_frame(), Duration(0)};
   return std::nullopt;
 }
 
@@ -68,7 +70,11 @@ void OverheadSender::put_on_line(const TimedFrame& frame, Time now) {
   bytes_ = padding_.pad(frame.frame);
   silence_ = pacing_.to_ours(pacing_.silence_after(frame.frame));
   hold_ = std::max(silence_, pacing_.to_ours(frame.hold));
-  is_repeating_ = is_repeated(frame.frame);
+  if (is_repeated(frame.frame)) {
+    stops_owed_ = kStops;
+  } else if (stops_owed_ > 0) {
+    --stops_owed_;  // each other frame ends a repetition too
+  }
   ++counters_.frames;
   counters_.padding_bytes += bytes_.size() - frame.frame.size();
   handed_over_ = 0;

@@ -92,7 +92,7 @@ class OverheadSender {
   Time silent_until_{};              // at least
   std::vector<std::uint8_t> bytes_;  // on the line
   std::size_t handed_over_ = 0;      // of them
-  bool is_repeating_ = false;        // the controller, until its next frame
+  unsigned stops_owed_ = 0;          // until a repetition counts as ended
   bool is_ready_ = false;
   bool has_stalled_ = false;
 };

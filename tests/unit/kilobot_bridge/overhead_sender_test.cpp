@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <map>
+#include <utility>
 
 #include "tools/ohc_double/bench.hpp"
 
@@ -35,6 +36,8 @@ class SenderTest : public testing::Test, public OverheadLine, public FrameSource
       at += kByteNs;
       line_.emplace_back(at, byte);
     }
+    const std::size_t type_at = bytes.size() - kOverheadFrameBytes + 1;
+    if (bytes[type_at] == 0 && std::exchange(loses_a_byte_of_stop_, false)) line_.pop_back();
     line_free_ns_ = at;
     return bytes.size();
   }
@@ -89,6 +92,7 @@ class SenderTest : public testing::Test, public OverheadLine, public FrameSource
   std::uint64_t line_free_ns_ = 0;
   unsigned asked_ = 0;
   bool is_blocked_ = false;
+  bool loses_a_byte_of_stop_ = false;  // of the next one
 };
 
 constexpr unsigned kRateHz = 14;
@@ -151,6 +155,18 @@ TEST_F(SenderTest, EndsARepetitionWithStopWhenNothingFollows) {
   const auto good = state()["good"].get<unsigned>();
   EXPECT_GE(good, 3u);
   EXPECT_LE(good, 8u);
+}
+
+TEST_F(SenderTest, EndsARepetitionThoughAByteOfStopIsLost) {
+  open();
+  waiting_.push_back(user_frame(1));
+  loses_a_byte_of_stop_ = true;
+  run(1s);
+  EXPECT_FALSE(loses_a_byte_of_stop_);
+  EXPECT_FALSE(state()["repeating"]);
+  EXPECT_EQ(sender_.counters().frames, 1u + 1 + 2)
+      << "one STOP after opening, two for the repetition";
+  EXPECT_EQ(state()["dangerous_frames"], 0);
 }
 
 TEST_F(SenderTest, IsSilentWhileTheControllerStartsAndThenSaysStop) {
