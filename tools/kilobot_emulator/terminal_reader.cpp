@@ -2,6 +2,7 @@
 
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,6 +25,11 @@ std::uint64_t monotonic_ns() {
 }
 
 }  // namespace
+
+void read_before_others() {
+  constexpr int kNice = -15;
+  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone; without the right, nothing
+}
 
 std::optional<TimedByte> PacedReader::next(std::uint64_t now_ns) {
   line_free_ns_ = std::max(line_free_ns_, now_ns - std::min(now_ns, kLateBytes * byte_ns_));
@@ -58,6 +64,7 @@ std::optional<TimedByte> TerminalReader::take(std::uint64_t until_ns) {
 }
 
 void TerminalReader::run() {
+  read_before_others();
   while (!is_stopping_) {
     std::array<pollfd, 2> pollers{{{terminal_.descriptor(), POLLIN, 0}, {wake_, POLLIN, 0}}};
     ::poll(pollers.data(), pollers.size(), -1);

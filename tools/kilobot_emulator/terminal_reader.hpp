@@ -19,6 +19,10 @@ struct TimedByte {
   std::uint64_t at_ns = 0;  // when its last bit was on the line
 };
 
+/// Puts the calling thread before others that want the processor, where that is allowed (root): who
+/// reads late finds a silence of the host shortened.
+void read_before_others();
+
 /// Takes bytes from a terminal no faster than a line does: a pseudo terminal itself has no speed.
 class PacedReader {
  public:

@@ -94,6 +94,7 @@ void run_virtual(Bench& bench, std::ostream& out) {
 /// Reads no faster than the line would bring the bytes: a pseudo terminal itself has no speed.
 void run_terminal(Bench& bench, const std::string& path) {
   using Clock = std::chrono::steady_clock;
+  swarmtalk::emulator::read_before_others();
   Pty terminal(path);
   std::cerr << "ohc is at " << terminal.device() << std::endl;
   const auto start = Clock::now();
