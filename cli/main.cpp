@@ -86,6 +86,17 @@ std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, ch
   return is_pub && has_dash ? "; DATA that begins with - goes behind --: pub CHANNEL -- DATA" : "";
 }
 
+/// The help of what was meant: of `swarmtalk-cli kilobot`, if the words got so far.
+std::string help_of(const CLI::App& app) {
+  std::string words = "swarmtalk-cli";
+  const CLI::App* command = &app;
+  for (auto next = app.get_subcommands(); !next.empty(); next = command->get_subcommands()) {
+    command = next.back();
+    words += " " + command->get_name();
+  }
+  return words + " --help";
+}
+
 void add_pub(CLI::App& app, PubArguments& arguments) {
   auto* command = app.add_subcommand("pub", "Publish one message and wait until it has left");
   command->add_option("CHANNEL", arguments.channel)->required()->check(channel());
@@ -378,8 +389,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForVersion& call) {
     return app.exit(call);
   } catch (const CLI::ParseError& error) {
-    return fail(error.what() + hint(app, error, argc, argv) + "; see swarmtalk-cli --help",
-                kExitUsage);
+    return fail(error.what() + hint(app, error, argc, argv) + "; see " + help_of(app), kExitUsage);
   }
   try {
     return run(app, parsed);

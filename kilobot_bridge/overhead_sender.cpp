@@ -126,7 +126,13 @@ Duration OverheadSender::left(Time now) const {
 
 std::vector<std::uint8_t> OverheadSender::last_words() {
   if (state_ == State::kClosed || state_ == State::kSettling) return {};
-  return padding_.pad(stop_frame());
+  std::vector<std::uint8_t> bytes;
+  for (unsigned i = 0; i < kStops; ++i) {
+    const std::vector<std::uint8_t> stop = padding_.pad(stop_frame());
+    padding_.on_written(stop);
+    bytes.insert(bytes.end(), stop.begin(), stop.end());
+  }
+  return bytes;
 }
 
 }  // namespace swarmtalk::kilobot_bridge

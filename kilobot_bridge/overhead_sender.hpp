@@ -67,7 +67,8 @@ class OverheadSender {
   bool is_ready() const { return is_ready_; }
   /// The line has taken nothing for longer than it can need; close it.
   bool has_stalled() const { return has_stalled_; }
-  /// STOP for a line that is about to be closed, at once and unpaced; the controller is idle then.
+  /// Two STOPs for a line that is about to be closed, at once and unpaced; the controller is idle
+  /// then.
   std::vector<std::uint8_t> last_words();
 
   const Counters& counters() const { return counters_; }

@@ -141,6 +141,7 @@ def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(daemon, double, tmp_pa
         done = daemon.kilobot(*words)
         assert done.returncode in (1, 2), words
         one_line(done.stderr, "swarmtalk-cli: ")
+    one_line(daemon.kilobot("walk").stderr, "see swarmtalk-cli kilobot --help")
     assert double.frame_types() == before
 
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <deque>
 #include <map>
 #include <utility>
@@ -178,6 +180,18 @@ TEST_F(SenderTest, IsSilentWhileTheControllerStartsAndThenSaysStop) {
   run(200ms);
   EXPECT_TRUE(sender_.is_ready());
   EXPECT_EQ(sender_.counters().frames, 2u) << "STOP and the message";
+}
+
+TEST_F(SenderTest, LastWordsAreTwoStops) {
+  open();
+  const auto bytes = sender_.last_words();
+  ASSERT_GE(bytes.size(), 2 * kOverheadFrameBytes);
+  const auto stop = stop_frame();
+  EXPECT_TRUE(std::equal(stop.begin(), stop.end(), bytes.end() - kOverheadFrameBytes));
+  const auto first = std::search(bytes.begin(), bytes.end(), stop.begin(), stop.end());
+  EXPECT_LE(first + kOverheadFrameBytes, bytes.end() - kOverheadFrameBytes) << "one behind another";
+  sender_.close();
+  EXPECT_TRUE(sender_.last_words().empty());
 }
 
 TEST_F(SenderTest, WithholdsWhatMustNotLeave) {
