@@ -51,12 +51,38 @@ std::string shown(const toml::node& node) {
   return printable(text.str());
 }
 
+std::string inline_toml(const toml::node& node);
+
+/// "a, b" of the texts that `text_of` makes of each in `range`.
+template <typename Range, typename TextOf>
+std::string joined(const Range& range, const TextOf& text_of) {
+  std::string text;
+  for (const auto& each : range) text += (text.empty() ? "" : ", ") + text_of(each);
+  return text;
+}
+
+/// On one line. Arrays and tables by ourselves: toml++ counts columns with the logarithm of a
+/// number, which below 1 is none that a size can have.
+std::string inline_toml(const toml::node& node) {
+  if (const toml::array* array = node.as_array()) return "[" + joined(*array, inline_toml) + "]";
+  if (const toml::table* table = node.as_table()) {
+    return "{" +
+           joined(*table,
+                  [](const auto& entry) {
+                    return std::string(entry.first.str()) + " = " + inline_toml(entry.second);
+                  }) +
+           "}";
+  }
+  std::ostringstream text;
+  node.visit([&](const auto& value) {
+    if constexpr (toml::is_value<decltype(value)>) text << value;
+  });
+  return text.str();
+}
+
 /// Empty: a section.
 std::string as_toml(const toml::node& node) {
-  if (node.is_table()) return "";
-  std::ostringstream text;
-  node.visit([&](const auto& value) { text << value; });
-  return text.str();
+  return node.is_table() ? "" : inline_toml(node);
 }
 
 std::string shown(double number) {
