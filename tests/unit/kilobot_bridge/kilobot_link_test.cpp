@@ -82,6 +82,9 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
       if (found && !found->is_false) frames_.push_back(found->frame);
     }
   }
+  bool last_is(const OverheadFrame& frame) const {
+    return !frames_.empty() && frames_.back() == frame;
+  }
   static Packet report(std::uint8_t sequence, std::uint8_t ir_type, const Packet& data,
                        std::uint8_t mm) {
     GatewayFrame frame;
@@ -305,7 +308,7 @@ TEST_F(KilobotLinkTest, LetsNoPacketBetweenTheFramesOfAProgram) {
   ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
   EXPECT_EQ(*end_, SequenceEnd::kSent);
   EXPECT_EQ(sequence_frames_, 3u + 2 * 4 + 1);
-  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(3, {1, 2, 3}); }));
+  ASSERT_TRUE(run_until([&] { return last_is(forward_frame(3, {1, 2, 3})); }));
   const auto boot = std::find(frames_.begin(), frames_.end(), forward_frame(0x80));
   const auto last_page = std::find_if(frames_.rbegin(), frames_.rend(),
                                       [](const auto& frame) { return frame[1] == 4; });
@@ -323,7 +326,7 @@ TEST_F(KilobotLinkTest, StopsAProgramAtOnceAndSaysStop) {
   ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
   EXPECT_EQ(*end_, SequenceEnd::kStopped);
   EXPECT_EQ(sequence_frames_, 2u) << "the WAKEUP and the STOP";
-  ASSERT_TRUE(run_until([&] { return !frames_.empty() && frames_.back() == stop_frame(); }));
+  ASSERT_TRUE(run_until([&] { return last_is(stop_frame()); }));
 }
 
 TEST_F(KilobotLinkTest, TellsHowLongACommandOfOneMessageIsStillHeld) {
@@ -332,7 +335,7 @@ TEST_F(KilobotLinkTest, TellsHowLongACommandOfOneMessageIsStillHeld) {
   make(real_time);
   ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
   ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
-  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(0x85); }));
+  ASSERT_TRUE(run_until([&] { return last_is(forward_frame(0x85)); }));
   const std::string refusal = link_->begin(command_sequence(Command::kRun), *this);
   EXPECT_NE(refusal.find("for another 0:1"), std::string::npos) << refusal << "; it takes 12 s";
   EXPECT_NE(link_->state().find("0:1"), std::string::npos) << link_->state();
@@ -342,7 +345,7 @@ TEST_F(KilobotLinkTest, LeavesAStopBehindWhenItGoes) {
   make(config(path("ohc"), path("gateway")));
   ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
   ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
-  ASSERT_TRUE(run_until([&] { return frames_.back() == forward_frame(0x85); }));
+  ASSERT_TRUE(run_until([&] { return last_is(forward_frame(0x85)); }));
   link_.reset();
   read_frames();
   EXPECT_EQ(frames_.back(), stop_frame());
