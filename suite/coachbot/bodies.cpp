@@ -10,8 +10,6 @@
 #include <csignal>
 #include <cstdio>
 #include <deque>
-#include <exception>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -21,6 +19,7 @@
 #include "platforms/coachbot/daemon_robot.hpp"
 #include "platforms/recorder.hpp"
 #include "sim/body.hpp"
+#include "suite/sim/program_main.hpp"
 #include "suite/sim/scenario.hpp"
 
 namespace {
@@ -28,12 +27,6 @@ namespace {
 using namespace swarmtalk;
 
 constexpr uint64_t kPoseUs = 250000;  // between two poses of a moving robot in the log
-
-volatile std::sig_atomic_t stopped = 0;
-
-struct Closer {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 /// Sockets of a lab's daemons by robot, from `swarmtalk-lab status --json`.
 std::vector<std::string> daemon_sockets(const std::string& lab_tool) {
@@ -182,22 +175,21 @@ pid_t start(char** command) {
 int run(const std::string& scenario_path, const std::string& folder, const std::string& lab_tool,
         char** command) {
   const suite::Scenario scenario = suite::read_scenario(scenario_path);
-  const std::string log_path = folder + "/bodies.jsonl";
-  const std::unique_ptr<std::FILE, Closer> log(std::fopen(log_path.c_str(), "w"));
-  if (!log) throw std::runtime_error("cannot write " + log_path);
+  suite::LogFile log(folder + "/bodies.jsonl");
   Bodies bodies(scenario, folder, daemon_sockets(lab_tool), log.get());
   const pid_t child = start(command);
   uint64_t last_us = platforms::DaemonRobot::time_us();
   int status = 0;
   for (bool is_told = false; waitpid(child, &status, WNOHANG) == 0;) {
-    if (stopped != 0 && !is_told) kill(child, SIGINT);
-    is_told = stopped != 0;
+    if (suite::stopped != 0 && !is_told) kill(child, SIGINT);
+    is_told = suite::stopped != 0;
     std::this_thread::sleep_for(std::chrono::microseconds(sim::kTickUs));
     const uint64_t now_us = platforms::DaemonRobot::time_us();
     bodies.step(now_us, static_cast<double>(now_us - last_us) * 1e-6);
     last_us = now_us;
   }
   bodies.finish(last_us);
+  log.finish();
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
@@ -209,12 +201,6 @@ int main(int argc, char** argv) {
                  "usage: swarmtalk-suite-bodies SCENARIO FOLDER SWARMTALK-LAB COMMAND...\n");
     return 2;
   }
-  std::signal(SIGINT, [](int) { stopped = 1; });
-  std::signal(SIGTERM, [](int) { stopped = 1; });
-  try {
-    return run(argv[1], argv[2], argv[3], argv + 4);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "swarmtalk-suite-bodies: %s\n", error.what());
-    return 1;
-  }
+  return suite::program_main("swarmtalk-suite-bodies",
+                             [argv] { return run(argv[1], argv[2], argv[3], argv + 4); });
 }

@@ -2,11 +2,8 @@
 // time. Run once on each robot of a lab (swarmtalk-lab exec all), whose number SWARMTALK_ROBOT
 // says. Writes FOLDER/NUMBER.jsonl, with the times of the system's monotonic clock. Ctrl-C ends it
 // with what it has.
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -14,6 +11,7 @@
 #include "platforms/coachbot/daemon_robot.hpp"
 #include "platforms/observed_robot.hpp"
 #include "suite/programs/make.hpp"
+#include "suite/sim/program_main.hpp"
 #include "suite/sim/scenario.hpp"
 
 namespace {
@@ -21,12 +19,6 @@ namespace {
 using namespace swarmtalk;
 
 using Robot = platforms::ObservedRobot<platforms::DaemonRobot>;
-
-volatile std::sig_atomic_t stopped = 0;
-
-struct Closer {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 /// Robots are numbered from 1 in a lab and from 0 in a scenario.
 uint32_t index_from_environment(size_t robots) {
@@ -67,11 +59,11 @@ void run(const suite::Scenario& scenario, uint32_t index, const std::string& bod
   program->setup();
   const uint64_t end_us = start_us + static_cast<uint64_t>(scenario.seconds * 1e6);
   uint64_t next_us = start_us;
-  while (stopped == 0 && robot.time_us() < end_us) {
+  while (suite::stopped == 0 && robot.time_us() < end_us) {
     robot.poll();
     program->loop();
     next_us += sim::kTickUs;
-    for (uint64_t now_us = robot.time_us(); now_us < next_us && stopped == 0;
+    for (uint64_t now_us = robot.time_us(); now_us < next_us && suite::stopped == 0;
          now_us = robot.time_us()) {
       if (const Status status = client.run_once(std::chrono::microseconds(next_us - now_us));
           status.code() == StatusCode::kBadArgument) {
@@ -87,17 +79,14 @@ void run_scenario(const std::string& path, const std::string& folder) {
   const suite::Scenario scenario = suite::read_scenario(path);
   const uint32_t index = index_from_environment(scenario.robots.size());
   const std::string log_path = folder + "/" + std::to_string(index) + ".jsonl";
-  const std::unique_ptr<std::FILE, Closer> log(std::fopen(log_path.c_str(), "w"));
-  if (!log) throw std::runtime_error("cannot write " + log_path);
+  suite::LogFile log(log_path);
   const char* given = std::getenv("SWARMTALK_BODY");
   const std::string body = given != nullptr ? given : folder + "/body-" + std::to_string(index);
   const bool known = suite::with_program<Robot>(scenario.program, [&](auto* program) {
     run<std::remove_pointer_t<decltype(program)>>(scenario, index, body, log.get());
   });
   if (!known) throw std::runtime_error("no program '" + scenario.program + "'");
-  if (std::fflush(log.get()) != 0 || std::ferror(log.get()) != 0) {
-    throw std::runtime_error("cannot write " + log_path + ": is the disk full?");
-  }
+  log.finish();
 }
 
 }  // namespace
@@ -107,13 +96,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: swarmtalk-suite-robot SCENARIO FOLDER; see swarmtalk-suite\n");
     return 2;
   }
-  std::signal(SIGINT, [](int) { stopped = 1; });
-  std::signal(SIGTERM, [](int) { stopped = 1; });
-  try {
+  return suite::program_main("swarmtalk-suite-robot", [argv] {
     run_scenario(argv[1], argv[2]);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "swarmtalk-suite-robot: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -1,23 +1,17 @@
 // swarmtalk-sim SCENARIO LOG: one simulated run. Called by swarmtalk-suite, which makes scenarios
 // and reads logs. LOG "-" is none. Ctrl-C ends the run with what it has.
-#include <csignal>
 #include <cstdio>
-#include <exception>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "suite/sim/program_main.hpp"
 #include "suite/sim/simulated_run.hpp"
 
 namespace {
 
 using namespace swarmtalk;
-
-volatile std::sig_atomic_t stopped = 0;
-
-struct Closer {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 /// All integers, and the real seconds that were done.
 void write_air(std::FILE* log, const sim::AirCounters& air, double seconds) {
@@ -42,7 +36,7 @@ void write_air(std::FILE* log, const sim::AirCounters& air, double seconds) {
 template <class Robot, class Program>
 void run(const suite::Scenario& scenario, const sim::WorldConfig& config, std::FILE* log) {
   auto simulation = std::make_unique<suite::Simulation<Robot, Program>>(scenario, config, log);
-  const double seconds = simulation->run([] { return stopped != 0; });
+  const double seconds = simulation->run([] { return suite::stopped != 0; });
   if (log != nullptr) write_air(log, simulation->world().air(), seconds);
 }
 
@@ -60,23 +54,21 @@ void run_on(const suite::Scenario& scenario, std::FILE* log) {
 
 void run_scenario(const std::string& path, const std::string& log_path) {
   const suite::Scenario scenario = suite::read_scenario(path);
-  std::unique_ptr<std::FILE, Closer> log;
+  std::optional<suite::LogFile> log;
   if (log_path != "-") {
-    log.reset(std::fopen(log_path.c_str(), "w"));
-    if (!log) throw std::runtime_error("cannot write " + log_path);
-    std::fprintf(log.get(), "%s\n", scenario.text.dump().c_str());
+    log.emplace(log_path);
+    std::fprintf(log->get(), "%s\n", scenario.text.dump().c_str());
   }
+  std::FILE* file = log ? log->get() : nullptr;
   if (scenario.platform == "sim-kilobot") {
-    run_on<platforms::KilobotModel>(scenario, log.get());
+    run_on<platforms::KilobotModel>(scenario, file);
   } else if (scenario.platform == "sim-coachbot") {
-    run_on<platforms::CoachbotModel>(scenario, log.get());
+    run_on<platforms::CoachbotModel>(scenario, file);
   } else {
     throw std::runtime_error("no platform '" + scenario.platform +
                              "' here; there is sim-kilobot and sim-coachbot");
   }
-  if (log && (std::fflush(log.get()) != 0 || std::ferror(log.get()) != 0)) {
-    throw std::runtime_error("cannot write " + log_path + ": is the disk full?");
-  }
+  if (log) log->finish();
 }
 
 }  // namespace
@@ -86,13 +78,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: swarmtalk-sim SCENARIO LOG; see swarmtalk-suite --help\n");
     return 2;
   }
-  std::signal(SIGINT, [](int) { stopped = 1; });
-  std::signal(SIGTERM, [](int) { stopped = 1; });
-  try {
+  return suite::program_main("swarmtalk-sim", [argv] {
     run_scenario(argv[1], argv[2]);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "swarmtalk-sim: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -155,3 +155,11 @@ def test_another_compiler_and_level_give_the_same_bytes(tmp_path, kind):
         copy = tmp_path / "copy.jsonl"
         subprocess.run([other, log, copy], check=True, timeout=100)
         assert log.read_bytes() == copy.read_bytes(), program
+
+
+def test_a_log_that_does_not_fit_is_an_error(tmp_path):
+    assert suite(tmp_path, "run", "hop_count", "--robots", 2).returncode == 0
+    done = subprocess.run([BUILD / "suite/swarmtalk-sim",
+                           tmp_path / "suite-logs/hop_count-sim-kilobot-2-1.jsonl", "/dev/full"],
+                          capture_output=True, text=True, timeout=100)
+    assert done.returncode == 1 and "is the disk full?" in done.stderr
