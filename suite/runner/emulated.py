@@ -13,6 +13,8 @@ import shutil
 import subprocess
 import tempfile
 
+import limits
+
 RUN_AT_S = 0.5    # by then all robots are switched on and listen
 SAMPLE_US = 1000  # the emulator looks at memory so often
 SETUP_US = 10000  # after RUN; a robot's setup() is over
@@ -65,6 +67,7 @@ def settings_of(scenario: dict) -> dict[str, dict]:
             if (section, key) not in SETTINGS:
                 raise EmulationError(f"kilobot-emulated: [{section}] has no key '{key}'; there is: "
                                      + " ".join(".".join(k) for k in SETTINGS))
+            limits.check_number(value, limits.SECTIONS[section][key], f"[{section}] {key}")
             table, name, factor = SETTINGS[section, key]
             result[table][name] = value * factor
     if scenario["faults"]:

@@ -7,6 +7,8 @@ import os
 import pathlib
 import tempfile
 
+import limits
+
 MOST_ROBOTS = 247  # node ids of 9-byte packets
 CONFIG = """[log]
 level = "warning"
@@ -33,6 +35,9 @@ def config(scenario: dict) -> str:
                                + " ".join("radio." + k for k in KEYS))
     if scenario["faults"]:
         raise LabError("coachbot-lab knows no faults: leave [[fault]] out, or use sim-coachbot")
+    if scenario.get("random_ids"):
+        raise LabError("coachbot-lab numbers its robots: leave random_ids out, or use sim-coachbot")
+    limits.check_sections(scenario)
     radio = scenario["radio"]
     period_us = radio.get("period_us", 50000)
     return CONFIG.format(rate_hz=1e6 / period_us, jitter_us=period_us // 10,

@@ -11,6 +11,7 @@ import subprocess
 
 import emulated
 import lab
+import limits
 
 REAL_TIME = ("coachbot-lab",)  # the seed decides less than the machine does
 
@@ -80,6 +81,8 @@ def call(command: list):
 
 def run_simulated(scenario: dict, log: pathlib.Path):
     """swarmtalk-sim: virtual time, same seed, same bytes."""
+    limits.check_sections(scenario)
+    limits.check_faults(scenario["faults"], len(scenario["robots"]), scenario["seconds"])
     path = log.with_suffix(".scenario")
     path.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
     try:

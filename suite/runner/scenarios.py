@@ -7,12 +7,18 @@ import copy
 import math
 import tomllib
 
+import limits
+from limits import ScenarioError
+
 BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110,
            "coachbot-lab": 110}
 PLATFORMS = tuple(BODY_MM)
 PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following")
 FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count
 EDGE_SEED, EDGE_FOLLOWER = 0, 1
+
+# Two seeds are the upper left and the lower left robot.
+LEAST_ROBOTS = {"hop_count": 2, "hop_count_two_seeds": 3, "firefly": 2, "firefly_no_delay": 2}
 
 # Between robots of the grid, and how far the radio reaches: eight neighbours.
 SPACING_MM = {"sim-kilobot": 50, "sim-coachbot": 500, "kilobot-emulated": 50,
@@ -34,10 +40,6 @@ KEYS = {"program", "platform", "robots", "runs", "seed", "seconds", "spacing_mm"
         "radio", "body", "clock", "fault"}
 
 
-class ScenarioError(Exception):
-    """One line for the user: what is wrong and what to do."""
-
-
 def read_file(path: str) -> dict:
     """A scenario file (TOML) as it stands; keys are checked."""
     try:
@@ -49,6 +51,10 @@ def read_file(path: str) -> dict:
     if unknown:
         raise ScenarioError(f"{path}: no key '{sorted(unknown)[0]}'; there is: "
                             + " ".join(sorted(KEYS)))
+    try:
+        limits.check_top(scenario)
+    except ScenarioError as error:
+        raise ScenarioError(f"{path}: {error}") from error
     return scenario
 
 
@@ -74,7 +80,12 @@ def places_of(program: str, platform: str, robots: int, spacing_mm: float | None
     if program == "edge_following":
         if robots != 6:
             raise ScenarioError("edge_following has four seeds and two followers: use --robots 6")
+        if spacing_mm is not None:
+            raise ScenarioError("edge_following has places of its own: leave spacing_mm out")
         return edge_places(BODY_MM[platform])
+    if robots < LEAST_ROBOTS[program]:
+        raise ScenarioError(f"{program} has nothing to show with so few robots: use --robots "
+                            f"{LEAST_ROBOTS[program]} or more")
     places = grid(robots, spacing_mm or SPACING_MM[platform])
     if program.startswith("hop_count"):
         columns = math.ceil(math.sqrt(robots))

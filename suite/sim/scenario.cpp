@@ -2,8 +2,10 @@
 
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <stdexcept>
+#include <type_traits>
 
 namespace swarmtalk::suite {
 namespace {
@@ -13,7 +15,18 @@ using Setters = std::map<std::string, std::function<void(const json&)>>;
 
 template <class T>
 std::function<void(const json&)> into(T& target) {
-  return [&target](const json& value) { target = value.get<T>(); };
+  return [&target](const json& value) {
+    if constexpr (std::is_integral_v<T>) {
+      const int64_t number = value.is_number_integer() ? value.get<int64_t>() : -1;
+      if (!value.is_number_integer() || number < int64_t{std::numeric_limits<T>::min()} ||
+          number > int64_t{std::numeric_limits<T>::max()}) {
+        throw std::runtime_error("must be a whole number that fits");
+      }
+    } else if constexpr (std::is_floating_point_v<T>) {
+      if (!value.is_number()) throw std::runtime_error("must be a number");
+    }
+    target = value.get<T>();
+  };
 }
 
 void set_all(const json& section, const std::string& name, const Setters& setters) {
@@ -25,7 +38,11 @@ void set_all(const json& section, const std::string& name, const Setters& setter
       throw std::runtime_error("scenario: " + name + " has no key '" + key +
                                "'; there is:" + known);
     }
-    found->second(value);
+    try {
+      found->second(value);
+    } catch (const std::exception& error) {
+      throw std::runtime_error("scenario: " + name + " " + key + ": " + error.what());
+    }
   }
 }
 
@@ -109,7 +126,13 @@ void apply(const Scenario& scenario, sim::RadioConfig& radio, sim::BodyConfig& b
   set_all(text.value("clock", none), "[clock]",
           {{"drift_ppm", into(clock.drift_ppm)},
            {"power_on_spread_us", into(clock.power_on_spread_us)}});
-  for (const json& fault : text.value("faults", json::array())) faults.push_back(read_fault(fault));
+  for (const json& fault : text.value("faults", json::array())) {
+    faults.push_back(read_fault(fault));
+    if (faults.back().robot >= scenario.robots.size()) {
+      throw std::runtime_error("scenario: fault robot: there are only " +
+                               std::to_string(scenario.robots.size()));
+    }
+  }
 }
 
 }  // namespace swarmtalk::suite

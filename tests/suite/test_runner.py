@@ -95,7 +95,7 @@ def test_a_failing_run_prints_the_command_that_repeats_it(tmp_path):
 
 @pytest.mark.parametrize("arguments, says", [
     (["run", "dance"], "no program 'dance'"), (["run", "firefly", "--platform", "x"], "platform"),
-    (["run", "hop_count", "--robots", "0"], "at least 1"), (["run"], "name a program"),
+    (["run", "hop_count", "--robots", "0"], "robots is 0"), (["run"], "name a program"),
     (["run", "edge_following", "--robots", "36"], "--robots 6")])
 def test_bad_input_is_one_clear_line(tmp_path, arguments, says):
     done = suite(tmp_path, *arguments)
