@@ -1,6 +1,7 @@
 """What a run's log says, in numbers, and whether the run has succeeded.
 
-The criteria (docs/suite.md): hop counts equal the breadth-first distance 10 s after the start;
+The criteria (docs/suite.md): hop counts equal the breadth-first distance 10 s after the last start,
+over the links and between the robots that work then;
 fireflies have an order parameter of 0.95 or more at the end, and 90 % of them flash within one
 flash length; followers go round five times, keep their distance, and touch nobody.
 """
@@ -19,26 +20,69 @@ FLASH_S = 8 * TICK_S
 JUDGED_AT_S = 10
 ORDER_LIMIT = 0.95
 REVOLUTIONS = 5
+UNREACHED = 100       # hops of a robot that hears of no seed
 MESSAGE_NUMBERS = 16  # of the compared packets
+AIR_US = {"sim-kilobot": 4600, "kilobot-emulated": 4371, "sim-coachbot": 300}  # of one packet
+
+
+class LogError(Exception):
+    """A file that is no log of a run: one line that says why."""
 
 
 class Log:
     """One run's log, read: the scenario and the events by robot and kind."""
 
     def __init__(self, path: str):
-        with open(path, encoding="utf-8") as file:
-            self.scenario = json.loads(file.readline())
-            self.events = [json.loads(line) for line in file if line.endswith("}\n")]
-        self.air = next((e for e in self.events if e["event"] == "air"), None)
-        self.robots = len(self.scenario["robots"])
+        """Raises LogError when it is none."""
+        try:
+            with open(path, encoding="utf-8") as file:
+                self.scenario = json.loads(file.readline())
+                lines = file.readlines()
+            if lines and not lines[-1].endswith("}\n"):
+                lines.pop()  # what was being written when the run was cut off
+            self.events = [json.loads(line) for line in lines]
+            self.robots = len(self.scenario["robots"])
+            self.air = next((e for e in self.events if e["event"] == "air"), None)
+            self.program, self.platform = self.scenario["program"], self.scenario["platform"]
+        except (ValueError, KeyError, TypeError, IndexError) as error:
+            raise LogError(f"{path} is no log of a run") from error
 
     def of(self, kind: str) -> list[dict]:
         """Events of a kind, in the order of the log."""
         return [e for e in self.events if e["event"] == kind]
 
+    def starts(self) -> dict[int, float]:
+        """When each robot's program started, for the last time, in s."""
+        return {e["robot"]: e["t"] / 1e6 for e in self.of("start")}
+
     def start_s(self) -> float:
         """When the last robot's program started."""
-        return max((e["t"] for e in self.of("start")), default=0) / 1e6
+        return max(self.starts().values(), default=0)
+
+    def end_s(self) -> float:
+        """How far the run went; without a last line that says so, as far as it tells."""
+        if self.air:
+            return self.air["seconds"]
+        return max((e["t"] for e in self.events), default=0) / 1e6
+
+    def is_whole(self) -> bool:
+        """Whether it went to the scenario's end."""
+        return self.air is not None and self.end_s() >= self.scenario["seconds"] - 1e-3
+
+    def faults(self, at_s: float) -> list[dict]:
+        """Those that have begun by a time and are not over, in their order."""
+        faults = sorted(self.scenario.get("faults", []), key=lambda f: f.get("at_s", 0))
+        return [f for f in faults if f.get("at_s", 0) <= at_s < f.get("end_s", math.inf)]
+
+    def dead(self, at_s: float) -> set[int]:
+        """Robots that have died by a time and not been started again."""
+        dead = set()
+        for fault in self.faults(at_s):
+            if fault["kind"] == "death":
+                dead.add(fault["robot"])
+            elif fault["kind"] == "restart":
+                dead.discard(fault["robot"])
+        return dead
 
     def values(self, name: str, until_s: float = math.inf) -> dict[int, int]:
         """Last logged value of each robot until a time."""
@@ -56,6 +100,22 @@ class Log:
                     math.hypot(a["x_mm"] - b["x_mm"], a["y_mm"] - b["y_mm"]) <= reach]
                 for i, a in enumerate(places)}
 
+    def links_at(self, at_s: float) -> dict[int, list[int]]:
+        """The links that work at a time, of robots that stand where they began."""
+        dead, links = self.dead(at_s), self.links()
+        for fault in self.faults(at_s):
+            links = {i: [j for j in to if not self.breaks(fault, i, j)] for i, to in links.items()}
+        return {i: [] if i in dead else [j for j in to if j not in dead]
+                for i, to in links.items()}
+
+    def breaks(self, fault: dict, sender: int, receiver: int) -> bool:
+        """Whether a fault takes the link between two robots."""
+        a, b = self.scenario["robots"][sender], self.scenario["robots"][receiver]
+        if fault["kind"] == "partition":
+            return (a["x_mm"] < fault["x_mm"]) != (b["x_mm"] < fault["x_mm"])
+        return fault["kind"] == "jam" and math.hypot(
+            b["x_mm"] - fault["x_mm"], b["y_mm"] - fault["y_mm"]) <= fault["radius_mm"]
+
 
 def breadth_first(links: dict[int, list[int]], seed: int) -> dict[int, int]:
     """Hops from `seed` over the links; robots out of reach are not in it."""
@@ -71,27 +131,32 @@ def breadth_first(links: dict[int, list[int]], seed: int) -> dict[int, int]:
 
 
 def hop_count(log: Log) -> dict:
-    """wrong_hops at the judged time; converged_s after the start, or None."""
-    links = log.links()
-    start = log.start_s()
-    wrong, converged = 0, 0.0
-    for number in (1, 2):
-        seeds = [i for i, r in enumerate(log.scenario["robots"]) if r.get("role") == number]
-        if not seeds:
-            continue
-        right = breadth_first(links, seeds[0])
+    """wrong_hops at the judged time; converged_s after the start, or None; too_short if the run
+    ended before it could be judged."""
+    starts, start = log.starts(), log.start_s()
+    judged = start + JUDGED_AT_S
+    links, dead = log.links_at(judged), log.dead(judged)
+    wrong, converged, seeds_heard = 0, 0.0, True
+    for number in range(1, 3 if log.program == "hop_count_two_seeds" else 2):
+        seed = next(i for i, r in enumerate(log.scenario["robots"]) if r.get("role") == number)
+        right = {} if seed in dead else breadth_first(links, seed)
+        seeds_heard &= len(right) > 1
         name = f"hops_{number}"
-        found = log.values(name, start + JUDGED_AT_S)
-        wrong += sum(found.get(i) != hops for i, hops in right.items())
+        found = log.values(name, judged)
         changes = collections.defaultdict(list)
         for e in log.of("value"):
             if e["name"] == name:
                 changes[e["robot"]].append((e["t"] / 1e6, e["value"]))
-        for robot, hops in right.items():
-            first = next((t for t, value in changes[robot] if value == hops), math.inf)
+        for robot in set(range(log.robots)) - dead:
+            hops = right.get(robot, UNREACHED)
+            wrong += found.get(robot) != hops
+            first = next((t for t, value in changes[robot]
+                          if value == hops and t >= starts.get(robot, 0)), math.inf)
             converged = max(converged, first - start)
+    short = log.end_s() < judged
     return {"wrong_hops": wrong, "converged_s": converged if converged < math.inf else None,
-            "success": wrong == 0}
+            "success": wrong == 0 and seeds_heard and not short} | (
+                {"too_short": True} if short else {})
 
 
 def flashes(log: Log) -> dict[int, list[float]]:
@@ -130,14 +195,14 @@ def most_in_window(times: dict[int, list[float]], begin_s: float, end_s: float) 
 def firefly(log: Log) -> dict:
     """order, together (share of robots in one flash window at the end), synchronised_s or None."""
     times = flashes(log)
-    end = log.air["seconds"] if log.air else log.scenario["seconds"]
-    start = log.start_s()
+    start, end = log.start_s(), log.end_s()
+    living = log.robots - len(log.dead(end))
     order = order_parameter(times, end - 1.5 * PERIOD_S)
-    share = most_in_window(times, end - 2.5 * PERIOD_S, end) / log.robots
+    share = most_in_window(times, end - 2.5 * PERIOD_S, end) / max(1, living)
     synchronised = None
     at = start
     while at + PERIOD_S < end:
-        if most_in_window(times, at, at + 1.5 * PERIOD_S) >= 0.9 * log.robots:
+        if most_in_window(times, at, at + 1.5 * PERIOD_S) >= 0.9 * living:
             synchronised = at + PERIOD_S - start
             break
         at += PERIOD_S
@@ -195,6 +260,26 @@ def edge_following(log: Log) -> dict:
             "success": revolutions >= REVOLUTIONS and contacts == 0 and error < 10}
 
 
+class Sent:
+    """What each robot has sent on each channel; who starts anew numbers anew."""
+
+    def __init__(self):
+        self.times = collections.defaultdict(list)  # (robot, channel): us
+        self.before = collections.Counter()         # dito: how many in earlier lives
+
+    def restart(self, robot: int):
+        """From now on the robot's messages begin with number 1."""
+        for key, times in self.times.items():
+            if key[0] == robot:
+                self.before[key] = len(times)
+
+    def place(self, key: tuple, number: int) -> int | None:
+        """Which of a channel's messages, from 0, has a number: the latest such."""
+        count = len(self.times[key]) - self.before[key]
+        k = count - (count - number) % MESSAGE_NUMBERS
+        return self.before[key] + k - 1 if k >= 1 else None
+
+
 def messages(log: Log) -> dict:
     """delivery ratio, latency quantiles and age of information, from sent and received messages.
 
@@ -205,48 +290,62 @@ def messages(log: Log) -> dict:
     for e in log.of("start") + log.of("end"):
         if "node" in e:
             nodes[e["node"]].add(e["robot"])
-    sent = collections.defaultdict(list)  # (robot, channel): times
+    sent = Sent()
     latency, ages, delivered, last = [], [], set(), {}
-    for e in sorted(log.of("sent") + log.of("received"), key=lambda e: e["t"]):
+    order = {"start": 0, "sent": 1, "received": 2}
+    for e in sorted((e for e in log.events if e["event"] in order),
+                    key=lambda e: (e["t"], order[e["event"]])):
+        if e["event"] == "start":
+            sent.restart(e["robot"])
+            continue
         if e["event"] == "sent":
-            sent[e["robot"], e["channel"]].append(e["t"])
+            sent.times[e["robot"], e["channel"]].append(e["t"])
             continue
         near = [robot for robot in nodes[e["node"]] if e["robot"] in links[robot]]
         if len(near) != 1:
             continue
-        sender = near[0]
-        times = sent.get((sender, e["channel"]))
-        if not times:
+        key = near[0], e["channel"]
+        place = sent.place(key, e["message"])
+        if place is None:
             continue
-        # Numbers begin with 1: the k-th message has number k modulo 16.
-        k = len(times) - (len(times) - e["message"]) % MESSAGE_NUMBERS
-        if k < 1:
-            continue
-        latency.append((e["t"] - times[k - 1]) / 1e6)
-        delivered.add((sender, e["robot"], e["channel"], k))
-        key = (sender, e["robot"], e["channel"])
-        if key in last:
-            ages.append((e["t"] - last[key]) / 1e6)
-        last[key] = times[k - 1]
+        time = sent.times[key][place]
+        latency.append((e["t"] - time) / 1e6)
+        delivered.add((*key, place, e["robot"]))
+        if (*key, e["robot"]) in last:
+            ages.append((e["t"] - last[*key, e["robot"]]) / 1e6)
+        last[*key, e["robot"]] = time
     if not delivered:
         return {"delivery": None}
-    static = log.scenario["program"] != "edge_following"
-    # The message that is still being sent at the end is nobody's loss.
-    expected = sum(max(0, len(times) - 1) * len(links[robot])
-                   for (robot, _), times in sent.items())
     latency.sort()
-    return {"delivery": min(1.0, len(delivered) / expected) if static and expected else None,
+    return {"delivery": delivery(log, links, sent.times, delivered),
             "latency_p50_s": latency[len(latency) // 2],
             "latency_p99_s": latency[int(len(latency) * 0.99)],
             "peak_age_s": statistics.mean(ages) if ages else None}
 
 
+def delivery(log: Log, links: dict, sent: dict, delivered: set) -> float | None:
+    """Messages received, of those sent times the living robots in range; None if robots move."""
+    if log.program == "edge_following":
+        return None
+    has_deaths = any(f["kind"] == "death" for f in log.scenario.get("faults", []))
+    expected = received = 0
+    for (robot, channel), times in sent.items():
+        # The message that is still being sent at the end is nobody's loss.
+        for place, time in enumerate(times[:-1]):
+            dead = log.dead(time / 1e6) if has_deaths else ()
+            for other in links[robot]:
+                if other not in dead:
+                    expected += 1
+                    received += (robot, channel, place, other) in delivered
+    return received / expected if expected else None
+
+
 def channel_load(log: Log) -> dict:
-    """Share of time in which a robot's air is taken, on average, and packets lost to collisions."""
-    if not log.air or not log.air.get("expected"):
+    """Share of time in which a robot's air is taken, on average (packets that overlap count each),
+    and packets lost to collisions."""
+    air_us = log.scenario["radio"].get("air_us", AIR_US.get(log.platform))
+    if not log.air or not log.air.get("expected") or air_us is None:
         return {}
-    air_us = log.scenario["radio"].get(
-        "air_us", 300 if "coachbot" in log.scenario["platform"] else 4600)
     heard = log.air["expected"] + log.air["sent"]
     return {"channel_load": heard * air_us / 1e6 / log.air["seconds"] / log.robots,
             "collided": log.air["lost_collision"] / log.air["expected"]}
@@ -268,14 +367,22 @@ def evaluate(log: Log) -> dict:
     result = {"program": program, "platform": log.scenario["platform"], "robots": log.robots,
               "seed": log.scenario["seed"], "seconds": log.scenario["seconds"]}
     result |= judge(log) | messages(log) | channel_load(log) | losses(log)
-    if log.air and log.air["seconds"] < log.scenario["seconds"] - 1e-3:
+    if not log.is_whole():
         result |= {"success": False, "interrupted": True}
     return result
 
 
-# Two-sided 95 % quantiles of Student's t by degrees of freedom; beyond, the normal's.
-T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13,
-        2.12, 2.11, 2.10, 2.09, 2.09, 2.08, 2.07, 2.07, 2.06, 2.06, 2.06, 2.05, 2.05, 2.05, 2.04]
+# Two-sided 95 % quantiles of Student's t by degrees of freedom.
+T_95 = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
+
+
+def quantile_95(freedom: int) -> float:
+    """Of Student's t; beyond the table by its expansion around the normal's (Abramowitz and Stegun
+    26.7.5), good to 0.003."""
+    if freedom <= len(T_95):
+        return T_95[freedom - 1]
+    z = 1.95996
+    return z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
 
 
 def interval(values: list[float]) -> tuple[float, float]:
@@ -283,5 +390,4 @@ def interval(values: list[float]) -> tuple[float, float]:
     mean = statistics.mean(values)
     if len(values) < 2:
         return mean, 0.0
-    t = T_95[len(values) - 2] if len(values) <= 31 else 1.96
-    return mean, t * statistics.stdev(values) / math.sqrt(len(values))
+    return mean, quantile_95(len(values) - 1) * statistics.stdev(values) / math.sqrt(len(values))

@@ -83,12 +83,12 @@ def run_simulated(scenario: dict, log: pathlib.Path):
     """swarmtalk-sim: virtual time, same seed, same bytes."""
     limits.check_sections(scenario)
     limits.check_faults(scenario["faults"], len(scenario["robots"]), scenario["seconds"])
-    path = log.with_suffix(".scenario")
+    path = log.with_name(log.name + ".scenario")
     path.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
     try:
         call([program_path("swarmtalk-sim", "suite"), path, log])
     finally:
-        path.unlink()
+        path.unlink(missing_ok=True)
 
 
 def run_emulated(scenario: dict, log: pathlib.Path):
@@ -111,16 +111,25 @@ def run_lab(scenario: dict, log: pathlib.Path):
         raise PlatformError(str(error)) from error
 
 
-def run(scenario: dict, log: pathlib.Path):
-    """Runs it to its end, or until interrupted; then there may be no log. Raises PlatformError when
-    it cannot."""
-    log.unlink(missing_ok=True)
+def run(scenario: dict, log: pathlib.Path) -> bool:
+    """Runs it to its end, or until interrupted. The log has its name only when it is written: two
+    that run the same, or a program that is killed, leave no half of one.
+
+    @return whether there is a log of this run. Raises PlatformError when it cannot run.
+    """
+    part = log.with_name(f".{log.name}.{os.getpid()}")
     try:
         if scenario["platform"] == "kilobot-emulated":
-            run_emulated(scenario, log)
+            run_emulated(scenario, part)
         elif scenario["platform"] == "coachbot-lab":
-            run_lab(scenario, log)
+            run_lab(scenario, part)
         else:
-            run_simulated(scenario, log)
+            run_simulated(scenario, part)
+        if part.exists() and part.stat().st_size > 0:
+            part.replace(log)
+            return True
     except Interrupted:
-        log.unlink(missing_ok=True)
+        pass
+    finally:
+        part.unlink(missing_ok=True)
+    return False

@@ -20,7 +20,7 @@ LAB = ("--platform", "coachbot-lab")
 
 def test_nine_robots_count_hops_through_their_daemons(tmp_path):
     """All hear all in the lab's air: right counts need the virtual range."""
-    done = suite(tmp_path, "run", "hop_count", *LAB, "--robots", 9, "--seconds", 10.5)
+    done = suite(tmp_path, "run", "hop_count", *LAB, "--robots", 9, "--seconds", 12)
     assert done.returncode == 0, done.stderr
     result = results(done)[0]
     assert result["success"] and result["delivery"] > 0.9

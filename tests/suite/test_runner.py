@@ -2,7 +2,6 @@
 import json
 import os
 import pathlib
-import shlex
 import shutil
 import signal
 import statistics
@@ -89,7 +88,8 @@ def test_a_failing_run_prints_the_command_that_repeats_it(tmp_path):
     done = suite(tmp_path, "run", "--scenario", "deaf.toml", "--seed", 7)
     assert done.returncode == 1
     command = done.stderr.split("repeat it with: ")[1].splitlines()[0]
-    again = suite(tmp_path, *shlex.split(command)[1:])
+    again = subprocess.run(command, shell=True, cwd=tmp_path, env=ENVIRONMENT, capture_output=True,
+                           text=True, timeout=100)  # as it is pasted
     assert results(again) == results(done)
 
 
@@ -112,14 +112,36 @@ def test_interrupt_ends_with_what_there_is(tmp_path):
     process = subprocess.Popen(
         [SUITE, "run", "hop_count", "--platform", "sim-coachbot", "--seconds", "50000"],
         cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    log = tmp_path / "suite-logs/hop_count-sim-coachbot-36-1.jsonl"
     deadline = time.monotonic() + 60
-    while not (log.exists() and log.stat().st_size > 100000) and time.monotonic() < deadline:
+    while not any(part.stat().st_size > 100000 for part in tmp_path.glob("suite-logs/.*jsonl*")) \
+            and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=200)
     assert process.returncode == 130, errors
     assert json.loads(output)["interrupted"]
+    # What there is replays as far as it went, and nothing else is left behind.
+    assert suite(tmp_path, "replay", json.loads(output)["log"]).stdout == "same bytes\n"
+    assert [p.name for p in (tmp_path / "suite-logs").iterdir()] == [
+        "hop_count-sim-coachbot-36-1.jsonl"]
+
+
+def test_two_at_once_in_one_folder_do_not_meet(tmp_path):
+    """They write the same logs: each has to see whole ones only."""
+    both = [subprocess.Popen([SUITE, "run", "hop_count", "--runs", "6", "--seconds", "30"],
+                             cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    outputs = [each.communicate(timeout=100) for each in both]
+    assert [each.returncode for each in both] == [0, 0], outputs
+    assert outputs[0][0] == outputs[1][0] and outputs[0][0].count("\n") == 6
+
+
+@pytest.mark.parametrize("text", ["", "hi\n", "{}\n", "[1]\n", '{"robots": 36}\n'])
+def test_what_is_no_log_is_not_replayed(tmp_path, text):
+    (tmp_path / "x.jsonl").write_text(text)
+    done = suite(tmp_path, "replay", "x.jsonl")
+    assert done.returncode == 1 and "no log of a run" in done.stderr
+    assert done.stderr.count("\n") == 1
 
 
 def test_programs_have_one_source_without_platforms_in_it():

@@ -1,0 +1,121 @@
+"""What metrics say of logs whose answers are known."""
+import json
+import statistics
+import sys
+
+import pytest
+
+from test_runner import ROOT, results, suite
+
+sys.path.insert(0, str(ROOT / "suite/runner"))
+import metrics  # noqa: E402
+
+
+def run(folder, program: str, text: str = "", *options) -> dict:
+    """The result of one run of a scenario."""
+    (folder / "s.toml").write_text(f"program = '{program}'\n{text}\n")
+    return results(suite(folder, "run", "--scenario", "s.toml", *options))[0]
+
+
+def written(folder, robots: int, events: list[dict], **scenario) -> metrics.Log:
+    """A log made by hand: robots on a line, 50 mm apart, each heard by the next ones."""
+    first = {"program": "hop_count", "platform": "sim-kilobot", "seed": 1, "seconds": 12,
+             "radio": {"range_mm": 75}, "faults": [],
+             "robots": [{"x_mm": 50 * i, "y_mm": 0, "role": int(i == 0)} for i in range(robots)]}
+    path = folder / "log.jsonl"
+    lines = [first | scenario] + events
+    path.write_text("".join(json.dumps(each) + "\n" for each in lines))
+    return metrics.Log(str(path))
+
+
+END = {"event": "air", "seconds": 12}
+
+
+def hops(*counts) -> list[dict]:
+    return [{"t": 1000 * i, "robot": i, "event": "value", "name": "hops_1", "value": count}
+            for i, count in enumerate(counts)]
+
+
+@pytest.mark.parametrize("counts, wrong, success", [
+    ((0, 1, 2, 3), 0, True), ((0, 1, 1, 3), 1, False), ((0, 1, 2), 1, False)])
+def test_a_wrong_or_missing_count_is_found(tmp_path, counts, wrong, success):
+    log = written(tmp_path, 4, hops(*counts) + [END])
+    found = metrics.hop_count(log)
+    assert (found["wrong_hops"], found["success"]) == (wrong, success)
+
+
+def test_a_robot_out_of_reach_must_not_have_a_count(tmp_path):
+    """The third robot hears nobody: 2 is as wrong there as anything but "unreached" is."""
+    broken = [{"kind": "partition", "x_mm": 75, "at_s": 0}]
+    assert metrics.hop_count(written(tmp_path, 3, hops(0, 1, 2) + [END],
+                                     faults=broken))["wrong_hops"] == 1
+    assert metrics.hop_count(written(tmp_path, 3, hops(0, 1, 100) + [END],
+                                     faults=broken))["success"]
+
+
+def test_a_swarm_that_does_not_hear_its_seed_has_not_succeeded(tmp_path):
+    log = written(tmp_path, 3, hops(0, 100, 100) + [END], radio={"range_mm": 20})
+    assert metrics.hop_count(log) == {"wrong_hops": 0, "converged_s": 0.002, "success": False}
+
+
+def test_a_log_that_was_cut_off_is_no_success(tmp_path):
+    """All counts are right, and 11 of 12 s are there."""
+    result = run(tmp_path, "hop_count")
+    assert result["success"]
+    log = tmp_path / result["log"]
+    text = log.read_text()
+    log.write_text(text[:int(len(text) * 0.95)])
+    assert metrics.evaluate(metrics.Log(str(log)))["interrupted"]
+    assert not metrics.evaluate(metrics.Log(str(log)))["success"]
+
+
+def test_a_run_that_ends_before_it_can_be_judged_is_no_success(tmp_path):
+    """All counts are right after 6 s; the criterion says 10."""
+    done = suite(tmp_path, "run", "hop_count", "--robots", 9, "--seconds", 6)
+    result = results(done)[0]
+    assert done.returncode == 1 and result["wrong_hops"] == 0 and result["too_short"]
+    assert "use --seconds" in done.stderr
+
+
+def test_a_robot_that_starts_anew_numbers_its_messages_anew(tmp_path):
+    """Its new messages were taken for those of 16 before: up to 8 s old."""
+    result = run(tmp_path, "hop_count",
+                 "seconds = 40\n[[fault]]\nkind = 'restart'\nrobot = 3\nat_s = 20")
+    assert result["latency_p99_s"] < 0.6 and result["delivery"] > 0.9 and result["success"]
+    assert 0 < result["converged_s"] < 5, "the robot that lost its count has to find it again"
+
+
+@pytest.mark.parametrize("fault", [
+    "kind = 'death'\nrobot = 7", "kind = 'death'\nrobot = 35\nat_s = 2",
+    "kind = 'partition'\nx_mm = 120\nend_s = 30",
+    "kind = 'jam'\nx_mm = 120\ny_mm = 120\nradius_mm = 60\nend_s = 30"])
+def test_counts_are_judged_by_what_works(tmp_path, fault):
+    """Ways lead around the dead and the deaf, who are not judged, or have no count."""
+    result = run(tmp_path, "hop_count", "seconds = 14\n[[fault]]\n" + fault)
+    assert result["wrong_hops"] == 0 and result["success"], result
+
+
+def test_a_dead_seed_leaves_wrong_counts(tmp_path):
+    result = run(tmp_path, "hop_count", "[[fault]]\nkind = 'death'\nrobot = 0\nat_s = 5")
+    assert result["wrong_hops"] == 35 and not result["success"]
+
+
+def test_delivery_and_latency_of_three_messages(tmp_path):
+    """Robot 0 sends three, the last of which is on its way; its one neighbour gets the second."""
+    events = [{"t": 0, "robot": i, "event": "start", "node": 7 + i} for i in range(2)]
+    events += [{"t": t, "robot": 0, "event": "sent", "channel": 0} for t in (0, 500000, 1000000)]
+    events.append({"t": 600000, "robot": 1, "event": "received", "channel": 0, "node": 7,
+                   "message": 2})
+    found = metrics.messages(written(tmp_path, 2, events + [END]))
+    assert found["delivery"] == 0.5
+    assert found["latency_p50_s"] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("runs, quantile", [(2, 12.706), (10, 2.262), (20, 2.093), (33, 2.037),
+                                            (100, 1.984)])
+def test_intervals_are_students(runs, quantile):
+    values = [float(i % 2) for i in range(runs)]
+    mean, half = metrics.interval(values)
+    assert mean == statistics.mean(values)
+    expected = quantile * statistics.stdev(values) / runs ** 0.5
+    assert half == pytest.approx(expected, rel=2e-3)
