@@ -2,7 +2,10 @@
 import collections
 import html
 import io
+import json
+import math
 import pathlib
+import sys
 
 import metrics
 import scenarios
@@ -17,22 +20,31 @@ def figure_text(figure) -> str:
 
 
 def gradient_map(axes, log: metrics.Log):
-    """Robots in the colours they showed at the judged time, with the borders between hop counts."""
-    until = (log.start_s() + metrics.JUDGED_AT_S) * 1e6
-    shown = {e["robot"]: e["rgb"] for e in log.of("led") if e["t"] <= until}
+    """Robots in the colours they showed at the judged time, with the borders between hop counts;
+    crosses on those that heard of no seed, grey ones had died."""
+    until = log.start_s() + metrics.JUDGED_AT_S
+    shown = {e["robot"]: e["rgb"] for e in log.of("led") if e["t"] <= until * 1e6}
+    for robot in log.dead(until):
+        shown.pop(robot, None)
     places = log.scenario["robots"]
     xs, ys = [p["x_mm"] for p in places], [p["y_mm"] for p in places]
     colours = [tuple(c / 255 for c in shown.get(i, (128, 128, 128))) for i in range(len(places))]
+    size = 70 * min(1, 36 / len(places))
     for number, colour in ((1, "0.2"), (2, "darkcyan")):
-        hops = log.values(f"hops_{number}", until / 1e6)
-        if len(hops) == len(places) > 3 and max(hops.values()) > min(hops.values()):
-            levels = [h + 0.5 for h in range(max(hops.values()))]
-            axes.tricontour(xs, ys, [hops[i] for i in range(len(places))], levels=levels,
-                            colors=colour, linewidths=0.8)
-    axes.scatter(xs, ys, c=colours, s=70, edgecolors="black", linewidths=0.5, zorder=3)
+        hops = log.values(f"hops_{number}", until)
+        lost = [i for i, count in hops.items() if count >= metrics.UNREACHED]
+        axes.scatter([xs[i] for i in lost], [ys[i] for i in lost], marker="x", c="white",
+                     s=size / 3, linewidths=0.8, zorder=4)
+        most = max((h for h in hops.values() if h < metrics.UNREACHED), default=0)
+        if len(hops) == len(places) > 3 and most > 0:
+            levels = [h + 0.5 for h in range(most + (1 if lost else 0))]
+            axes.tricontour(xs, ys, [min(hops[i], most + 1) for i in range(len(places))],
+                            levels=levels, colors=colour, linewidths=0.8)
+    axes.scatter(xs, ys, c=colours, s=size, edgecolors="black", linewidths=0.5 * size / 70,
+                 zorder=3, rasterized=len(places) > 1000)
     seeds = [p for p in places if p["role"]]
     axes.scatter([p["x_mm"] for p in seeds], [p["y_mm"] for p in seeds], marker="*", c="white",
-                 s=35, zorder=4)
+                 s=size / 2, zorder=5)
     axes.set_aspect("equal")
     edge = 0.1 * (max(xs) - min(xs)) or 10  # contours would cut the outer robots in half
     axes.set_xlim(min(xs) - edge, max(xs) + edge)
@@ -75,10 +87,13 @@ def flash_phases(axes, log: metrics.Log):
 
 
 def paths(axes, log: metrics.Log):
-    """Where the followers went."""
+    """Where the middles of the followers went; seeds as large as they are."""
+    from matplotlib.patches import Circle
     places = log.scenario["robots"]
     seeds = [p for p in places if p["role"] == scenarios.EDGE_SEED]
-    axes.scatter([p["x_mm"] for p in seeds], [p["y_mm"] for p in seeds], s=60, c="0.5")
+    radius = scenarios.BODY_MM[log.platform] / 2
+    for seed in seeds:
+        axes.add_patch(Circle((seed["x_mm"], seed["y_mm"]), radius, color="0.6", linewidth=0))
     colours = iter(("tab:red", "tab:blue"))
     for robot, place in enumerate(places):
         if place["role"] == scenarios.EDGE_FOLLOWER:
@@ -95,7 +110,8 @@ FIREFLY = ([flash_series, flash_phases], (3.6, 3.2))
 FIGURES = {
     "hop_count": ("Gradient from one seed", [gradient_map], (3.2, 3.2),
                   "Colour after 10 s: red is an odd hop count, blue an even one. The star is the "
-                  "seed; lines are the borders between hop counts."),
+                  "seed; lines are the borders between hop counts. A cross is a robot that hears "
+                  "of no seed; a grey robot is dead."),
     "hop_count_two_seeds": ("Gradients from two seeds", [gradient_map], (3.2, 3.2),
                             "Four colours for two parities: red and green are odd counts from seed "
                             "1 and 2, yellow is both, blue none. Dark lines are borders of the "
@@ -108,7 +124,7 @@ FIGURES = {
                          "As in the figure before, but the program takes the arrival of a message "
                          "for the time of the flash."),
     "edge_following": ("Edge following", [paths], (3.2, 3.2), "Paths of the two followers (red, "
-                       "blue) around four seeds (grey)."),
+                       "blue) around four seeds (grey, to scale)."),
 }
 LABELS = {
     "wrong_hops": "wrong hop counts after 10 s", "converged_s": "last right count first there / s",
@@ -121,18 +137,71 @@ LABELS = {
     "collided": "packets lost to collisions", "lost_kernel": "messages lost in the kernel",
     "lost_daemon": "messages lost in the daemon", "lost_client": "messages lost in the program",
 }
-HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted"}
+HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted",
+          "too_short"}
 STYLE = """body{font:15px/1.5 serif;max-width:70em;margin:2em auto;padding:0 1em;color:#111}
 h1,h2{font-family:sans-serif}figure{margin:1em 0}svg{max-width:100%;height:auto}
 table{border-collapse:collapse;font-size:13px}td,th{padding:.15em .8em;text-align:right;
 border-bottom:1px solid #ccc}th:first-child,td:first-child{text-align:left}figcaption{color:#444}"""
 
 
+def settings(scenario: dict) -> dict[str, str]:
+    """All that a run was told but its seed, by flat names: what makes runs comparable."""
+    found = {}
+    for key, value in scenario.items():
+        if key in ("seed", "program"):
+            continue
+        if key == "robots":
+            found["robots"] = str(len(value))
+            found["places"] = json.dumps(value)
+        elif isinstance(value, dict):
+            found |= {f"{key}.{k}": f"{v:g}" for k, v in value.items()}
+        elif key == "faults":
+            found[key] = ", ".join(f"{f['kind']} at {f.get('at_s', 0):g} s" for f in value) or "no"
+            found["each fault"] = json.dumps(value)
+        else:
+            found[key] = f"{value:g}" if isinstance(value, (int, float)) else str(value)
+    return found
+
+
+def columns(logs: list[metrics.Log]) -> dict[str, list[metrics.Log]]:
+    """Runs that differ by nothing but their seed stand together; a column's title tells what makes
+    it different from the platform's others."""
+    groups = collections.defaultdict(list)
+    for log in logs:
+        groups[json.dumps(log.scenario | {"seed": 0}, sort_keys=True)].append(log)
+    order = {p: i for i, p in enumerate(scenarios.PLATFORMS)}
+    found = {}
+    for runs in sorted(groups.values(), key=lambda g: (order.get(g[0].platform, 99), g[0].robots)):
+        runs.sort(key=lambda log: log.scenario["seed"])
+        own = settings(runs[0].scenario)
+        others = [settings(g[0].scenario) for g in groups.values()
+                  if g[0].platform == runs[0].platform]
+        differs = [k for k in dict.fromkeys(k for o in others for k in o)
+                   if len({o.get(k) for o in others}) > 1
+                   and k not in ("robots", "places", "each fault")]
+        title = f"{runs[0].platform}\n{runs[0].robots} robots" + "".join(
+            f"\n{k}: {own.get(k, 'as usual')}" for k in differs)
+        while title in found:  # differs by places, or by what its faults say
+            title += " (other)"
+        found[title] = runs
+    return found
+
+
+def number(mean: float, half: float | None) -> str:
+    """A mean and half its interval, rounded to two digits of that."""
+    if not half:
+        return f"{mean:.3g}" + ("" if half is None else " &plusmn; 0")
+    digits = min(6, max(0, 1 - math.floor(math.log10(half))))
+    return f"{mean:.{digits}f} &plusmn; {half:.{digits}f}"
+
+
 def table(runs: dict[str, list[dict]]) -> str:
     """Rows of figures, columns of platforms: mean and 95 % confidence interval."""
     keys = [k for k in dict.fromkeys(k for rs in runs.values() for r in rs for k in r)
             if k not in HIDDEN]
-    lines = ["<table><tr><th></th>" + "".join(f"<th>{html.escape(p)}</th>" for p in runs) + "</tr>",
+    heads = "".join(f"<th>{html.escape(p).replace(chr(10), '<br>')}</th>" for p in runs)
+    lines = [f"<table><tr><th></th>{heads}</tr>",
              "<tr><td>runs that succeeded</td>" + "".join(
                  f"<td>{sum(r['success'] for r in rs)} of {len(rs)}</td>" for rs in runs.values())
              + "</tr>"]
@@ -142,32 +211,31 @@ def table(runs: dict[str, list[dict]]) -> str:
             values = [r[key] for r in rs if isinstance(r.get(key), (int, float))]
             mean, half = metrics.interval(values) if values else (0, 0)
             few = f" ({len(values)} runs)" if len(values) < len(rs) else ""
-            error = f" &plusmn; {half:.2g}" if len(values) > 1 else ""
-            cells.append(f"<td>{mean:.3g}{error}{few}</td>" if values else "<td>&ndash;</td>")
+            cells.append(f"<td>{number(mean, half if len(values) > 1 else None)}{few}</td>"
+                         if values else "<td>&ndash;</td>")
         lines.append(f"<tr><td>{html.escape(LABELS.get(key, key))}</td>" + "".join(cells)
                      + "</tr>")
     return "\n".join(lines + ["</table>"])
 
 
 def section(number: int, program: str, logs: dict[str, list[metrics.Log]]) -> str:
-    """One program: panels for each platform (its first run) and the table of all runs."""
+    """One program: panels for each column (its first run) and the table of all runs."""
     import matplotlib
     matplotlib.use("svg")
     matplotlib.rcParams.update({"svg.hashsalt": program, "font.family": "sans-serif",
                                 "font.size": 8, "axes.linewidth": 0.6, "figure.dpi": 200})
     from matplotlib import pyplot
     title, draws, (width, height), caption = FIGURES[program]
-    columns = max(len(logs), 2)
-    figure, panels = pyplot.subplots(len(draws), columns, squeeze=False, layout="constrained",
-                                     figsize=(width * columns, height))
+    across = max(len(logs), 2)
+    figure, panels = pyplot.subplots(len(draws), across, squeeze=False, layout="constrained",
+                                     figsize=(width * across, height))
     for row, draw in zip(panels, draws):
         for axes, runs in zip(row, logs.values()):
             draw(axes, runs[0])
         for axes in row[len(logs):]:
             axes.set_axis_off()
-    for axes, (platform, runs) in zip(panels[0], logs.items()):
-        axes.set_title(f"{platform}\n{runs[0].robots} robots, seed {runs[0].scenario['seed']}",
-                       fontsize=9)
+    for axes, (title_above, runs) in zip(panels[0], logs.items()):
+        axes.set_title(f"{title_above}, seed {runs[0].scenario['seed']}", fontsize=9)
     text = figure_text(figure)
     pyplot.close(figure)
     numbers = {p: [metrics.evaluate(log) for log in runs] for p, runs in logs.items()}
@@ -182,23 +250,27 @@ def write(folder: str, output: str) -> int:
     except ImportError as error:
         raise scenarios.ScenarioError(
             "figures need matplotlib: apt-get install python3-matplotlib") from error
-    logs = collections.defaultdict(lambda: collections.defaultdict(list))
+    logs = collections.defaultdict(list)
     for path in sorted(pathlib.Path(folder).glob("*.jsonl")):
-        log = metrics.Log(str(path))
-        logs[log.scenario["program"]][log.scenario["platform"]].append(log)
+        try:
+            log = metrics.Log(str(path))
+            if log.program not in FIGURES:
+                raise metrics.LogError(f"{path}: no program {log.program!r}")
+            logs[log.program].append(log)
+        except metrics.LogError as error:
+            print(f"swarmtalk-suite: {error}; left out", file=sys.stderr)
     if not logs:
         raise scenarios.ScenarioError(f"no logs in {folder}; make some with swarmtalk-suite run")
     sections = []
     for program in FIGURES:
         if program in logs:
-            found = {p: logs[program][p] for p in scenarios.PLATFORMS if p in logs[program]}
-            sections.append(section(len(sections) + 1, program, found))
+            sections.append(section(len(sections) + 1, program, columns(logs[program])))
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
             f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
-            "<p>Three algorithms, each from one source for all platforms. Figures show the first "
-            "run of each platform; tables give means of all runs, and their 95 % confidence "
-            "intervals if there are several.</p>"
+            "<p>Three algorithms, each from one source for all platforms. A column is of runs that "
+            "differ by nothing but their seed; figures show the first of them, tables give means "
+            "of all, and their 95 % confidence intervals if there are several.</p>"
             + "".join(sections) + "</body></html>\n")
     pathlib.Path(output).write_text(page, encoding="utf-8")
-    print(f"{output}: {sum(len(r) for ps in logs.values() for r in ps.values())} runs")
+    print(f"{output}: {sum(map(len, logs.values()))} runs")
     return 0

@@ -61,3 +61,36 @@ def test_several_runs_have_an_interval(tmp_path):
 def test_an_empty_folder_is_told(tmp_path):
     done = suite(tmp_path, "report", "--logs", ".")
     assert done.returncode == 1 and "no logs" in done.stderr
+
+
+def test_runs_that_are_not_alike_are_not_averaged(tmp_path):
+    """9 robots are not 36, and air that loses is not air that does not; the last is what it says
+    on the column."""
+    (tmp_path / "lossy.toml").write_text("program = 'hop_count'\nradio.loss = 0.3\n")
+    suite(tmp_path, "run", "hop_count", "--robots", 9, "--runs", 2)
+    suite(tmp_path, "run", "hop_count", "--robots", 16)
+    suite(tmp_path, "run", "--scenario", "lossy.toml", "--robots", 16)
+    assert "4 runs" in suite(tmp_path, "report").stdout
+    text = (tmp_path / "suite-report.html").read_text()
+    heads = re.findall("<th>sim-kilobot<br>(.*?)</th>", text)
+    assert heads == ["9 robots<br>radio.loss: as usual", "16 robots<br>radio.loss: as usual",
+                     "16 robots<br>radio.loss: 0.3"]
+    assert re.findall(r"<td>(\d of \d)</td>", text)[0] == "2 of 2"
+
+
+def test_files_that_are_no_logs_are_named_and_left_out(tmp_path):
+    logs = tmp_path / "suite-logs"
+    logs.mkdir()
+    suite(tmp_path, "run", "hop_count", "--output", logs / "results.jsonl", "--logs", logs)
+    (logs / "empty.jsonl").write_text("")
+    done = suite(tmp_path, "report")
+    assert done.returncode == 0 and "1 runs" in done.stdout
+    assert "empty.jsonl is no log" in done.stderr and "results.jsonl is no log" in done.stderr
+
+
+def test_a_swarm_that_hears_nothing_has_a_map_without_a_hundred_borders(tmp_path):
+    (tmp_path / "cut.toml").write_text(
+        "program = 'hop_count'\n[[fault]]\nkind = 'partition'\nx_mm = 120\n")
+    assert suite(tmp_path, "run", "--scenario", "cut.toml").returncode == 0
+    assert suite(tmp_path, "report").returncode == 0
+    assert (tmp_path / "suite-report.html").read_text().count('id="LineCollection') <= 6
