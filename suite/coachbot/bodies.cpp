@@ -5,6 +5,7 @@
 // FOLDER/bodies.jsonl.
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -27,6 +28,9 @@ namespace {
 using namespace swarmtalk;
 
 constexpr uint64_t kPoseUs = 250000;  // between two poses of a moving robot in the log
+// A busy machine may keep all programs waiting for seconds. Nobody could have stopped a body then,
+// so none moves farther than in this time.
+constexpr uint64_t kLongestStepUs = 2 * sim::kTickUs;
 
 /// Sockets of a lab's daemons by robot, from `swarmtalk-lab status --json`.
 std::vector<std::string> daemon_sockets(const std::string& lab_tool) {
@@ -93,10 +97,13 @@ class Bodies {
     }
   }
 
-  void finish(uint64_t now_us) {
+  /// @param stood_still_us  time in which this program was kept waiting and no body moved
+  void finish(uint64_t now_us, uint64_t stood_still_us) {
     for (uint32_t i = 0; i < sites_.size(); ++i) {
-      recorder_.event(now_us, i, "\"event\":\"body\",\"contacts\":%u,\"refused\":%u",
-                      sites_[i].contacts, sites_[i].refused);
+      recorder_.event(now_us, i,
+                      "\"event\":\"body\",\"contacts\":%u,\"refused\":%u,\"stood_still_ms\":%llu",
+                      sites_[i].contacts, sites_[i].refused,
+                      static_cast<unsigned long long>(stood_still_us / 1000));
     }
   }
 
@@ -179,16 +186,19 @@ int run(const std::string& scenario_path, const std::string& folder, const std::
   Bodies bodies(scenario, folder, daemon_sockets(lab_tool), log.get());
   const pid_t child = start(command);
   uint64_t last_us = platforms::DaemonRobot::time_us();
+  uint64_t stood_still_us = 0;
   int status = 0;
   for (bool is_told = false; waitpid(child, &status, WNOHANG) == 0;) {
     if (suite::stopped != 0 && !is_told) kill(child, SIGINT);
     is_told = suite::stopped != 0;
     std::this_thread::sleep_for(std::chrono::microseconds(sim::kTickUs));
     const uint64_t now_us = platforms::DaemonRobot::time_us();
-    bodies.step(now_us, static_cast<double>(now_us - last_us) * 1e-6);
+    const uint64_t moved_us = std::min(now_us - last_us, kLongestStepUs);
+    stood_still_us += now_us - last_us - moved_us;
+    bodies.step(now_us, static_cast<double>(moved_us) * 1e-6);
     last_us = now_us;
   }
-  bodies.finish(last_us);
+  bodies.finish(last_us, stood_still_us);
   log.finish();
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }

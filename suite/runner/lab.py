@@ -61,9 +61,10 @@ def merge(scenario: dict, folder: pathlib.Path) -> list[dict]:
     for e in events:
         if e["event"] == "body" and e["robot"] in ends:
             ends[e["robot"]]["contacts"] = e["contacts"]
+    stood_still = max((e["stood_still_ms"] for e in events if e["event"] == "body"), default=0)
     whole = len(ends) == len(scenario["robots"])
     seconds = min(e["t"] for e in ends.values()) / 1e6 if whole else 0
-    return events + [{"event": "air", "seconds": seconds}]
+    return events + [{"event": "air", "seconds": seconds, "stood_still_s": stood_still / 1000}]
 
 
 def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, bodies: str, call):

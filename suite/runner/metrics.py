@@ -367,6 +367,8 @@ def evaluate(log: Log) -> dict:
     result = {"program": program, "platform": log.scenario["platform"], "robots": log.robots,
               "seed": log.scenario["seed"], "seconds": log.scenario["seconds"]}
     result |= judge(log) | messages(log) | channel_load(log) | losses(log)
+    if log.air and "stood_still_s" in log.air:
+        result["stood_still_s"] = log.air["stood_still_s"]
     if not log.is_whole():
         result |= {"success": False, "interrupted": True}
     return result

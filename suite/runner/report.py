@@ -136,6 +136,7 @@ LABELS = {
     "peak_age_s": "mean peak age / s", "channel_load": "channel load",
     "collided": "packets lost to collisions", "lost_kernel": "messages lost in the kernel",
     "lost_daemon": "messages lost in the daemon", "lost_client": "messages lost in the program",
+    "stood_still_s": "bodies stood still for want of a processor / s",
 }
 HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted",
           "too_short"}

@@ -37,9 +37,39 @@ def test_followers_move_and_their_daemons_know_where(tmp_path):
     assert {e["robot"] for e in events if e["event"] == "pose"} == {4, 5}, done.stderr
     result = results(done)[0]
     assert result["revolutions"] > 0.02 and result["contacts"] == 0
+    assert 0 <= result["stood_still_s"] < 8
     assert result["distance_error"] < 10, "Kilobot mm"
     heard = {e["mm"] for e in events if e["event"] == "received" and e["robot"] == 4}
     assert len(heard) > 5 and min(heard) > 110, heard
+
+
+def find_program(name, folder):
+    """Process id of a program that was given a path in this folder."""
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = path.read_bytes().decode().split("\0")
+        except (OSError, UnicodeDecodeError):
+            continue
+        if words[0].endswith(name) and any(str(folder) in word for word in words[1:]):
+            return int(path.parent.name)
+    return None
+
+
+def test_bodies_that_get_no_processor_stand_still(tmp_path):
+    """They do not jump to where a robot would be that nobody could stop."""
+    process = subprocess.Popen([SUITE, "run", "edge_following", *LAB, "--seconds", "8"],
+                               cwd=tmp_path, env={**ENVIRONMENT, "TMPDIR": str(tmp_path)},
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 30
+    while (bodies := find_program("swarmtalk-suite-bodies", tmp_path)) is None:
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+    time.sleep(4)
+    os.kill(bodies, signal.SIGSTOP)
+    time.sleep(2)
+    os.kill(bodies, signal.SIGCONT)
+    output, errors = process.communicate(timeout=60)
+    assert json.loads(output.splitlines()[0])["stood_still_s"] >= 1.5, errors
 
 
 def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
