@@ -85,6 +85,13 @@ std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
   return key;
 }
 
+// A file of zeros is what somebody writes to try it out, and forgets.
+bool is_secret(const frame::SwarmKey& key) {
+  const auto* const begin = key.bytes();
+  return std::any_of(begin, begin + frame::SwarmKey::kBytes,
+                     [&](std::uint8_t byte) { return byte != *begin; });
+}
+
 }  // namespace
 
 std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
@@ -104,7 +111,12 @@ std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
   const ssize_t got = read(file.get(), text.data(), text.size());
   auto key = got < 0 ? nullptr : parse_key({text.data(), static_cast<std::size_t>(got)});
   explicit_bzero(text.data(), text.size());
-  if (key != nullptr) return key;
+  if (key != nullptr && is_secret(*key)) return key;
+  if (key != nullptr) {
+    throw std::runtime_error(path +
+                             " holds one byte 32 times, which is no secret; make a key with "
+                             "`swarmtalk-cli keygen FILE`");
+  }
   throw std::runtime_error(path +
                            " holds no key (64 hexadecimal digits); make one with `swarmtalk-cli "
                            "keygen FILE`");

@@ -73,6 +73,13 @@ TEST_F(KeyFile, WithoutAKeyIsRefused) {
   }
 }
 
+TEST_F(KeyFile, OfOneByteAgainAndAgainIsRefused) {
+  for (const char digit : {'0', 'f'}) {
+    write(std::string(64, digit));
+    EXPECT_THAT(problem(), HasSubstr("no secret"));
+  }
+}
+
 TEST_F(KeyFile, ThatIsNoFileIsRefused) {
   ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
   EXPECT_THAT(problem(), HasSubstr("is no file"));
