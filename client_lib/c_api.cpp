@@ -7,7 +7,7 @@
 #include <swarmtalk/client.hpp>
 #include <utility>
 
-#include "swarmtalk/swarmtalk.h"
+#include "client_lib/c_api.hpp"
 
 using swarmtalk::Client;
 using swarmtalk::Message;
@@ -15,11 +15,9 @@ using swarmtalk::Publisher;
 using swarmtalk::Status;
 using swarmtalk::StatusCode;
 using swarmtalk::Subscriber;
+using swarmtalk::c_api::code_of;
+using swarmtalk::c_api::guarded;
 
-struct swarmtalk_client {
-  Client client;
-  std::string error;  // of the last call that failed
-};
 struct swarmtalk_publisher {
   Publisher publisher;
 };
@@ -34,23 +32,6 @@ static_assert(int{SWARMTALK_SYSTEM} == static_cast<int>(StatusCode::kSystem));
 static_assert(int{SWARMTALK_RATE} == static_cast<int>(StatusCode::kRate));
 static_assert(int{SWARMTALK_LINK_DOWN} == static_cast<int>(StatusCode::kLinkDown),
               "the C codes follow StatusCode, in its order");
-
-swarmtalk_status code_of(const Status& status) {
-  return static_cast<swarmtalk_status>(status.code());
-}
-
-/// Runs a call of a client; keeps why it failed.
-template <typename Call>
-swarmtalk_status guarded(swarmtalk_client* client, Call call) {
-  try {
-    const Status status = call(client->client);
-    if (!status) client->error = status.text();
-    return code_of(status);
-  } catch (const std::exception& error) {
-    client->error = error.what();
-    return SWARMTALK_SYSTEM;
-  }
-}
 
 swarmtalk_message c_message(const Message& message) {
   swarmtalk_message to{};
@@ -228,7 +209,9 @@ swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y
 }
 
 swarmtalk_status swarmtalk_log(swarmtalk_client* client, const char* line) {
-  return guarded(client, [&](Client& robot) { return robot.log(line); });
+  return guarded(client, [&](Client& robot) {
+    return line == nullptr ? Status(StatusCode::kBadArgument, "the line is NULL") : robot.log(line);
+  });
 }
 
 uint32_t swarmtalk_node_id(const swarmtalk_client* client) {

@@ -229,6 +229,20 @@ def test_values_are_harvested_over_two_hops(wires):
     assert alone.stdout.splitlines() == ['robot 1  "battery" = "4.1"  from this robot']
 
 
+def test_a_program_in_c_looks_around(wires):
+    reserved = LINK + "[reserved]\nharvest = true\n"
+    robot = wires.robot("a").start(node(1) + reserved)
+    other = wires.robot("a").start(node(2, "pose = [3.0, 4.0, 0.0]") + reserved)
+    other.listen("harvest", "--offer", "battery=3.9")
+    done = robot.execute(program("c_robot"), 0, 0, 1,
+                         env={**os.environ, "SWARMTALK_SOCKET": robot.socket})
+    assert done.stdout.splitlines() == [
+        "pose unknown", "pose 0.00 0.00", "value of 2: battery = 3.9, remote",
+        "neighbour 2 by air at an address, 5.00 m, pose 3.00 4.00, once, frames some",
+        "1 neighbours"], done.stderr
+    assert done.returncode == 0
+
+
 def test_packets_that_wait_for_the_pacer_leave_in_one_frame(wires):
     hearer = wires.robot("a").start(node(1) + LINK)
     robot = wires.robot("a").start(node(2) + LINK + "rate_hz = 0.5\njitter_us = 1000\n")

@@ -45,6 +45,7 @@ typedef enum swarmtalk_status {
 typedef struct swarmtalk_client swarmtalk_client;
 typedef struct swarmtalk_publisher swarmtalk_publisher;
 typedef struct swarmtalk_subscriber swarmtalk_subscriber;
+typedef struct swarmtalk_harvest swarmtalk_harvest;
 
 /* Messages that did not come, by place; late: told as lost before, came after all. */
 typedef struct swarmtalk_loss {
@@ -98,6 +99,45 @@ typedef void (*swarmtalk_sent_fn)(swarmtalk_status status, const char* text, voi
 typedef void (*swarmtalk_event_fn)(swarmtalk_status status, const char* text, void* context);
 typedef void (*swarmtalk_gap_fn)(const swarmtalk_message* message, void* context);
 
+/* theta_rad: counter-clockwise from +x. NaN in all three: not known. */
+typedef struct swarmtalk_pose {
+  float x_m;
+  float y_m;
+  float theta_rad;
+  uint32_t age_ms;
+} swarmtalk_pose;
+
+/* A robot heard within the last 10 s. Valid during the callback. */
+typedef struct swarmtalk_neighbour {
+  const char* link;
+  uint32_t node_id;
+  uint32_t epoch;      /* tells two starts of its daemon apart */
+  const char* address; /* MAC, or IPv4 address and port; "": not known */
+  uint32_t age_ms;     /* since it was heard last */
+  float distance_m;    /* when it was heard last; NaN: unknown */
+  float bearing_rad;   /* counter-clockwise from this robot's heading; NaN: unknown */
+  swarmtalk_pose pose; /* the last it sent, with its age now */
+  uint64_t frames;
+  uint64_t frames_lost; /* gaps in its count of frames */
+  float loss;           /* share of its frames that did not come lately, 0 to 1 */
+  int duplicate_id;     /* another robot with this id is heard too */
+  int out_of_range;     /* of the link's virtual_range_m: its messages are dropped */
+} swarmtalk_neighbour;
+
+/* One value of one program of a robot. Valid during the callback. */
+typedef struct swarmtalk_value {
+  uint32_t node_id;
+  uint32_t epoch;
+  uint32_t hops;
+  int local; /* 1: of a program on this robot */
+  const char* key;
+  const char* value; /* ended with a zero, which is not counted; may hold zeros itself */
+  size_t value_bytes;
+} swarmtalk_value;
+
+typedef void (*swarmtalk_neighbour_fn)(const swarmtalk_neighbour* neighbour, void* context);
+typedef void (*swarmtalk_value_fn)(const swarmtalk_value* value, void* context);
+
 /* A client that is not connected yet. socket_path: NULL: $SWARMTALK_SOCKET, else the standard one.
  * NULL when the process is out of memory or descriptors. */
 SWARMTALK_API swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path);
@@ -138,10 +178,39 @@ SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
 /* theta_rad: counter-clockwise from +x. */
 SWARMTALK_API swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
                                                   float theta_rad);
+/* The same for a robot that stands still: the pose does not age, until one is set anew. */
+SWARMTALK_API swarmtalk_status swarmtalk_set_fixed_pose(swarmtalk_client* client, float x_m,
+                                                        float y_m, float theta_rad);
+/* Asks the daemon, waits for its answer, a second at most. */
+SWARMTALK_API swarmtalk_status swarmtalk_get_pose(swarmtalk_client* client, swarmtalk_pose* pose);
+/* Asks the daemon, waits for its answer, a second at most, and calls `each` for every neighbour, by
+ * link and node id, before it returns. */
+SWARMTALK_API swarmtalk_status swarmtalk_neighbours(swarmtalk_client* client,
+                                                    swarmtalk_neighbour_fn each, void* context);
+/* Waits, a second at most, until the daemon has answered everything asked so far, and answers the
+ * first refusal. */
+SWARMTALK_API swarmtalk_status swarmtalk_sync(swarmtalk_client* client);
 /* Sends a line to whoever listens to the reserved channel "debug" (`swarmtalk-cli log`), over a few
  * hops. Never waits. SWARMTALK_BAD_CHANNEL where the daemon's configuration has it off. */
 SWARMTALK_API swarmtalk_status swarmtalk_log(swarmtalk_client* client, const char* line);
 SWARMTALK_API uint32_t swarmtalk_node_id(const swarmtalk_client* client);
+
+/* Values for whoever asks, and questions for those of others, over several hops, on the reserved
+ * channel "harvest". Never NULL but when out of memory; closed before its client. */
+SWARMTALK_API swarmtalk_harvest* swarmtalk_harvest_open(swarmtalk_client* client);
+/* SWARMTALK_BAD_CHANNEL where the daemon's configuration has harvest off. */
+SWARMTALK_API swarmtalk_status swarmtalk_harvest_status(const swarmtalk_harvest* harvest);
+/* From now on this value answers questions for `key`, of 1 to 64 bytes; the value has at most 512.
+ * 64 values at most: else SWARMTALK_BAD_ARGUMENT. NULL as the value takes it back. */
+SWARMTALK_API swarmtalk_status swarmtalk_harvest_set(swarmtalk_harvest* harvest, const char* key,
+                                                     const char* value);
+/* Asks all robots within `ttl` hops after the first (4 is usual) for their values whose keys begin
+ * with `prefix`. Answers come to `found` until the next question; each is a message of its own that
+ * may be lost, so ask again. Answers as swarmtalk_send() does. */
+SWARMTALK_API swarmtalk_status swarmtalk_harvest_ask(swarmtalk_harvest* harvest, const char* prefix,
+                                                     uint32_t ttl, swarmtalk_value_fn found,
+                                                     void* context);
+SWARMTALK_API void swarmtalk_harvest_close(swarmtalk_harvest* harvest);
 
 /* For an event loop of your own: readable when swarmtalk_process() has work. */
 SWARMTALK_API int swarmtalk_fd(const swarmtalk_client* client);
