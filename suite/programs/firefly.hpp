@@ -40,13 +40,13 @@ class BasicFirefly {
   void loop() {
     const uint16_t since = static_cast<uint16_t>(now() - last_flash_);
     if (since >= period_) {
-      flash();
+      flash(static_cast<uint16_t>(since - period_));
     } else if (since >= kFlashTicks) {
       robot_.led(platforms::kOff);
     }
   }
 
-  /// Flashes so far, modulo 256.
+  /// Flashes so far; after 255 comes 1, as 0 is a robot that has not flashed.
   uint8_t flashes() const { return flashes_; }
 
  private:
@@ -55,9 +55,11 @@ class BasicFirefly {
 
   uint16_t now() { return static_cast<uint16_t>(robot_.clock()); }
 
-  void flash() {
-    last_flash_ = static_cast<uint16_t>(last_flash_ + period_);
-    ++flashes_;
+  /// @param late  ticks since it was due
+  void flash(uint16_t late) {
+    // A clock that was set, or a loop that stood still: not a flash for each period missed.
+    last_flash_ = late < kPeriodTicks ? static_cast<uint16_t>(last_flash_ + period_) : now();
+    flashes_ = flashes_ == 255 ? 1 : static_cast<uint8_t>(flashes_ + 1);
     robot_.led(platforms::kWhite);
     robot_.log("flash", flashes_);
     const uint8_t dummy[kMessageBytes] = {};

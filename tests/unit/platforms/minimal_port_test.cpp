@@ -89,6 +89,37 @@ TEST(MinimalPort, RunsFireflyUntilAllFlashTogether) {
   }
 }
 
+/// Flashes of `site` in `ticks` ticks of its clock.
+uint32_t flashes_in(FireflySite& site, uint32_t ticks) {
+  uint32_t flashes = 0;
+  for (uint32_t i = 0; i < ticks; ++i) {
+    const uint8_t before = site.program.flashes();
+    ++site.hardware.timer_ticks;
+    site.program.loop();
+    flashes += site.program.flashes() != before;
+  }
+  return flashes;
+}
+
+TEST(MinimalPort, FireflyWhoseClockIsSetFlashesOnAtItsPeriod) {
+  FireflySite site(1);
+  EXPECT_NEAR(flashes_in(site, 1000), 8, 1);
+  for (const int32_t step : {5000, -5000, 130, -130}) {
+    site.hardware.timer_ticks += static_cast<uint32_t>(step);
+    EXPECT_LE(flashes_in(site, 120), 2U) << step;
+    EXPECT_NEAR(flashes_in(site, 1200), 10, 1) << step;
+  }
+}
+
+TEST(MinimalPort, FireflyHasFlashedEvenAfter256Flashes) {
+  FireflySite site(1);
+  flashes_in(site, 240);
+  for (uint32_t period = 0; period < 300; ++period) {
+    flashes_in(site, 120);
+    ASSERT_NE(site.program.flashes(), 0) << "it would not listen for a period";
+  }
+}
+
 TEST(MinimalPort, RunsEdgeFollowingTowardsItsDistance) {
   for (int16_t distance_mm : {int16_t{50}, int16_t{60}, int16_t{80}}) {
     ExampleHardware hardware[2] = {{0, 5}, {0, 600}};
