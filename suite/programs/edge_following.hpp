@@ -62,7 +62,9 @@ class EdgeFollowing {
       has_reading_ = false;
       step();
     }
-    robot_.log("waits", waits ? 1 : 0);
+    robot_.log("waits", !waits      ? 0
+                        : is_taken_ ? 2
+                                    : 1);  // 1: for the seed's word; 2: for its follower
   }
 
  private:
@@ -112,6 +114,7 @@ class EdgeFollowing {
     }
     // A follower that waits for its next seed keeps the one it has: nobody comes up behind it.
     if (bytes[1] == me.number_) me.held_ = me.partner_;
+    me.is_taken_ = bytes[1] != me.number_ && bytes[1] != kNobody;
     me.distance_mm_ = distance_mm;
     me.has_reading_ = true;
   }
@@ -147,6 +150,7 @@ class EdgeFollowing {
   uint8_t held_ = kNobody;    // followers: the seed that lets us; partner_ is the one we want
   bool has_turned_ = false;   // dito, in the last step
   bool has_reading_ = false;  // dito, since the last step
+  bool is_taken_ = false;     // dito, the seed we want is another's
   Distance distance_mm_ = 0;  // dito, to the partner
   Distance last_mm_ = 0;      // dito, at the last step
 };

@@ -229,7 +229,8 @@ def overlaps(log: Log) -> int:
 
 
 def edge_following(log: Log) -> dict:
-    """revolutions (fewest), distance_error (mean, in Kilobot mm), contacts, waited_s."""
+    """revolutions (fewest), distance_error (mean, in Kilobot mm), contacts; times_waited for a seed
+    that was another's, and times_asked of one that had not answered yet."""
     places = log.scenario["robots"]
     unit = scenarios.BODY_MM[log.scenario["platform"]] / 33
     seeds = [p for p in places if p["role"] == scenarios.EDGE_SEED]
@@ -249,14 +250,14 @@ def edge_following(log: Log) -> dict:
             nearest = min(math.hypot(e["x_mm"] - s["x_mm"], e["y_mm"] - s["y_mm"]) for s in seeds)
             errors.append(abs(nearest / unit - 60))
         turned.append(angle / (2 * math.pi))
-    waits = sum(e["value"] for e in log.of("value") if e["name"] == "waits")
+    waits = [e["value"] for e in log.of("value") if e["name"] == "waits"]
     ends = log.of("end")
     contacts = (sum(e["contacts"] for e in ends) if all("contacts" in e for e in ends)
                 else overlaps(log))
     revolutions = min(turned, default=0)
     error = statistics.mean(errors) if errors else None
     return {"revolutions": revolutions, "distance_error": error, "contacts": contacts,
-            "times_waited": waits,
+            "times_waited": waits.count(2), "times_asked": waits.count(1),
             "success": revolutions >= REVOLUTIONS and contacts == 0 and error < 10}
 
 

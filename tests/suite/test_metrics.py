@@ -119,3 +119,12 @@ def test_intervals_are_students(runs, quantile):
     assert mean == statistics.mean(values)
     expected = quantile * statistics.stdev(values) / runs ** 0.5
     assert half == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_stop_for_a_seed_that_answers_late_is_no_stop_for_a_taken_one(tmp_path):
+    """Each change of seeds is asked for; followers that never meet need never wait."""
+    result = run(tmp_path, "edge_following", "", "--platform", "sim-coachbot", "--seed", 52)
+    hand_overs = 4 * 2 * result["revolutions"]
+    assert result["times_waited"] == 0 and 0.8 * hand_overs < result["times_asked"]
+    other = run(tmp_path, "edge_following", "", "--platform", "sim-coachbot", "--seed", 54)
+    assert other["times_waited"] > 10 and other["success"], "nobody met anybody"
