@@ -235,7 +235,66 @@ def check_reload(robot):
     robot.systemctl("reload", UNIT)
 
 
-def test_two_robots_under_a_booted_systemd(robots):
+FIELD = CONFIG.replace("[node]", """[node]
+pose_socket = "/run/swarmtalkd/pose.sock"
+""").replace("[links.wire]", """[links.wire]
+key_file = "/etc/swarmtalk/swarm.key"
+""") + """[metrics]
+file = "/run/swarmtalkd/swarmtalk.prom"
+interval_s = 1
+"""
+
+
+def restart_with(robot, config):
+    path = pathlib.Path(f"/proc/{robot.leader}/root/etc/swarmtalk/swarmtalkd.toml")
+    path.write_text(config)
+    robot.systemctl("restart", UNIT)
+    wait_for(robot.is_serving, timeout=30, what="daemon with another configuration")
+
+
+def send_text(robot, text, user):
+    """A datagram to the pose socket, as a tracking program in another language would."""
+    script = ("socket(S, AF_UNIX, SOCK_DGRAM, 0); send(S, $ARGV[0], 0, "
+              "pack_sockaddr_un('/run/swarmtalkd/pose.sock')) or die $!")
+    return robot.do(*robot.as_user(user, "perl", "-MSocket", "-e", script, text))
+
+
+def check_field_work(robots):
+    """Key, pose socket and metrics file, with all of the unit's hardening."""
+    key = pathlib.Path("/etc/swarmtalk/swarm.key")
+    first, second = robots
+    assert first.do("swarmtalk-cli", "keygen", key).returncode == 0
+    places = [pathlib.Path(f"/proc/{robot.leader}/root{key}") for robot in robots]
+    places[1].write_bytes(places[0].read_bytes())
+    for robot in robots:
+        assert robot.do("chmod", "0400", key).returncode == 0
+        assert robot.do("chown", "swarmtalk:", key).returncode == 0
+        restart_with(robot, FIELD)
+    assert "Permission denied" in send_text(first, "0.5 1.0 0.0", "bob").stderr
+    for robot, pose in zip(robots, ("3.0 4.0 0.0", "0.0 0.0 0.0")):
+        done = send_text(robot, pose, "alice")
+        assert done.returncode == 0, done.stderr
+        wait_for(lambda robot=robot: json.loads(robot.cli("status", "--json").stdout)["pose"],
+                 what="the pose")
+    heard = cross(first, second, "sealed")
+    assert (heard["text"], heard["distance_m"]) == ("sealed", 5.0)
+    metrics = pathlib.Path(f"/proc/{second.leader}/root/run/swarmtalkd/swarmtalk.prom")
+    wait_for(lambda: re.search(r"^swarmtalk_messages_received\S* [1-9]", metrics.read_text(), re.M),
+             what="metrics of the message")
+
+
+def check_udp(robots, namespaces):
+    for number, (robot, namespace) in enumerate(zip(robots, namespaces), start=1):
+        assert run("ip", "-n", namespace, "addr", "add", f"10.83.84.{number}/24", "dev",
+                   "wire0").returncode == 0
+        folder = f"/etc/systemd/system/{UNIT}.d/"
+        assert robot.do("cp", "/usr/share/swarmtalk/udp.conf", folder).returncode == 0
+        robot.systemctl("daemon-reload")
+        restart_with(robot, CONFIG.replace("raw_l2", "udp"))
+    assert cross(robots[0], robots[1], "over IP")["text"] == "over IP"
+
+
+def test_two_robots_under_a_booted_systemd(robots, wire):
     first, second = robots
     started = time.monotonic()
     check_start(first, 1)
@@ -264,4 +323,6 @@ def test_two_robots_under_a_booted_systemd(robots):
     assert second.show("ActiveState") == "inactive"
     assert second.cli("status").returncode == 0, "a client's connection starts the daemon"
     assert second.show("ActiveState") == "active"
+    check_field_work(robots)
+    check_udp(robots, wire)
     print(f"two booted robots: {time.monotonic() - started:.1f} s after boot")
