@@ -1,8 +1,8 @@
 #include "tools/kilobot_emulator/terminal_reader.hpp"
 
 #include <poll.h>
+#include <sched.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,8 +15,7 @@
 namespace swarmtalk::emulator {
 namespace {
 
-constexpr std::uint64_t kLateBytes = 4;  // as many come at once when the reader is late
-constexpr auto kLinePoll = std::chrono::milliseconds(1);
+constexpr std::uint64_t kLateBytes = 4;     // as many come at once when the reader is late
 constexpr std::size_t kBytesMax = 1 << 16;  // of a host that writes to an emulation far behind
 
 std::uint64_t monotonic_ns() {
@@ -26,9 +25,11 @@ std::uint64_t monotonic_ns() {
 
 }  // namespace
 
+// Of this thread alone; without the right, nothing. Niceness would not do: it gives a larger share,
+// but not at once.
 void read_before_others() {
-  constexpr int kNice = -15;
-  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone; without the right, nothing
+  const sched_param lowest{::sched_get_priority_min(SCHED_FIFO)};
+  ::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest);
 }
 
 std::optional<TimedByte> PacedReader::next(std::uint64_t now_ns) {
@@ -63,18 +64,21 @@ std::optional<TimedByte> TerminalReader::take(std::uint64_t until_ns) {
   return byte;
 }
 
+bool TerminalReader::has_room() {
+  const std::lock_guard lock(mutex_);
+  return bytes_.size() < kBytesMax;
+}
+
 void TerminalReader::run() {
   read_before_others();
   while (!is_stopping_) {
     std::array<pollfd, 2> pollers{{{terminal_.descriptor(), POLLIN, 0}, {wake_, POLLIN, 0}}};
     ::poll(pollers.data(), pollers.size(), -1);
-    {
+    while (has_room()) {
+      const auto byte = reader_.next(monotonic_ns());
+      if (!byte) break;
       const std::lock_guard lock(mutex_);
-      while (bytes_.size() < kBytesMax) {
-        const auto byte = reader_.next(monotonic_ns());
-        if (!byte) break;
-        bytes_.push_back(*byte);
-      }
+      bytes_.push_back(*byte);
     }
     std::this_thread::sleep_for(kLinePoll);  // what is there already takes its time on the line
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -19,9 +20,10 @@ struct TimedByte {
   std::uint64_t at_ns = 0;  // when its last bit was on the line
 };
 
-/// Puts the calling thread before others that want the processor, where that is allowed (root): who
-/// reads late finds a silence of the host shortened.
+/// Puts the calling thread before all others that want the processor, where that is allowed (root):
+/// who reads late finds a silence of the host shortened. It must sleep for kLinePoll at each pass.
 void read_before_others();
+inline constexpr auto kLinePoll = std::chrono::microseconds(500);
 
 /// Takes bytes from a terminal no faster than a line does: a pseudo terminal itself has no speed.
 class PacedReader {
@@ -51,6 +53,7 @@ class TerminalReader {
 
  private:
   void run();
+  bool has_room();
 
   Pty& terminal_;
   PacedReader reader_;

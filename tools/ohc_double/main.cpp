@@ -10,6 +10,7 @@
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 #include "tools/kilobot_emulator/terminal_reader.hpp"
 #include "tools/ohc_double/bench.hpp"
@@ -106,6 +107,7 @@ void run_terminal(Bench& bench, const std::string& path) {
         static_cast<std::uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
     while (const auto byte = line.next(now_ns)) bench.put(byte->byte, byte->at_ns);
     bench.wait_until(now_ns);
+    std::this_thread::sleep_for(swarmtalk::emulator::kLinePoll);
   }
 }
 
