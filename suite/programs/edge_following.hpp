@@ -62,9 +62,8 @@ class EdgeFollowing {
       has_reading_ = false;
       step();
     }
-    robot_.log("waits", !waits      ? 0
-                        : is_taken_ ? 2
-                                    : 1);  // 1: for the seed's word; 2: for its follower
+    const uint8_t cause = is_taken_ ? 2 : 1;  // another has the seed; it has not answered yet
+    robot_.log("waits", waits ? cause : 0);
   }
 
  private:

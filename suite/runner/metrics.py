@@ -281,16 +281,30 @@ class Sent:
         return self.before[key] + k - 1 if k >= 1 else None
 
 
+def senders_and_links(log: Log) -> tuple[dict, dict]:
+    """Who (node id, receiver) is, and who is known to hear each robot.
+
+    Ids drawn at random may be the same of two robots with a common neighbour. Whose messages it
+    gets cannot be told, so these links count neither as heard nor as lost.
+    """
+    links = log.links()
+    found = collections.defaultdict(set)
+    for e in log.of("start") + log.of("end"):
+        if "node" in e:
+            for receiver in links[e["robot"]]:
+                found[e["node"], receiver].add(e["robot"])
+    unclear = {(robot, receiver) for (_, receiver), robots in found.items() if len(robots) > 1
+               for robot in robots}
+    return ({key: next(iter(robots)) for key, robots in found.items() if len(robots) == 1},
+            {robot: [r for r in to if (robot, r) not in unclear] for robot, to in links.items()})
+
+
 def messages(log: Log) -> dict:
     """delivery ratio, latency quantiles and age of information, from sent and received messages.
 
     A received message names its number modulo MESSAGE_NUMBERS: it is the sender's latest such.
     """
-    links = log.links()
-    nodes = collections.defaultdict(set)  # ids are unique among neighbours only
-    for e in log.of("start") + log.of("end"):
-        if "node" in e:
-            nodes[e["node"]].add(e["robot"])
+    senders, links = senders_and_links(log)
     sent = Sent()
     latency, ages, delivered, last = [], [], set(), {}
     order = {"start": 0, "sent": 1, "received": 2}
@@ -302,10 +316,10 @@ def messages(log: Log) -> dict:
         if e["event"] == "sent":
             sent.times[e["robot"], e["channel"]].append(e["t"])
             continue
-        near = [robot for robot in nodes[e["node"]] if e["robot"] in links[robot]]
-        if len(near) != 1:
+        sender = senders.get((e["node"], e["robot"]))
+        if sender is None:
             continue
-        key = near[0], e["channel"]
+        key = sender, e["channel"]
         place = sent.place(key, e["message"])
         if place is None:
             continue

@@ -111,6 +111,19 @@ def test_delivery_and_latency_of_three_messages(tmp_path):
     assert found["latency_p50_s"] == pytest.approx(0.1)
 
 
+def test_two_neighbours_of_one_id_do_not_lose_each_others_messages(tmp_path):
+    """All that was sent has arrived; from whom, the robot in the middle cannot tell."""
+    events = [{"t": 0, "robot": i, "event": "start", "node": node}
+              for i, node in enumerate((7, 8, 7))]
+    for number in (1, 2):
+        for sender, node, to in ((0, 7, (1,)), (1, 8, (0, 2)), (2, 7, (1,))):
+            t = 100000 * number + 1000 * sender
+            events.append({"t": t, "robot": sender, "event": "sent", "channel": 0})
+            events += [{"t": t + 500, "robot": other, "event": "received", "channel": 0,
+                        "node": node, "message": number} for other in to]
+    assert metrics.messages(written(tmp_path, 3, events + [END]))["delivery"] == 1
+
+
 @pytest.mark.parametrize("runs, quantile", [(2, 12.706), (10, 2.262), (20, 2.093), (33, 2.037),
                                             (100, 1.984)])
 def test_intervals_are_students(runs, quantile):
