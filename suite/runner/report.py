@@ -19,6 +19,16 @@ def figure_text(figure) -> str:
     return text[text.index("<svg"):]
 
 
+def borders(axes, counts: dict[int, tuple[float, float, int]], colour: str):
+    """Lines between the hop counts of robots: x and y in mm, count."""
+    if len({x for x, _, _ in counts.values()}) < 2 or len({y for _, y, _ in counts.values()}) < 2:
+        return  # on one line there is nothing to draw a border through
+    xs, ys, hops = zip(*counts.values())
+    if max(hops) > min(hops) and len(counts) > 3:
+        axes.tricontour(xs, ys, hops, levels=[h + 0.5 for h in range(min(hops), max(hops))],
+                        colors=colour, linewidths=0.8)
+
+
 def gradient_map(axes, log: metrics.Log):
     """Robots in the colours they showed at the judged time, with the borders between hop counts;
     crosses on those that heard of no seed, grey ones had died."""
@@ -35,11 +45,8 @@ def gradient_map(axes, log: metrics.Log):
         lost = [i for i, count in hops.items() if count >= metrics.UNREACHED]
         axes.scatter([xs[i] for i in lost], [ys[i] for i in lost], marker="x", c="white",
                      s=size / 3, linewidths=0.8, zorder=4)
-        most = max((h for h in hops.values() if h < metrics.UNREACHED), default=0)
-        if len(hops) == len(places) > 3 and most > 0:
-            levels = [h + 0.5 for h in range(most + (1 if lost else 0))]
-            axes.tricontour(xs, ys, [min(hops[i], most + 1) for i in range(len(places))],
-                            levels=levels, colors=colour, linewidths=0.8)
+        borders(axes, {i: (xs[i], ys[i], h) for i, h in hops.items() if h < metrics.UNREACHED},
+                colour)
     axes.scatter(xs, ys, c=colours, s=size, edgecolors="black", linewidths=0.5 * size / 70,
                  zorder=3, rasterized=len(places) > 1000)
     seeds = [p for p in places if p["role"]]
@@ -139,12 +146,14 @@ LABELS = {
     "lost_daemon": "messages lost in the daemon", "lost_client": "messages lost in the program",
     "stood_still_s": "bodies stood still for want of a processor / s",
 }
+MOST_ACROSS = 4  # panels, or their text is too small to read
 HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted",
           "too_short"}
 STYLE = """body{font:15px/1.5 serif;max-width:70em;margin:2em auto;padding:0 1em;color:#111}
 h1,h2{font-family:sans-serif}figure{margin:1em 0}svg{max-width:100%;height:auto}
 table{border-collapse:collapse;font-size:13px}td,th{padding:.15em .8em;text-align:right;
-border-bottom:1px solid #ccc}th:first-child,td:first-child{text-align:left}figcaption{color:#444}"""
+border-bottom:1px solid #ccc;white-space:nowrap}
+th:first-child,td:first-child{text-align:left}figcaption{color:#444}"""
 
 
 def settings(scenario: dict) -> dict[str, str]:
@@ -228,18 +237,21 @@ def section(number: int, program: str, logs: dict[str, list[metrics.Log]]) -> st
                                 "font.size": 8, "axes.linewidth": 0.6, "figure.dpi": 200})
     from matplotlib import pyplot
     title, draws, (width, height), caption = FIGURES[program]
-    across = max(len(logs), 2)
-    figure, panels = pyplot.subplots(len(draws), across, squeeze=False, layout="constrained",
-                                     figsize=(width * across, height))
-    for row, draw in zip(panels, draws):
-        for axes, runs in zip(row, logs.values()):
-            draw(axes, runs[0])
-        for axes in row[len(logs):]:
-            axes.set_axis_off()
-    for axes, (title_above, runs) in zip(panels[0], logs.items()):
-        axes.set_title(f"{title_above}, seed {runs[0].scenario['seed']}", fontsize=9)
-    text = figure_text(figure)
-    pyplot.close(figure)
+    across = min(max(len(logs), 2), MOST_ACROSS)
+    columns_left, text = list(logs.items()), ""
+    while columns_left:
+        row, columns_left = columns_left[:across], columns_left[across:]
+        figure, panels = pyplot.subplots(len(draws), across, squeeze=False, layout="constrained",
+                                         figsize=(width * across, height))
+        for line, draw in zip(panels, draws):
+            for axes, (_, runs) in zip(line, row):
+                draw(axes, runs[0])
+            for axes in line[len(row):]:
+                axes.set_axis_off()
+        for axes, (title_above, runs) in zip(panels[0], row):
+            axes.set_title(f"{title_above}, seed {runs[0].scenario['seed']}", fontsize=9)
+        text += figure_text(figure)
+        pyplot.close(figure)
     numbers = {p: [metrics.evaluate(log) for log in runs] for p, runs in logs.items()}
     return (f"<h2>{title}</h2><figure>{text}<figcaption><b>Figure {number}.</b> {caption}"
             f"</figcaption></figure>" + table(numbers))
