@@ -43,25 +43,25 @@ def test_followers_move_and_their_daemons_know_where(tmp_path):
     assert len(heard) > 5 and min(heard) > 110, heard
 
 
-def find_program(name, folder):
-    """Process id of a program that was given a path in this folder."""
-    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+def find_program(name, mark):
+    """Process id of a program with this variable in its environment."""
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
         try:
-            words = path.read_bytes().decode().split("\0")
-        except (OSError, UnicodeDecodeError):
-            continue
-        if words[0].endswith(name) and any(str(folder) in word for word in words[1:]):
-            return int(path.parent.name)
+            program = (process / "cmdline").read_bytes().split(b"\0")[0]
+            if program.endswith(name) and mark in (process / "environ").read_bytes():
+                return int(process.name)
+        except OSError:
+            continue  # it has ended
     return None
 
 
 def test_bodies_that_get_no_processor_stand_still(tmp_path):
     """They do not jump to where a robot would be that nobody could stop."""
     process = subprocess.Popen([SUITE, "run", "edge_following", *LAB, "--seconds", "8"],
-                               cwd=tmp_path, env={**ENVIRONMENT, "TMPDIR": str(tmp_path)},
+                               cwd=tmp_path, env={**ENVIRONMENT, "TEST_MARK": str(tmp_path)},
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 30
-    while (bodies := find_program("swarmtalk-suite-bodies", tmp_path)) is None:
+    while (bodies := find_program(b"swarmtalk-suite-bodies", bytes(tmp_path))) is None:
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.05)
     time.sleep(4)
