@@ -3,6 +3,7 @@
 Ctrl-C (and SIGTERM) goes to whatever runs, so that it ends with what it has; where the signal comes
 between two programs, `interrupted` says so.
 """
+import ctypes
 import json
 import os
 import pathlib
@@ -57,6 +58,15 @@ def catch_interrupts():
     signal.signal(signal.SIGTERM, handler)
 
 
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+libc = ctypes.CDLL(None)
+
+
+def end_with_runner():
+    """In a program that is being started: it is interrupted when this one is killed."""
+    libc.prctl(PR_SET_PDEATHSIG, signal.SIGINT)
+
+
 def call(command: list):
     """Runs a program of ours to its end. Raises PlatformError with its last words if it fails,
     Interrupted if it did not begin."""
@@ -66,7 +76,7 @@ def call(command: list):
     # In a group of its own, or a terminal's Ctrl-C would reach it twice.
     process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL,
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                               start_new_session=True)
+                               start_new_session=True, preexec_fn=end_with_runner)
     _running = process
     if interrupted:  # while it was being started
         process.send_signal(signal.SIGINT)

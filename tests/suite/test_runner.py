@@ -126,6 +126,24 @@ def test_interrupt_ends_with_what_there_is(tmp_path):
         "hop_count-sim-coachbot-36-1.jsonl"]
 
 
+def test_a_killed_runner_leaves_no_simulator_running(tmp_path):
+    """It would fill the disk with the rest of its log."""
+    process = subprocess.Popen([SUITE, "run", "hop_count", "--seconds", "500000"], cwd=tmp_path,
+                               env=ENVIRONMENT)
+    children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    deadline = time.monotonic() + 60
+    while not (simulators := children.read_text().split()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.2)  # until it listens to signals
+    process.kill()
+    process.wait()
+    state = pathlib.Path(f"/proc/{simulators[0]}/stat")
+    while state.exists() and " Z " not in state.read_text() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not state.exists() or " Z " in state.read_text()
+    assert not list((tmp_path / "suite-logs").glob("*.jsonl"))
+
+
 def test_two_at_once_in_one_folder_do_not_meet(tmp_path):
     """They write the same logs: each has to see whole ones only."""
     both = [subprocess.Popen([SUITE, "run", "hop_count", "--runs", "6", "--seconds", "30"],
