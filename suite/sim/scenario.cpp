@@ -11,6 +11,8 @@ namespace swarmtalk::suite {
 namespace {
 
 using nlohmann::json;
+constexpr double kMostSeconds = 1e6;
+
 using Setters = std::map<std::string, std::function<void(const json&)>>;
 
 template <class T>
@@ -94,6 +96,12 @@ Scenario read_scenario(const std::string& path) {
   scenario.platform = text.at("platform").get<std::string>();
   scenario.seed = text.at("seed").get<uint64_t>();
   scenario.seconds = text.at("seconds").get<double>();
+  if (!text.at("seed").is_number_unsigned()) {
+    throw std::runtime_error("scenario: seed must be a whole number from 0 on");
+  }
+  if (!(scenario.seconds > 0 && scenario.seconds <= kMostSeconds)) {
+    throw std::runtime_error("scenario: seconds must be above 0 and at most a million");
+  }
   scenario.has_random_ids = text.value("random_ids", false);
   for (const json& robot : text.at("robots")) {
     scenario.robots.push_back({robot.at("x_mm").get<double>(), robot.at("y_mm").get<double>(),

@@ -1,4 +1,6 @@
 """Ctrl-C at the moments at which programs are being started."""
+import importlib.machinery
+import importlib.util
 import os
 import pathlib
 import signal
@@ -62,3 +64,18 @@ def test_interrupt_between_two_runs_starts_no_other(interrupts, tmp_path):
     with pytest.raises(platforms.Interrupted):
         platforms.call(["touch", tmp_path / "ran"])
     assert not (tmp_path / "ran").exists()
+
+
+def test_interrupt_of_a_report_is_no_traceback(monkeypatch):
+    report = pytest.importorskip("report")
+    loader = importlib.machinery.SourceFileLoader("runner", str(ROOT / "suite/swarmtalk-suite"))
+    runner = importlib.util.module_from_spec(importlib.util.spec_from_loader("runner", loader))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    loader.exec_module(runner)
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(report, "write", interrupted)
+    monkeypatch.setattr(sys, "argv", ["swarmtalk-suite", "report"])
+    assert runner.main() == 130

@@ -1,7 +1,10 @@
 """Nonsense in a scenario is refused in one line that names it, and nothing is run."""
+import json
+import subprocess
+
 import pytest
 
-from test_runner import suite
+from test_runner import BUILD, suite
 
 NO_RUN = [
     ("robots = 'ten'", "robots is 'ten'"), ("robots = 3.5", "a whole number"),
@@ -53,3 +56,19 @@ def test_a_swarm_too_small_to_show_anything_does_not_succeed(tmp_path, program, 
 def test_a_seed_that_is_no_64_bits_is_refused(tmp_path, seed):
     done = suite(tmp_path, "run", "hop_count", "--seed", seed)
     assert done.returncode == 1 and "seed" in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("key, value", [
+    ("seconds", -5), ("seconds", 1e12), ("seed", -1), ("seed", 1.5), ("program", "dance"),
+    ("radio", {"period_us": -4}), ("radio", {"loss": "x"}),
+    ("faults", [{"kind": "death", "robot": 7}])])
+def test_a_log_that_was_changed_by_hand_does_not_run_for_ever(tmp_path, key, value):
+    """The simulator itself reads what a replayed log says."""
+    scenario = {"program": "hop_count", "platform": "sim-kilobot", "seed": 1, "seconds": 1,
+                "robots": [{"x_mm": 0, "y_mm": 0}]}
+    (tmp_path / "s.json").write_text(json.dumps(scenario | {key: value}) + "\n")
+    done = subprocess.run([BUILD / "suite/swarmtalk-sim", tmp_path / "s.json", "-"], timeout=20,
+                          capture_output=True, text=True)
+    words = (key if key != "faults" else "fault", *(value if isinstance(value, dict) else ()))
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert all(word in done.stderr for word in words), done.stderr
