@@ -10,35 +10,53 @@
 namespace swarmtalk {
 namespace core {
 
-/// A set of numbers below kSize, one bit each.
+/// A set of numbers below kSize, one bit each. Large ones are kept in words as wide as the machine
+/// counts at once.
 template <uint16_t kSize>
 class BitSet {
  public:
+  static constexpr bool kIsWide = kSize > 8 && sizeof(void*) == 8;
+
   BitSet() { memset(groups_, 0, sizeof(groups_)); }
   void set(uint16_t i, bool value) {
-    const uint8_t bit = one_bit<uint8_t>(i % 8);
-    uint8_t& group = groups_[group_of(i)];
-    group = static_cast<uint8_t>(value ? group | bit : group & ~bit);
+    const Group bit = one_bit<Group>(i % kGroupBits);
+    Group& group = groups_[group_of(i)];
+    group = static_cast<Group>(value ? group | bit : group & ~bit);
   }
-  bool has(uint16_t i) const { return (groups_[group_of(i)] & one_bit<uint8_t>(i % 8)) != 0; }
+  bool has(uint16_t i) const {
+    return (groups_[group_of(i)] & one_bit<Group>(i % kGroupBits)) != 0;
+  }
   bool is_empty() const {
     for (uint8_t n = 0; n < kGroups; ++n) {
       if (groups_[n] != 0) return false;
     }
     return true;
   }
-  /// Whether i begins a group of eight of which none is in the set.
+  /// Whether i begins a group of which none is in the set.
   bool is_empty_group(uint16_t i) const {
-    return kGroups > 1 && i % 8 == 0 && groups_[i / 8] == 0 && i + 8u <= kSize;
+    return kGroups > 1 && i % kGroupBits == 0 && groups_[i / kGroupBits] == 0 &&
+           i + unsigned{kGroupBits} <= kSize;
+  }
+  /// The lowest in the set that is not below `from`; kSize: none.
+  uint16_t first_from(uint16_t from) const {
+    for (uint16_t i = from; i < kSize;
+         i = static_cast<uint16_t>((i / kGroupBits + 1) * kGroupBits)) {
+      const Group rest = static_cast<Group>(groups_[i / kGroupBits] >> i % kGroupBits);
+      if (rest != 0) return static_cast<uint16_t>(i + __builtin_ctzll(rest));
+    }
+    return kSize;
   }
 
  private:
-  static constexpr uint8_t kGroups = (kSize + 7) / 8;
-  static uint16_t group_of(uint16_t i) { return kGroups == 1 ? 0 : i / 8; }
-  uint8_t groups_[kGroups];
+  using Group = UintFor<kIsWide ? 64 : 8>;
+  static constexpr uint8_t kGroupBits = sizeof(Group) * 8;
+  static constexpr uint8_t kGroups = (kSize + kGroupBits - 1) / kGroupBits;
+  static uint16_t group_of(uint16_t i) { return kGroups == 1 ? 0 : i / kGroupBits; }
+  Group groups_[kGroups];
 };
 
-/// Cost of next(): kSources / 8 steps over empty groups at most.
+/// Cost of next(): a look at each group at most, where they are wide; else kSources / 8 steps over
+/// empty ones and eight more.
 template <uint16_t kSources>
 class RoundRobin {
  public:
@@ -52,6 +70,11 @@ class RoundRobin {
 
   /// The next ready source after the last one given, which becomes the last. kNone: none is ready.
   Source next() {
+    if (BitSet<kSources>::kIsWide) {
+      const Source found = peek();
+      if (found != kNone) last_ = found;
+      return found;
+    }
     using Steps = UintFor<bits_for(kSources + UINT32_C(8))>;
     Source source = last_;
     for (Steps n = 0; n < kSources; ++n) {
@@ -70,6 +93,10 @@ class RoundRobin {
 
   /// What next() would give.
   Source peek() const {
+    if (BitSet<kSources>::kIsWide) {
+      const uint16_t found = ready_.first_from(static_cast<uint16_t>(last_ + 1u));
+      return static_cast<Source>(found != kSources ? found : ready_.first_from(0));
+    }
     RoundRobin copy = *this;
     return copy.next();
   }
