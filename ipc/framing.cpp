@@ -37,19 +37,29 @@ void FrameReader::commit(std::size_t size_bytes) {
   end_ += size_bytes;
 }
 
-ReadResult FrameReader::next(Envelope& envelope) {
+ReadResult FrameReader::next(std::string_view& envelope) {
   if (end_ - begin_ < kLengthBytes) return ReadResult::kNeedMore;
   const std::size_t length = read_length(buffer_.data() + begin_);
   if (length == 0 || length > kMaxEnvelopeBytes) return ReadResult::kMalformed;
   if (end_ - begin_ - kLengthBytes < length) return ReadResult::kNeedMore;
-  const char* body = buffer_.data() + begin_ + kLengthBytes;
-  if (!envelope.ParseFromArray(body, static_cast<int>(length))) return ReadResult::kMalformed;
+  envelope = {buffer_.data() + begin_ + kLengthBytes, length};
   begin_ += kLengthBytes + length;
   return ReadResult::kEnvelope;
 }
 
+ReadResult FrameReader::next(Envelope& envelope) {
+  std::string_view bytes;
+  const ReadResult result = next(bytes);
+  if (result != ReadResult::kEnvelope) return result;
+  return parse(bytes, envelope) ? ReadResult::kEnvelope : ReadResult::kMalformed;
+}
+
 void FrameReader::clear() {
   begin_ = end_ = 0;
+}
+
+bool parse(std::string_view bytes, Envelope& envelope) {
+  return envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
 bool append_frame(const Envelope& envelope, std::string& buffer) {

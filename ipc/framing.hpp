@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "ipc/ipc.pb.h"
 
@@ -34,6 +35,10 @@ class FrameReader {
   ///   kMaxEnvelopeBytes, or bytes that are no Envelope: the stream cannot be resumed after it.
   ReadResult next(Envelope& envelope);
 
+  /// The same without a look inside. @param envelope  its bytes, valid until the next prepare() or
+  ///   clear()
+  ReadResult next(std::string_view& envelope);
+
   /// Forgets everything (a new connection).
   void clear();
 
@@ -42,6 +47,9 @@ class FrameReader {
   std::size_t begin_ = 0;  // first unread byte
   std::size_t end_ = 0;    // one past the last filled byte
 };
+
+/// Parses the bytes of an Envelope (reused; its old content is cleared). @return false: malformed
+bool parse(std::string_view bytes, Envelope& envelope);
 
 /// Appends `envelope` with its length to `buffer`.
 /// @return false, and `buffer` unchanged, when it is longer than kMaxEnvelopeBytes.
