@@ -48,7 +48,7 @@ std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscriptio
 }
 
 void Hub::unsubscribe(Subscription& subscription) {
-  Channel& channel = channels_.at(subscription.channel);
+  Channel& channel = *find(subscription.channel);
   std::erase(channel.subscriptions, &subscription);
   names_.release(channel.number, subscription.held_name);
   if (!channel.subscriptions.empty()) return;
@@ -78,7 +78,7 @@ std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& 
 }
 
 void Hub::unadvertise(Publisher& publisher) {
-  Channel& channel = channels_.at(publisher.channel);
+  Channel& channel = *find(publisher.channel);
   --channel.publishers;
   names_.release(channel.number, publisher.held_name);
   while (!publisher.queue.empty()) {
@@ -94,9 +94,9 @@ void Hub::unadvertise(Publisher& publisher) {
 }
 
 std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
-                                    std::string& payload, std::optional<std::uint32_t> ttl,
+                                    std::string_view payload, std::optional<std::uint32_t> ttl,
                                     std::optional<std::uint64_t> sent_at_ns) {
-  Channel& channel = channels_.at(publisher.channel);
+  Channel& channel = *find(publisher.channel);
   const std::uint32_t hops = ttl.value_or(publisher.ttl);
   if (auto refusal = check(publisher, channel, payload.size(), hops)) return refusal;
   if (auto refusal = take_turn(channel.number)) return refusal;
@@ -114,9 +114,9 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   publication.owner = &publisher;
   publication.client = publisher.client;
   publication.number = number;
-  publication.payload.swap(payload);
+  publication.payload.assign(payload);
   publication.ttl = static_cast<std::uint8_t>(hops);
-  publication.sent_at_ns = sent_at_ns ? *sent_at_ns : monotonic_ns();
+  if (channel.is_timestamped) publication.sent_at_ns = sent_at_ns.value_or(monotonic_ns());
   publication.copies = publisher.copies;
   publication.copy_interval_ms = publisher.copy_interval_ms;
   ++counters_.messages_published;
@@ -189,15 +189,13 @@ void Hub::feed(std::size_t station, Channel& channel) {
 }
 
 void Hub::on_sent(Station& station, std::uint16_t channel_number) {
-  const auto found = channels_.find(channel_number);
-  if (found == channels_.end()) return;
+  Channel* const channel = find(channel_number);
+  if (channel == nullptr) return;
   const std::size_t index = index_of(station);
-  Slot& slot = found->second.slots[index];
-  if (wait_for_copy(index, found->second, slot)) return;
-  if (Publication* sent = std::exchange(slot.in_flight, nullptr)) {
-    finish(*sent, found->second, true);
-  }
-  feed(index, found->second);
+  Slot& slot = channel->slots[index];
+  if (wait_for_copy(index, *channel, slot)) return;
+  if (Publication* sent = std::exchange(slot.in_flight, nullptr)) finish(*sent, *channel, true);
+  feed(index, *channel);
 }
 
 // A message of several copies keeps its place until the last has left. @return whether it does
@@ -223,9 +221,9 @@ void Hub::send_copies(Time now) {
     return copy.at <= now;
   });
   for (const DueCopy& copy : due) {
-    const auto found = channels_.find(copy.channel);
-    if (found == channels_.end()) continue;
-    Slot& slot = found->second.slots[copy.station];
+    Channel* const channel = find(copy.channel);
+    if (channel == nullptr) continue;
+    Slot& slot = channel->slots[copy.station];
     if (slot.in_flight != copy.publication || !slot.is_between_copies) continue;  // given up
     slot.is_between_copies = false;
     ++counters_.copies_sent;
@@ -250,7 +248,7 @@ void Hub::finish(Publication& publication, Channel& channel, bool was_sent) {
     count_copy(publication);
   } else if (publication.sent > 0) {
     ++counters_.messages_sent;
-    if (owner != nullptr) owner->client->on_sent(owner->id, publication.number);
+    if (owner != nullptr) owner->client->on_sent(*owner, publication.number);
   } else {
     ++counters_.messages_link_down;
     if (owner != nullptr) {
@@ -321,11 +319,11 @@ void Hub::note_losses(Channel& channel, const Station& station, const MessageHea
 }
 
 void Hub::on_last_message(Station& station, const MessageHead& head) {
-  const auto found = channels_.find(head.channel);
-  if (found == channels_.end() || found->second.subscriptions.empty()) return;
+  Channel* const channel = find(head.channel);
+  if (channel == nullptr || channel->subscriptions.empty()) return;
   const auto index = static_cast<std::uint16_t>(index_of(station));
-  add_loss(found->second, losses_.note_last({index, head.channel, head.sender, head.epoch},
-                                            head.number, head.drops));
+  add_loss(*channel, losses_.note_last({index, head.channel, head.sender, head.epoch}, head.number,
+                                       head.drops));
 }
 
 void Hub::add_loss(Channel& channel, const Loss& lost) {
@@ -340,10 +338,10 @@ void Hub::add_loss(Channel& channel, const Loss& lost) {
 
 void Hub::on_message(Station& station, const MessageHead& head,
                      std::span<const std::uint8_t> payload) {
-  const auto found = channels_.find(head.channel);
-  if (found == channels_.end()) return;
-  const bool is_wanted = !found->second.subscriptions.empty();
-  if (is_wanted && head.has_wide_number) note_losses(found->second, station, head);
+  Channel* const channel = find(head.channel);
+  if (channel == nullptr) return;
+  const bool is_wanted = !channel->subscriptions.empty();
+  if (is_wanted && head.has_wide_number) note_losses(*channel, station, head);
   if (stations_.size() > 1 || head.origin) {
     const std::size_t index = index_of(station);
     if (came_otherwise(index, head, payload)) return;
@@ -351,7 +349,7 @@ void Hub::on_message(Station& station, const MessageHead& head,
   }
   if (!is_wanted) return;
   ++counters_.messages_received;
-  ++found->second.received;
+  ++channel->received;
   MessageRef message = pool_.take();
   message->payload.assign(reinterpret_cast<const char*>(payload.data()), payload.size());
   message->channel = head.channel;
@@ -369,7 +367,7 @@ void Hub::on_message(Station& station, const MessageHead& head,
   message->is_local = false;
   message->crossed_gateway = head.crossed_gateway;
   message->origin = head.origin;
-  deliver(found->second, message, nullptr);
+  deliver(*channel, message, nullptr);
 }
 
 void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* except) {
@@ -474,10 +472,7 @@ Publication& Hub::new_publication() {
   }
   Publication& publication = *free_publications_.back();
   free_publications_.pop_back();
-  std::string payload;
-  payload.swap(publication.payload);  // keeps its memory
-  publication = Publication{};
-  publication.payload.swap(payload);
+  static_cast<PublicationHead&>(publication) = {};  // the payload keeps its memory
   return publication;
 }
 

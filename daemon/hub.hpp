@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -21,18 +22,18 @@
 #include "daemon/log_limiter.hpp"
 #include "daemon/loss_tracker.hpp"
 #include "daemon/node_identity.hpp"
+#include "daemon/number_table.hpp"
 #include "daemon/seen_messages.hpp"
 #include "daemon/station.hpp"
 #include "daemon/token_bucket.hpp"
 
 namespace swarmtalk::daemon {
 
-/// One accepted message on its way out. Lives until every station that took it is done with it.
-struct Publication {
+/// What is known of one accepted message on its way out, without its bytes.
+struct PublicationHead {
   Publisher* owner = nullptr;   // none: the client is gone; the message leaves all the same
   HubClient* client = nullptr;  // who must not hear it; compared only
   std::uint64_t number = 0;     // the client's
-  std::string payload;
   std::uint8_t ttl = 0;
   std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
   std::uint32_t copies = 1;
@@ -46,12 +47,18 @@ struct Publication {
   bool is_replaced = false;  // by a newer copy
 };
 
+/// It lives until every station that took it is done with it; its memory is used again.
+struct Publication : PublicationHead {
+  std::string payload;
+};
+
 class Hub final : public StationUser {
  public:
   struct Limits {
     std::uint16_t message_bytes = 0;
     std::uint8_t ttl = 0;
     std::uint16_t least_message_bytes = 0;
+    bool is_timestamped = false;
   };
   struct ChannelView {
     std::uint16_t number;
@@ -87,10 +94,9 @@ class Hub final : public StationUser {
   void unadvertise(Publisher& publisher);
 
   /// Accepts a message: on_sent() or on_unsent() of the client follows exactly once.
-  /// @param payload  swapped away when accepted
   /// @param sent_at_ns  monotonic, when the app sent it; none or in the future: now
-  std::optional<Refusal> publish(Publisher& publisher, std::uint64_t number, std::string& payload,
-                                 std::optional<std::uint32_t> ttl,
+  std::optional<Refusal> publish(Publisher& publisher, std::uint64_t number,
+                                 std::string_view payload, std::optional<std::uint32_t> ttl,
                                  std::optional<std::uint64_t> sent_at_ns = std::nullopt);
 
   using Time = std::chrono::steady_clock::time_point;
@@ -142,6 +148,7 @@ class Hub final : public StationUser {
     std::uint32_t publications = 0;  // not yet sent everywhere
     std::vector<Subscription*> subscriptions;
     std::vector<Slot> slots;     // one for each station
+    Limits limits;               // of the stations that carry it
     std::uint64_t received = 0;  // from stations, for a subscription
     Loss lost;
     std::uint64_t last_used = 0;  // by use_count_
@@ -159,6 +166,8 @@ class Hub final : public StationUser {
                                        bool is_timestamped) const;
   std::optional<Refusal> open_anew(Channel& channel, bool is_timestamped);
   Limits limits_of(std::uint16_t channel, bool is_timestamped) const;
+  Channel* find(std::uint16_t number) const;
+  void erase(std::unordered_map<std::uint16_t, Channel>::iterator channel);
   void listen(Channel& channel);
   std::optional<Refusal> open(Channel& channel);
   void close(Channel& channel);
@@ -169,8 +178,9 @@ class Hub final : public StationUser {
   std::optional<Refusal> check_reserved(std::uint16_t channel) const;
   std::optional<Refusal> take_turn(std::uint16_t channel);
   std::optional<Refusal> check_up(const Channel& channel) const;
-  std::optional<Refusal> check_mtu(const Channel& channel, std::size_t size_bytes) const;
+  Refusal over_mtu(const Channel& channel, std::size_t size_bytes) const;
   bool carries(std::size_t station, const Channel& channel, std::size_t size_bytes) const;
+  bool is_carried(const Channel& channel, std::size_t size_bytes) const;
   void feed(std::size_t station, Channel& channel);
   void start(Publication& publication, Channel& channel);
   void start_next(Publisher& publisher, Channel& channel);
@@ -211,6 +221,7 @@ class Hub final : public StationUser {
   LogLimiter duplicate_log_;
   std::vector<Station*> stations_;
   std::unordered_map<std::uint16_t, Channel> channels_;
+  NumberTable<Channel*> channels_by_number_;
   MessagePool pool_;
   LossTracker losses_;
   std::vector<std::unique_ptr<Publication>> publications_;  // all there are

@@ -94,10 +94,11 @@ std::optional<Refusal> Hub::use(const ChannelRequest& request, std::string& held
   if (found == channels_.end()) {
     if (auto refusal = check_carried(request, number, is_timestamped)) return refusal;
     found = channels_.try_emplace(number).first;
+    channels_by_number_[number] = &found->second;
     found->second.number = number;
     found->second.slots.resize(stations_.size());
     if (auto refusal = open_anew(found->second, is_timestamped)) {
-      channels_.erase(found);
+      erase(found);
       return refusal;
     }
   }
@@ -122,6 +123,7 @@ std::optional<Refusal> Hub::open_anew(Channel& channel, bool is_timestamped) {
   }
   close(channel);
   channel.is_timestamped = is_timestamped;
+  channel.limits = limits_of(channel.number, is_timestamped);
   if (auto refusal = open(channel)) return refusal;
   listen(channel);
   return std::nullopt;
@@ -163,19 +165,28 @@ bool Hub::evict_idle() {
   }
   if (oldest == channels_.end()) return false;
   close(oldest->second);
-  channels_.erase(oldest);
+  erase(oldest);
   return true;
 }
 
+Hub::Channel* Hub::find(std::uint16_t number) const {
+  Channel* const* const found = channels_by_number_.find(number);
+  return found == nullptr ? nullptr : *found;
+}
+
+void Hub::erase(std::unordered_map<std::uint16_t, Channel>::iterator channel) {
+  channels_by_number_[channel->first] = nullptr;
+  channels_.erase(channel);
+}
+
 Hub::Limits Hub::limits(std::uint16_t channel_number) const {
-  const auto found = channels_.find(channel_number);
-  const bool is_timestamped = found != channels_.end() ? found->second.is_timestamped
-                                                       : default_timestamping(channel_number);
-  return limits_of(channel_number, is_timestamped);
+  const Channel* const channel = find(channel_number);
+  return channel != nullptr ? channel->limits
+                            : limits_of(channel_number, default_timestamping(channel_number));
 }
 
 Hub::Limits Hub::limits_of(std::uint16_t channel, bool is_timestamped) const {
-  Limits least{UINT16_MAX, UINT8_MAX, 0};
+  Limits least{UINT16_MAX, UINT8_MAX, 0, is_timestamped};
   for (const Station* station : stations_) {
     const StationLimits& own = station->limits();
     if (!own.carries(channel, is_timestamped)) continue;
@@ -192,13 +203,19 @@ bool Hub::carries(std::size_t station, const Channel& channel, std::size_t size_
          size_bytes <= link.message_bytes_that_fit(channel.is_timestamped);
 }
 
+bool Hub::is_carried(const Channel& channel, std::size_t size_bytes) const {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    if (carries(i, channel, size_bytes)) return true;
+  }
+  return false;
+}
+
 // Within the profile's limit, but too long for the interfaces as they are.
-std::optional<Refusal> Hub::check_mtu(const Channel& channel, std::size_t size_bytes) const {
+Refusal Hub::over_mtu(const Channel& channel, std::size_t size_bytes) const {
   std::size_t most = 0;
   std::string states;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     Station* station = stations_[i];
-    if (carries(i, channel, size_bytes)) return std::nullopt;
     if (!channel.slots[i].is_open || !station->is_up()) continue;
     most = std::max(most, station->message_bytes_that_fit(channel.is_timestamped));
     states += (states.empty() ? "" : "; ") + station->name() + ": " + station->link().state();
@@ -277,7 +294,7 @@ std::optional<Refusal> Hub::check_up(const Channel& channel) const {
 
 std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& channel,
                                   std::size_t size_bytes, std::uint32_t ttl) const {
-  const Limits most = limits_of(channel.number, channel.is_timestamped);
+  const Limits& most = channel.limits;
   if (size_bytes > most.message_bytes) {
     return Refusal{ipc::ERROR_TOO_LONG,
                    "the message has " + text_of(size_bytes) + " bytes, the limit is " +
@@ -291,8 +308,10 @@ std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& cha
                    most.message_bytes};
   }
   if (auto refusal = check_ttl(ttl, most)) return refusal;
-  if (auto refusal = check_up(channel)) return refusal;
-  if (auto refusal = check_mtu(channel, size_bytes)) return refusal;
+  if (!is_carried(channel, size_bytes)) {
+    if (auto refusal = check_up(channel)) return refusal;
+    return over_mtu(channel, size_bytes);
+  }
   const bool is_full =
       publisher.in_flight != nullptr && publisher.queue.size() >= publisher.queue_limit;
   if (is_full && (!publisher.drops_oldest || publisher.queue.empty())) {

@@ -14,6 +14,7 @@
 namespace swarmtalk::daemon {
 
 struct Publication;
+struct Publisher;
 struct Subscription;
 
 /// Called by the hub at any time; must not call back into the hub.
@@ -21,7 +22,7 @@ class HubClient {
  public:
   virtual ~HubClient() = default;
   virtual void on_message(Subscription& subscription, const MessageRef& message) = 0;
-  virtual void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) = 0;
+  virtual void on_sent(Publisher& publisher, std::uint64_t publish_number) = 0;
   /// A publication that had been accepted could not be sent after all.
   virtual void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                          const Refusal& refusal) = 0;
@@ -40,8 +41,6 @@ struct Subscription {
   std::uint32_t id = 0;                 // the client's
   std::optional<float> max_distance_m;  // none: any distance
   bool drops_unknown_distance = false;
-  std::uint32_t sent_every = 1;  // the client is told of so many at once
-  std::uint32_t untold_sent = 0;
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;

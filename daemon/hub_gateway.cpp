@@ -95,7 +95,7 @@ void Hub::cross_own(const Publication& publication, const Channel& channel, std:
 void Hub::copy(const GatewayRule& rule, GatewayOrigin origin, std::span<const std::uint8_t> payload,
                std::uint8_t ttl) {
   Station& station = *stations_[rule.to_link];
-  Channel& channel = channels_.at(rule.to_channel);
+  Channel& channel = *find(rule.to_channel);
   const StationLimits& limits = station.limits();
   const std::size_t around = limits.marks_gateways ? origin_bytes(origin) : 0;
   const bool is_there = seen_.came_otherwise(

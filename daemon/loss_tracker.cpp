@@ -22,6 +22,7 @@ std::uint64_t take(std::uint64_t& gap, std::uint64_t before, std::uint64_t now,
 // Null: it is followed from now on, from this number.
 LossTracker::Entry* LossTracker::find(const Source& source, std::uint32_t number,
                                       const DropTotals& drops) {
+  if (!entries_.empty() && entries_.front().source == source) return &entries_.front();
   const auto found = sources_.find(source);
   if (found == sources_.end()) {
     if (sources_.size() >= max_sources_) {

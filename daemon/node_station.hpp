@@ -9,12 +9,13 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <unordered_map>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "daemon/gateway_origin.hpp"
 #include "daemon/node_identity.hpp"
+#include "daemon/number_table.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/ranging.hpp"
 #include "daemon/station.hpp"
@@ -92,13 +93,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   void close_channel(std::uint16_t number) override {
-    const auto found = entries_.find(number);
-    node_->remove_channel(found->second->channel);
-    entries_.erase(found);
+    node_->remove_channel(entries_[number]->channel);
+    entries_[number].reset();
   }
 
   void set_listening(std::uint16_t number, bool is_listening) override {
-    Entry& entry = *entries_.at(number);
+    Entry& entry = *entries_[number];
     if (entry.is_listening == is_listening) return;
     entry.is_listening = is_listening;
     if (is_listening) {
@@ -111,7 +111,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   SendResult send(std::uint16_t number, std::span<const std::uint8_t> payload, std::uint8_t ttl,
                   const GatewayOrigin* origin, std::uint64_t waited_us,
                   std::uint32_t& message_number) override {
-    Entry& entry = *entries_.at(number);
+    Entry& entry = *entries_[number];
     const bool is_marked = origin != nullptr && kLimits.marks_gateways;
     if (is_marked) {
       crossing_.clear();
@@ -131,13 +131,13 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   bool send_again(std::uint16_t number) override {
-    if (entries_.at(number)->channel->send_again() != core::Error::kOk) return false;
+    if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
     link_->wake();
     return true;
   }
 
   void cancel(std::uint16_t number) override {
-    Entry& entry = *entries_.at(number);
+    Entry& entry = *entries_[number];
     if (!entry.channel->is_busy()) return;
     // Nobody has heard of the number: skipping it would look like a loss.
     if (entry.channel->is_unbegun() && numbers_[number] > 0) --numbers_[number];
@@ -152,7 +152,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    return out.size() < node_->next_packet_bytes() ? 0 : node_->pull_packet(out.data());
+    if (out.size() < node_->next_packet_bytes()) return 0;
+    // The next message may be handed to the node in here: at the same time.
+    pulled_at_ = std::chrono::steady_clock::now();
+    const std::size_t size_bytes = node_->pull_packet(out.data());
+    pulled_at_.reset();
+    return size_bytes;
   }
   std::size_t next_packet_bytes() override { return node_->next_packet_bytes(); }
   void on_packet(std::span<const std::uint8_t> packet,
@@ -185,6 +190,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     bool is_listening = false;
     core::Channel<P>* channel = nullptr;
     core::Publisher<P>* publisher = nullptr;
+    std::uint32_t* left = nullptr;  // its place in left_, once a message has left
   };
 
   static constexpr StationLimits kLimits = limits_of_profile<P>();
@@ -199,11 +205,14 @@ class NodeStation final : public Station, public drivers::LinkUser {
   /// While a packet is being received, the time when the kernel took it: what it waited for us then
   /// counts in its delay. Never goes back, as a node's clock must not.
   std::uint32_t now_ticks() {
-    const auto now = frame_ != nullptr ? frame_->received_at : std::chrono::steady_clock::now();
-    latest_ = std::max(latest_, now);
+    latest_ = std::max(latest_, time_of_call());
     const auto time = latest_.time_since_epoch();
     return static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::microseconds>(time).count() / kTickUs<P>);
+  }
+  drivers::MonotonicTime time_of_call() const {
+    if (frame_ != nullptr) return frame_->received_at;
+    return pulled_at_ ? *pulled_at_ : std::chrono::steady_clock::now();
   }
   static std::uint32_t random(void*) { return random_bits(); }
 
@@ -230,8 +239,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
   static void on_core_sent(void* context) {
     auto* entry = static_cast<Entry*>(context);
     NodeStation& station = *entry->station;
-    if (P::kMessageBits == 32) station.left_[entry->number] = station.numbers_[entry->number];
+    if (P::kMessageBits == 32) station.note_left(*entry);
     station.user_.on_sent(station, entry->number);
+  }
+  void note_left(Entry& entry) {
+    if (entry.left == nullptr) entry.left = &left_[entry.number];
+    *entry.left = numbers_[entry.number];
   }
   static void on_core_message(void* context, const std::uint8_t* bytes, std::uint16_t size,
                               const core::Reception<P>& reception) {
@@ -248,15 +261,16 @@ class NodeStation final : public Station, public drivers::LinkUser {
   NodeIdentity& identity_;
   const PoseKeeper& poses_;
   StationUser& user_;
-  std::unordered_map<std::uint16_t, std::unique_ptr<Entry>> entries_;
-  std::unordered_map<std::uint16_t, std::uint32_t> numbers_;  // last message sent on a channel
-  std::map<std::uint16_t, std::uint32_t> left_;     // the last of each channel that left whole
-  std::uint16_t told_channel_ = 0;                  // the last that a beacon told of
-  std::unique_ptr<Node> node_;                      // megabytes, most of them untouched
-  std::vector<std::uint8_t> crossing_;              // reused
-  const drivers::FrameReception* frame_ = nullptr;  // in which the packet in hand came
-  drivers::MonotonicTime latest_{};                 // that the node was told
-  Range range_ = Range::unknown();                  // of its transmitter
+  NumberTable<std::unique_ptr<Entry>> entries_;      // open channels
+  NumberTable<std::uint32_t> numbers_;               // last message sent on a channel
+  std::map<std::uint16_t, std::uint32_t> left_;      // the last of each channel that left whole
+  std::uint16_t told_channel_ = 0;                   // the last that a beacon told of
+  std::unique_ptr<Node> node_;                       // megabytes, most of them untouched
+  std::vector<std::uint8_t> crossing_;               // reused
+  const drivers::FrameReception* frame_ = nullptr;   // in which the packet in hand came
+  std::optional<drivers::MonotonicTime> pulled_at_;  // while a packet is pulled
+  drivers::MonotonicTime latest_{};                  // that the node was told
+  Range range_ = Range::unknown();                   // of its transmitter
   std::uint64_t bad_origins_ = 0;
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;

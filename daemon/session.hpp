@@ -11,6 +11,7 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
 #include "daemon/capture.hpp"
@@ -21,6 +22,7 @@
 #include "daemon/subscription_queue.hpp"
 #include "daemon/token_bucket.hpp"
 #include "ipc/framing.hpp"
+#include "ipc/message_frames.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -50,7 +52,6 @@ class SessionHost {
   // Reused by every session, one at a time: parsing and building allocate nothing.
   ipc::Envelope request;
   ipc::Envelope reply;
-  ipc::Envelope delivery;
 };
 
 class Session final : public HubClient,
@@ -86,7 +87,7 @@ class Session final : public HubClient,
 
   void on_captured(ipc::Captured& captured) override;
   void on_message(Subscription& subscription, const MessageRef& message) override;
-  void on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) override;
+  void on_sent(Publisher& publisher, std::uint64_t publish_number) override;
   void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                  const Refusal& refusal) override;
   void on_kilobot_progress(const ipc::KilobotProgress& progress) override;
@@ -107,11 +108,13 @@ class Session final : public HubClient,
   void go_on_reading();
   bool read_once();  // false: nothing more waits for now
   void parse_all();
+  bool parse(std::string_view envelope);
+  void fail_malformed();
   void discard_input();
   void fail_stream(ipc::ErrorCode code, const std::string& text);
 
   // session_requests.cpp: envelopes to answers
-  void handle(ipc::Envelope& request);
+  void handle(const ipc::Envelope& request);
   void greet(const ipc::Hello& hello);
   void subscribe(const ipc::Subscribe& request);
   void unsubscribe(std::uint32_t id);
@@ -119,7 +122,7 @@ class Session final : public HubClient,
   void advertise(const ipc::Advertise& request);
   void unadvertise(std::uint32_t id);
   void note_loss(const ipc::ClientLoss& loss);
-  void publish(ipc::Publish& request);
+  void publish(const ipc::PublishFrame& request);
   void set_pose(const ipc::SetPose& request);
   void get_pose();
   bool operate(const ipc::Envelope& request);  // false: no operator's request

@@ -97,21 +97,32 @@ bool Session::read_once() {
 void Session::parse_all() {
   while (!is_input_closed_ && doom_.empty() && requests_left_ > 0) {
     --requests_left_;
-    switch (reader_.next(host_.request)) {
-      case ipc::ReadResult::kNeedMore:
-        return;
-      case ipc::ReadResult::kMalformed:
-        request_id_ = 0;
-        is_malformed_ = true;
-        fail_stream(ipc::ERROR_MALFORMED,
-                    "these bytes are no frame of the local protocol: each is a u32 little-endian "
-                    "length, at most 65536, and one Envelope");
-        return;
-      case ipc::ReadResult::kEnvelope:
-        handle(host_.request);
-        break;
-    }
+    std::string_view envelope;
+    const ipc::ReadResult result = reader_.next(envelope);
+    if (result == ipc::ReadResult::kNeedMore) return;
+    if (result == ipc::ReadResult::kMalformed || !parse(envelope)) return fail_malformed();
   }
+}
+
+// Nearly all that comes is messages. @return false: malformed
+bool Session::parse(std::string_view envelope) {
+  ipc::PublishFrame publication;
+  if (has_greeted_ && ipc::parse(envelope, publication)) {
+    request_id_ = 0;
+    publish(publication);
+    return true;
+  }
+  if (!ipc::parse(envelope, host_.request)) return false;
+  handle(host_.request);
+  return true;
+}
+
+void Session::fail_malformed() {
+  request_id_ = 0;
+  is_malformed_ = true;
+  fail_stream(ipc::ERROR_MALFORMED,
+              "these bytes are no frame of the local protocol: each is a u32 little-endian "
+              "length, at most 65536, and one Envelope");
 }
 
 // Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.

@@ -28,18 +28,37 @@ std::uint32_t cut(std::uint64_t count) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(count, UINT32_MAX));
 }
 
-void fill_loss(ipc::LostBefore& to, const Loss& from) {
-  if (from.air > 0) to.set_air(cut(from.air));
-  if (from.kernel > 0) to.set_kernel(cut(from.kernel));
-  if (from.daemon > 0) to.set_daemon(cut(from.daemon));
-  if (from.late > 0) to.set_late(cut(from.late));
+ipc::DeliverFrame::Lost lost_of(const Loss& lost) {
+  return {cut(lost.air), cut(lost.kernel), cut(lost.daemon), cut(lost.late)};
 }
 
-void fill_origin(const Message& message, ipc::GatewayOrigin& origin) {
-  if (!message.origin) return;
-  origin.set_link(message.origin->link);
-  origin.set_node(message.origin->node);
-  origin.set_message_number(message.origin->number);
+/// Refers to the message.
+ipc::DeliverFrame frame_of(const Message& message) {
+  ipc::DeliverFrame frame;
+  frame.payload = message.payload;
+  frame.channel = message.channel;
+  frame.sender = message.sender;
+  frame.epoch = message.epoch;
+  frame.message_number = message.number;
+  if (message.distance_m == message.distance_m) frame.distance_m = message.distance_m;
+  if (message.bearing_rad == message.bearing_rad) frame.bearing_rad = message.bearing_rad;
+  if (message.sender_pose && !message.sender_pose->is_stale()) {
+    const frame::FramePose& pose = *message.sender_pose;
+    frame.sender_pose = {static_cast<float>(pose.x_m()), static_cast<float>(pose.y_m()),
+                         static_cast<float>(pose.theta_rad()), age_ms(pose)};
+  }
+  frame.hops = message.hops;
+  frame.ttl = message.ttl;
+  if (message.is_time_known) {
+    frame.buffering_delay_us = message.buffering_delay_us;
+    frame.received_at_ns = message.received_at_ns;
+  }
+  frame.local = message.is_local;
+  if (message.crossed_gateway) frame.origin.emplace();
+  if (message.crossed_gateway && message.origin) {
+    frame.origin = {message.origin->link, message.origin->node, message.origin->number};
+  }
+  return frame;
 }
 
 }  // namespace
@@ -163,33 +182,10 @@ void Session::append_delivery(QueuedSubscription& subscription) {
   const SubscriptionQueue::Taken taken = subscription.queue.pop();
   const Message& message = *taken.message;
   queued_bytes_ -= message.payload.size();
-  host_.delivery.Clear();
-  ipc::Deliver& deliver = *host_.delivery.mutable_deliver();
-  deliver.set_subscription_id(subscription.id);
-  deliver.set_payload(message.payload);
-  deliver.set_channel(message.channel);
-  deliver.set_sender(message.sender);
-  deliver.set_epoch(message.epoch);
-  deliver.set_message_number(message.number);
-  if (message.distance_m == message.distance_m) deliver.set_distance_m(message.distance_m);
-  if (message.bearing_rad == message.bearing_rad) deliver.set_bearing_rad(message.bearing_rad);
-  if (message.sender_pose && !message.sender_pose->is_stale()) {
-    ipc::Pose& pose = *deliver.mutable_sender_pose();
-    pose.set_x_m(static_cast<float>(message.sender_pose->x_m()));
-    pose.set_y_m(static_cast<float>(message.sender_pose->y_m()));
-    pose.set_theta_rad(static_cast<float>(message.sender_pose->theta_rad()));
-    pose.set_age_ms(age_ms(*message.sender_pose));
-  }
-  deliver.set_hops(message.hops);
-  deliver.set_ttl(message.ttl);
-  if (message.is_time_known) {
-    if (message.buffering_delay_us) deliver.set_buffering_delay_us(*message.buffering_delay_us);
-    deliver.set_received_at_ns(message.received_at_ns);
-  }
-  if (message.is_local) deliver.set_local(true);
-  if (message.crossed_gateway) fill_origin(message, *deliver.mutable_origin());
-  if (taken.lost_before != Loss{}) fill_loss(*deliver.mutable_lost_before(), taken.lost_before);
-  ipc::append_frame(host_.delivery, output_);  // 16 KiB of payload always fit
+  ipc::DeliverFrame frame = frame_of(message);
+  frame.subscription_id = subscription.id;
+  frame.lost_before = lost_of(taken.lost_before);
+  ipc::append_frame(frame, output_);  // 16 KiB of payload always fit
   ++host_.counters.deliveries_sent;
   ++deliveries_sent_;
 }

@@ -54,7 +54,7 @@ std::string version_text(std::uint32_t major, std::uint32_t minor) {
 
 }  // namespace
 
-void Session::handle(ipc::Envelope& request) {
+void Session::handle(const ipc::Envelope& request) {
   request_id_ = request.request_id();
   const int bodies = ipc::count_bodies(request);
   if (bodies > 1 || (bodies == 0 && !has_unknown_fields(request))) {
@@ -67,7 +67,7 @@ void Session::handle(ipc::Envelope& request) {
     is_malformed_ = true;
     fail_stream(ipc::ERROR_MALFORMED, "the first frame must be Hello");
   } else if (request.has_publish()) {
-    publish(*request.mutable_publish());
+    publish(ipc::frame_of(request.publish()));
   } else if (request.has_client_loss()) {
     note_loss(request.client_loss());
   } else if (request.has_set_pose()) {
@@ -198,6 +198,7 @@ void Session::advertise(const ipc::Advertise& request) {
   reply.set_channel(publisher->channel);
   reply.set_max_message_bytes(limits.message_bytes);
   reply.set_max_ttl(limits.ttl);
+  reply.set_timestamped(limits.is_timestamped);
   publishers_.emplace(publisher->id, std::move(publisher));
   send_reply();
 }
@@ -211,24 +212,19 @@ void Session::unadvertise(std::uint32_t id) {
   send_reply();
 }
 
-void Session::publish(ipc::Publish& request) {
-  const std::uint64_t number = request.publish_number();
-  const auto found = publishers_.find(request.publisher_id());
+void Session::publish(const ipc::PublishFrame& request) {
+  const auto found = publishers_.find(request.publisher_id);
   if (found == publishers_.end()) {
-    const Refusal refusal = unknown_id("publisher", request.publisher_id());
-    return on_unsent(request.publisher_id(), number, refusal);
+    const Refusal refusal = unknown_id("publisher", request.publisher_id);
+    return on_unsent(request.publisher_id, request.publish_number, refusal);
   }
   if (publish_bucket_.has_limit() && !publish_bucket_.take(monotonic_ns())) {
     ++host_.counters.messages_too_fast;
-    return on_unsent(found->first, number, too_fast(host_.limits.publish_rate_hz));
+    return on_unsent(found->first, request.publish_number, too_fast(host_.limits.publish_rate_hz));
   }
-  std::optional<std::uint32_t> ttl;
-  if (request.has_ttl()) ttl = request.ttl();
-  std::optional<std::uint64_t> sent_at_ns;
-  if (request.has_sent_at_ns()) sent_at_ns = request.sent_at_ns();
-  const auto refusal =
-      host_.hub.publish(*found->second, number, *request.mutable_payload(), ttl, sent_at_ns);
-  if (refusal) return on_unsent(found->first, number, *refusal);
+  const auto refusal = host_.hub.publish(*found->second, request.publish_number, request.payload,
+                                         request.ttl, request.sent_at_ns);
+  if (refusal) return on_unsent(found->first, request.publish_number, *refusal);
   ++published_;
 }
 
@@ -293,15 +289,12 @@ ipc::Envelope& Session::new_reply() {
   return host_.reply;
 }
 
-void Session::on_sent(std::uint32_t publisher_id, std::uint64_t publish_number) {
-  const auto found = publishers_.find(publisher_id);
-  if (found == publishers_.end()) return;
-  Publisher& publisher = *found->second;
+void Session::on_sent(Publisher& publisher, std::uint64_t publish_number) {
   if (++publisher.untold_sent < publisher.sent_every) return;
   publisher.untold_sent = 0;
   host_.reply.Clear();
   ipc::Sent& sent = *host_.reply.mutable_sent();
-  sent.set_publisher_id(publisher_id);
+  sent.set_publisher_id(publisher.id);
   sent.set_publish_number(publish_number);
   send_reply();
 }

@@ -142,7 +142,7 @@ class FakeClient final : public HubClient {
     heard.emplace_back(subscription.id, message->payload, message->is_local);
     last = message;
   }
-  void on_sent(std::uint32_t, std::uint64_t number) override { sent.push_back(number); }
+  void on_sent(Publisher&, std::uint64_t number) override { sent.push_back(number); }
   void on_unsent(std::uint32_t, std::uint64_t number, const Refusal& refusal) override {
     unsent.emplace_back(number, refusal.code);
   }

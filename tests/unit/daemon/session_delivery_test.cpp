@@ -1,4 +1,5 @@
-// What a session's deliveries tell about losses, and which messages its policies leave out.
+// What a session's deliveries tell about losses, which messages its policies leave out, and what a
+// publisher is told of the times it may add.
 #include "tests/unit/daemon/session_harness.hpp"
 
 namespace swarmtalk::daemon {
@@ -128,6 +129,22 @@ TEST_F(SessionTest, AReplyOvertakesDeliveriesThatTheSocketHasNotTaken) {
   }
   EXPECT_TRUE(is_answered);
   EXPECT_LT(before, 15);  // what the kernel had, and the frame that was begun
+}
+
+TEST_F(SessionTest, APublisherIsToldWhetherItsChannelIsTimestamped) {
+  auto peer = greeted();
+  for (const bool is_timestamped : {true, false}) {
+    ipc::Envelope envelope;
+    envelope.set_request_id(1);
+    ipc::Advertise& request = *envelope.mutable_advertise();
+    request.mutable_channel()->set_name(is_timestamped ? "timed" : "plain");
+    request.set_timestamped(is_timestamped);
+    peer->send(envelope);
+    step();
+    const ipc::Advertised answer = peer->receive().at(0).advertised();
+    ASSERT_TRUE(answer.has_timestamped());
+    EXPECT_EQ(answer.timestamped(), is_timestamped);
+  }
 }
 
 }  // namespace
