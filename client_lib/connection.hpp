@@ -3,10 +3,12 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <swarmtalk/client/status.hpp>
 
 #include "ipc/framing.hpp"
+#include "ipc/message_frames.hpp"
 
 namespace swarmtalk::client {
 
@@ -27,6 +29,7 @@ class Connection {
 
   /// Queues one envelope. @return false when it is longer than the protocol allows
   bool append(const ipc::Envelope& envelope) { return ipc::append_frame(envelope, outgoing_); }
+  bool append(const ipc::PublishFrame& frame) { return ipc::append_frame(frame, outgoing_); }
   /// Writes what the socket takes now. @return kOk, or kDisconnected
   Status flush();
   bool has_outgoing() const { return !outgoing_.empty(); }
@@ -38,6 +41,8 @@ class Connection {
   /// Whether the last receive() may have left something in the socket.
   bool may_have_more() const { return may_have_more_; }
   ipc::ReadResult next(ipc::Envelope& envelope) { return reader_.next(envelope); }
+  /// Its bytes; valid until the next receive() or close().
+  ipc::ReadResult next(std::string_view& envelope) { return reader_.next(envelope); }
 
  private:
   int fd_ = -1;

@@ -92,35 +92,37 @@ ClientStatus convert_client(const ipc::ClientStatus& from) {
 
 }  // namespace
 
-void convert(const ipc::Deliver& deliver, Message& message) {
-  message.payload.assign(deliver.payload());
-  message.channel = static_cast<std::uint16_t>(deliver.channel());
-  message.sender = deliver.sender();
-  message.epoch = deliver.epoch();
-  message.message_number = deliver.message_number();
-  message.distance_m = deliver.has_distance_m() ? deliver.distance_m() : Message::kUnknown;
-  message.bearing_rad = deliver.has_bearing_rad() ? deliver.bearing_rad() : Message::kUnknown;
+void convert(const ipc::DeliverFrame& deliver, Message& message) {
+  message.payload.assign(deliver.payload);
+  message.channel = static_cast<std::uint16_t>(deliver.channel);
+  message.sender = deliver.sender;
+  message.epoch = deliver.epoch;
+  message.message_number = deliver.message_number;
+  message.distance_m = deliver.distance_m.value_or(Message::kUnknown);
+  message.bearing_rad = deliver.bearing_rad.value_or(Message::kUnknown);
   message.sender_pose.reset();
-  if (deliver.has_sender_pose()) message.sender_pose = convert(deliver.sender_pose());
-  message.hops = deliver.hops();
-  message.ttl = deliver.ttl();
+  if (const auto& pose = deliver.sender_pose) {
+    message.sender_pose =
+        Pose{pose->x_m, pose->y_m, pose->theta_rad, std::chrono::milliseconds(pose->age_ms)};
+  }
+  message.hops = deliver.hops;
+  message.ttl = deliver.ttl;
   message.buffering_delay.reset();
-  if (deliver.has_buffering_delay_us()) {
-    message.buffering_delay = std::chrono::microseconds(deliver.buffering_delay_us());
+  if (deliver.buffering_delay_us) {
+    message.buffering_delay = std::chrono::microseconds(*deliver.buffering_delay_us);
   }
   message.received_at.reset();
-  if (deliver.has_received_at_ns()) {  // steady_clock is CLOCK_MONOTONIC on Linux
+  if (deliver.received_at_ns) {  // steady_clock is CLOCK_MONOTONIC on Linux
     message.received_at =
-        std::chrono::steady_clock::time_point(std::chrono::nanoseconds(deliver.received_at_ns()));
+        std::chrono::steady_clock::time_point(std::chrono::nanoseconds(*deliver.received_at_ns));
   }
-  message.local = deliver.local();
+  message.local = deliver.local;
   message.origin.reset();
-  if (deliver.has_origin()) {
-    const ipc::GatewayOrigin& origin = deliver.origin();
-    message.origin = GatewayOrigin{origin.link(), origin.node(), origin.message_number()};
+  if (const auto& origin = deliver.origin) {
+    message.origin = GatewayOrigin{std::string(origin->link), origin->node, origin->message_number};
   }
-  const ipc::LostBefore& lost = deliver.lost_before();
-  message.lost_before = {lost.air(), lost.kernel(), lost.daemon(), 0, lost.late()};
+  const ipc::DeliverFrame::Lost& lost = deliver.lost_before;
+  message.lost_before = {lost.air, lost.kernel, lost.daemon, 0, lost.late};
 }
 
 std::optional<Pose> convert(const ipc::Pose& pose) {

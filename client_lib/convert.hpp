@@ -8,11 +8,12 @@
 #include <swarmtalk/client/status.hpp>
 
 #include "ipc/ipc.pb.h"
+#include "ipc/message_frames.hpp"
 
 namespace swarmtalk::client {
 
 /// Reuses `message`, its payload's memory too.
-void convert(const ipc::Deliver& deliver, Message& message);
+void convert(const ipc::DeliverFrame& deliver, Message& message);
 void convert(const ipc::Neighbours& from, std::vector<Neighbour>& to);
 void convert(const ipc::Status& from, DaemonStatus& to);
 

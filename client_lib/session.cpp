@@ -278,12 +278,11 @@ bool Session::read_envelopes(const std::function<bool()>& enough) {
   const Status received = connection_.receive();
   while (phase_ != Phase::kDown) {
     if (enough && enough()) return false;
-    const ipc::ReadResult result = connection_.next(incoming_);
+    std::string_view envelope;
+    const ipc::ReadResult result = connection_.next(envelope);
     if (result == ipc::ReadResult::kNeedMore) break;
-    if (result == ipc::ReadResult::kMalformed) {
+    if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
       drop(Status(StatusCode::kProtocol));
-    } else {
-      handle(incoming_);
     }
     if (waits_ == 0 && read_ahead_ == 0) run_events();
   }
@@ -340,10 +339,10 @@ Status Session::run_until(Deadline deadline) {
   for (;;) {
     const Status status = process();
     if (status.code() == StatusCode::kBadArgument) return status;
-    if (is_stopped_.exchange(false) || is_closed_ || Wakeup::Clock::now() >= deadline) {
-      return Status();
-    }
-    wakeup_.wait(deadline);
+    if (is_stopped_.exchange(false) || is_closed_) return Status();
+    do {
+      if (Wakeup::Clock::now() >= deadline) return Status();
+    } while (!wakeup_.wait(deadline));
   }
 }
 

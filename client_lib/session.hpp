@@ -100,17 +100,20 @@ class Session : public std::enable_shared_from_this<Session> {
   bool wait_until(Deadline deadline, const std::function<bool()>& enough);
 
   // session_dispatch.cpp: what comes in, and callbacks
+  bool parse(std::string_view envelope);
   void handle(const ipc::Envelope& envelope);
   void handle_greeting(const ipc::Envelope& envelope);
   void handle_reply(const ipc::Envelope& envelope);
-  void handle_deliver(const ipc::Deliver& deliver);
+  void handle_deliver(const ipc::DeliverFrame& deliver);
   void handle_publish_end(std::uint32_t publisher_id, std::uint64_t number, const Status& status);
   void tell_sent(const PublisherState& publisher, const Status& status);
   void report(const Status& status) { post({Event::Kind::kError, {}, {}, status}); }
   void take_reports();
   // session_delivery.cpp: messages, from a frame to a callback
+  std::unique_ptr<Message> take_message();
+  void give_back(std::unique_ptr<Message> message);
   void wait_in_turn(const std::shared_ptr<SubscriberState>& subscriber,
-                    const ipc::Deliver& deliver);
+                    const ipc::DeliverFrame& deliver);
   void drop_waiting(SubscriberState& subscriber, std::size_t index);
   void drop_oldest_message();
   void run_message(SubscriberState& subscriber);
@@ -184,7 +187,6 @@ class Session : public std::enable_shared_from_this<Session> {
   /// the bytes to be written and the socket they go to, and what is below. Held for moments, never
   /// while a callback runs.
   std::mutex gate_;
-  ipc::Envelope publication_;
   std::vector<Status> reports_;  // for on_error, on the owner's thread
   std::atomic<bool> has_reports_{false};
 
@@ -194,6 +196,7 @@ class Session : public std::enable_shared_from_this<Session> {
   ipc::Envelope incoming_;
   ipc::Envelope outgoing_;
   Message message_;  // reused; valid during one callback
+  std::vector<std::unique_ptr<Message>> spare_messages_;
 };
 
 }  // namespace swarmtalk::client

@@ -16,11 +16,23 @@ std::string version_text(std::uint32_t major, std::uint32_t minor) {
 
 }  // namespace
 
+/// Nearly all that comes is messages. @return false: malformed
+bool Session::parse(std::string_view envelope) {
+  ipc::DeliverFrame deliver;
+  if (phase_ != Phase::kGreeting && ipc::parse(envelope, deliver)) {
+    handle_deliver(deliver);
+    return true;
+  }
+  if (!ipc::parse(envelope, incoming_)) return false;
+  handle(incoming_);
+  return true;
+}
+
 void Session::handle(const ipc::Envelope& envelope) {
   if (phase_ == Phase::kGreeting) {
     handle_greeting(envelope);
   } else if (envelope.has_deliver()) {
-    handle_deliver(envelope.deliver());
+    handle_deliver(ipc::frame_of(envelope.deliver()));
   } else if (envelope.has_sent()) {
     handle_publish_end(envelope.sent().publisher_id(), envelope.sent().publish_number(), Status());
   } else if (envelope.request_id() != 0) {
@@ -64,13 +76,13 @@ void Session::handle_reply(const ipc::Envelope& envelope) {
   }
 }
 
-void Session::handle_deliver(const ipc::Deliver& deliver) {
-  const auto found = subscribers_by_id_.find(deliver.subscription_id());
+void Session::handle_deliver(const ipc::DeliverFrame& deliver) {
+  const auto found = subscribers_by_id_.find(deliver.subscription_id);
   if (found == subscribers_by_id_.end()) return;  // on its way when we unsubscribed
-  const std::shared_ptr<SubscriberState> subscriber = found->second;
-  if (waits_ != 0 || !events_.empty() || subscriber->reads_ahead()) {
-    return wait_in_turn(subscriber, deliver);
+  if (waits_ != 0 || !events_.empty() || found->second->reads_ahead()) {
+    return wait_in_turn(found->second, deliver);
   }
+  const std::shared_ptr<SubscriberState> subscriber = found->second;  // the callback may remove it
   convert(deliver, message_);
   hand_over(*subscriber, message_);
 }

@@ -225,6 +225,7 @@ void Session::register_publisher(const std::shared_ptr<PublisherState>& publishe
         publisher->channel = static_cast<std::uint16_t>(advertised.channel());
         publisher->max_message_bytes = advertised.max_message_bytes();
         publisher->max_ttl = advertised.max_ttl();
+        publisher->tells_time = !advertised.has_timestamped() || advertised.timestamped();
         publishers_by_id_[publisher->id] = publisher;
       }
     }
@@ -382,16 +383,17 @@ Status Session::publish(PublisherState& publisher, std::string_view payload,
 
 Status Session::append_publication(PublisherState& publisher, std::string_view payload,
                                    std::optional<std::uint32_t> ttl) {
-  publication_.Clear();
-  ipc::Publish& body = *publication_.mutable_publish();
-  body.set_publisher_id(publisher.id);
-  body.set_publish_number(publisher.publish_number + 1);
-  body.set_payload(payload.data(), payload.size());
-  if (ttl) body.set_ttl(*ttl);
-  const auto now = Wakeup::Clock::now().time_since_epoch();
-  body.set_sent_at_ns(static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
-  if (!connection_.append(publication_)) {
+  ipc::PublishFrame frame;
+  frame.publisher_id = publisher.id;
+  frame.publish_number = publisher.publish_number + 1;
+  frame.payload = payload;
+  frame.ttl = ttl;
+  if (publisher.tells_time) {
+    const auto now = Wakeup::Clock::now().time_since_epoch();
+    frame.sent_at_ns = static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+  }
+  if (!connection_.append(frame)) {
     return Status(StatusCode::kTooLong, "the message is longer than the local protocol carries");
   }
   publisher.in_flight.push_back(++publisher.publish_number);

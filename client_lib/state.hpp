@@ -43,6 +43,7 @@ struct PublisherState : HandleState {
   Sending sending;
   std::size_t max_message_bytes = 0;
   std::uint32_t max_ttl = 0;
+  bool tells_time = true;               // the daemon wants to know when each message was sent
   std::uint32_t sent_every = 1;         // the daemon tells of so many messages at once
   std::uint64_t publish_number = 0;     // of the last accepted message
   std::deque<std::uint64_t> in_flight;  // without an answer yet, oldest first
@@ -55,8 +56,8 @@ struct SubscriberState : HandleState {
   }
 
   ReceiveCallback receive;
-  std::deque<Message> waiting;        // as many as there are events of it
-  Loss lost;                          // before the next callback
+  std::deque<std::unique_ptr<Message>> waiting;  // as many as there are events of it
+  Loss lost;                                     // before the next callback
   std::uint32_t unreported_loss = 0;  // in this program, that the daemon does not know of yet
   Policy policy;
 };

@@ -17,12 +17,14 @@ namespace {
 using std::chrono::nanoseconds;
 constexpr std::chrono::hours kLongestWait{1};  // fits every time_t; callers loop
 
-void poll_until(pollfd* descriptors, nfds_t count, Wakeup::Clock::time_point deadline) {
+/// @return false: none is ready
+bool poll_until(pollfd* descriptors, nfds_t count, Wakeup::Clock::time_point deadline) {
   const nanoseconds left =
       std::clamp<nanoseconds>(deadline - Wakeup::Clock::now(), nanoseconds(0), kLongestWait);
   const timespec timeout{static_cast<time_t>(left.count() / 1'000'000'000),
                          static_cast<long>(left.count() % 1'000'000'000)};
-  ::ppoll(descriptors, count, &timeout, nullptr);  // a signal ends the wait early; callers loop
+  // A signal ends the wait early; callers loop.
+  return ::ppoll(descriptors, count, &timeout, nullptr) > 0;
 }
 
 }  // namespace
@@ -104,9 +106,9 @@ bool Wakeup::take_ring() {
   return true;
 }
 
-void Wakeup::wait(Clock::time_point deadline) const {
+bool Wakeup::wait(Clock::time_point deadline) const {
   pollfd descriptor{epoll_fd_, POLLIN, 0};
-  poll_until(&descriptor, 1, deadline);
+  return poll_until(&descriptor, 1, deadline);
 }
 
 void Wakeup::wait_for_socket(Clock::time_point deadline) const {

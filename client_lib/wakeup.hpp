@@ -33,8 +33,8 @@ class Wakeup {
   void ring();
   bool take_ring();
 
-  /// Waits until something happens, or `deadline`.
-  void wait(Clock::time_point deadline) const;
+  /// Waits until something happens, or `deadline`. @return false: nothing has happened
+  bool wait(Clock::time_point deadline) const;
   /// The same for socket and timer only.
   void wait_for_socket(Clock::time_point deadline) const;
 

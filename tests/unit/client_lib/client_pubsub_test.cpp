@@ -149,6 +149,22 @@ TEST_F(ClientPubSub, OptionsReachTheDaemon) {
   EXPECT_EQ(subscriber.channel_number(), 7);
 }
 
+TEST_F(ClientPubSub, TheTimeOfSendingIsLeftOutOnlyWhereTheDaemonHasNoUseForIt) {
+  for (const std::optional<bool> is_timestamped :
+       {std::optional<bool>(), std::optional<bool>(true), std::optional<bool>(false)}) {
+    daemon.is_timestamped = is_timestamped;
+    auto publisher = client.channel("hello").publisher();
+    EXPECT_TRUE(publisher.send("x"));
+    EXPECT_TRUE(client.sync());
+    std::optional<ipc::Publish> last;
+    for (const ipc::Envelope& each : daemon.received()) {
+      if (each.has_publish()) last = each.publish();
+    }
+    ASSERT_TRUE(last);
+    EXPECT_EQ(last->has_sent_at_ns(), is_timestamped.value_or(true));
+  }
+}
+
 TEST_F(ClientPubSub, ARefusedChannelIsToldByStatusAndOnError) {
   daemon.refuse_channels.set_code(ipc::ERROR_CHANNEL_CONFLICT);
   daemon.refuse_channels.set_text("channel hello is timestamped");

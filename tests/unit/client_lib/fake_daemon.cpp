@@ -153,6 +153,7 @@ void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
     advertised.set_channel(7);
     advertised.set_max_message_bytes(max_message_bytes);
     advertised.set_max_ttl(5);
+    if (is_timestamped) advertised.set_timestamped(*is_timestamped);
   } else if (envelope.has_get_status()) {
     answer.mutable_status()->set_version("fake");
     answer.mutable_status()->set_node_id(42);

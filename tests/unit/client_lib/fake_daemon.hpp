@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,7 +33,8 @@ class FakeDaemon {
   bool answers_requests = true;
   bool answers_publish = true;
   std::uint32_t max_message_bytes = 100;
-  ipc::Failure refuse_channels;  // code set: every subscribe and advertise is refused so
+  std::optional<bool> is_timestamped;  // said of every channel that is advertised; none: not told
+  ipc::Failure refuse_channels;        // code set: every subscribe and advertise is refused so
 
   /// From now on every publication is refused so; ERROR_UNSPECIFIED: none.
   void refuse_messages(ipc::ErrorCode code, const std::string& text);
