@@ -22,6 +22,7 @@ constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
 // The socket is taken first: a second daemon must not disturb the first one's links.
 Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
     : parsed_(std::move(parsed)),
+      signals_(io_, SIGTERM, SIGINT, SIGHUP),
       // Resolved for good: links whose packets have no room for it need ids of their own.
       identity_(parsed_.config.node.id = resolve_node_id(parsed_.config.node, parsed_.lines)),
       poses_(parsed_.config.node),
@@ -41,7 +42,6 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
                  metrics_, capture_},
                 std::move(load)),
       service_manager_(io_, [this] { return status_line(); }),
-      signals_(io_, SIGTERM, SIGINT, SIGHUP),
       link_timer_(io_),
       copy_timer_(io_) {
   status_.set_clients(clients_);

@@ -50,6 +50,7 @@ class Daemon {
 
   ParsedConfig parsed_;
   boost::asio::io_context io_{1};
+  boost::asio::signal_set signals_;  // before the socket: a signal while starting ends it cleanly
   DaemonCounters counters_;
   NodeIdentity identity_;
   PoseKeeper poses_;
@@ -67,7 +68,6 @@ class Daemon {
   Operator operator_;
   ServiceManager service_manager_;
   std::optional<SocketWatch> socket_watch_;
-  boost::asio::signal_set signals_;
   boost::asio::steady_timer link_timer_;
   boost::asio::steady_timer copy_timer_;
   bool is_watching_links_ = false;
