@@ -49,7 +49,7 @@ class Daemon {
   std::string status_line() const;
 
   ParsedConfig parsed_;
-  boost::asio::io_context io_{1};
+  boost::asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};  // one thread: no locks
   boost::asio::signal_set signals_;  // before the socket: a signal while starting ends it cleanly
   DaemonCounters counters_;
   NodeIdentity identity_;
