@@ -125,7 +125,7 @@ def test_robots_with_a_program_of_2020_are_understood(stack):
               {"x_mm": 50, "y_mm": 0, "image": swarm.image("hop_count_classic"), "uid": 11}]
     start_emulator(stack, robots, {"range_mm": 100})
     table = kilobot_link(stack.folder / "ohc", stack.folder / "gateway", settle_ms=SETTLE_MS,
-                         time_scale=TIME_SCALE, node_id=200)
+                         time_scale=TIME_SCALE)
     daemon = Daemon(stack, "daemon", table.replace('profile = "kilobot"',
                                                    'profile = "classic2020"')).wait_up()
     daemon.wait_link("table")
@@ -144,8 +144,9 @@ def test_robots_with_a_program_of_2020_are_understood(stack):
     assert message["distance_m"] == pytest.approx(0.050, abs=0.003)
     counters = daemon.link("table")["counters"]
     assert counters["own_echoes"] > 0
-    # Programs of 2020 draw their ids at random: once in 255 runs it is ours.
-    assert counters["node_id_collisions"] == 0 or message["sender"] == 200
+    # Programs of 2020 draw their ids at random: once in 255 runs it is ours, and we take another.
+    # Echoes that we did not know would be a collision each.
+    assert counters["node_id_collisions"] <= 1
 
 
 def test_a_program_reaches_two_robots_and_runs(stack):
