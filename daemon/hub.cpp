@@ -134,6 +134,10 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
 // Hands a publication to every station that can carry it. Its publisher has none in flight.
 void Hub::start(Publication& publication, Channel& channel) {
   publication.owner->in_flight = &publication;
+  // Copies of a gateway take numbers on one link only: there each link counts by itself.
+  if (stations_.size() > 1 && !channel.is_pinned) {
+    publication.air_number = ++channel.last_air_number;
+  }
   ++publication.pending;  // ours, so that it is not finished before all stations have it
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     if (!carries(i, channel, publication.payload.size())) continue;
@@ -167,7 +171,7 @@ void Hub::feed(std::size_t station, Channel& channel) {
   Slot& slot = channel.slots[station];
   while (slot.in_flight == nullptr && !slot.waiting.empty()) {
     Publication& next = *slot.waiting.front();
-    std::uint32_t number = 0;
+    std::uint32_t number = next.air_number;
     const std::span<const std::uint8_t> payload(
         reinterpret_cast<const std::uint8_t*>(next.payload.data()), next.payload.size());
     const std::uint64_t waited_us = channel.is_timestamped ? waited_us_of(next) : 0;
@@ -179,6 +183,10 @@ void Hub::feed(std::size_t station, Channel& channel) {
     if (result == SendResult::kRefused) {
       finish(next, channel, false);
       continue;
+    }
+    if (next.air_number != 0) {  // a link may be ahead: the others follow
+      next.air_number = std::max(next.air_number, number);
+      channel.last_air_number = std::max(channel.last_air_number, number);
     }
     slot.in_flight = &next;
     slot.copies_left = next.copies - 1;

@@ -38,8 +38,9 @@ struct PublicationHead {
   std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
   std::uint32_t copies = 1;
   std::uint32_t copy_interval_ms = 0;
-  std::uint32_t pending = 0;  // stations that have not sent it
-  std::uint32_t sent = 0;     // stations that have
+  std::uint32_t pending = 0;     // stations that have not sent it
+  std::uint32_t sent = 0;        // stations that have
+  std::uint32_t air_number = 0;  // on all links; 0: each counts by itself
   bool is_heard_locally = false;
   // Of a copy that a gateway rule makes: it has no owner.
   const GatewayRule* rule = nullptr;
@@ -151,8 +152,9 @@ class Hub final : public StationUser {
     Limits limits;               // of the stations that carry it
     std::uint64_t received = 0;  // from stations, for a subscription
     Loss lost;
-    std::uint64_t last_used = 0;  // by use_count_
-    bool is_pinned = false;       // of a gateway rule: never evicted
+    std::uint32_t last_air_number = 0;  // of a publication on several links
+    std::uint64_t last_used = 0;        // by use_count_
+    bool is_pinned = false;             // of a gateway rule: never evicted
 
     bool is_idle() const { return publishers == 0 && publications == 0 && subscriptions.empty(); }
     bool has_users() const { return publishers > 0 || !subscriptions.empty(); }

@@ -119,13 +119,19 @@ class NodeStation final : public Station, public drivers::LinkUser {
       crossing_.insert(crossing_.end(), payload.begin(), payload.end());
       payload = crossing_;
     }
+    // Ours is behind while the message goes over other links only: this one was down, say.
+    std::uint32_t& last = numbers_[number];
+    if (P::kMessageBits == 32 && message_number > last + 1 && !entry.channel->is_busy()) {
+      last = message_number - 1;
+      entry.channel->continue_after(static_cast<typename W::MessageNumber>(last));
+    }
     const auto waited = static_cast<Ticks>(
         std::min<std::uint64_t>(waited_us / kTickUs<P>, std::numeric_limits<Ticks>::max()));
     const core::Error error = entry.channel->publish(
         payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, is_marked, waited);
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
-    message_number = ++numbers_[number];
+    message_number = ++last;
     link_->wake();
     return SendResult::kSent;
   }

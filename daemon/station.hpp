@@ -98,7 +98,9 @@ class Station {
   /// @param origin  of one that crosses a gateway here; null: our own
   /// @param waited_us  on a timestamped channel since its program sent it: its delay counts from
   ///   there
-  /// @param number  set to the message's number when sent
+  /// @param number  the message's number, where the profile has room for it and it has not come yet
+  ///   (0: any): the same on several links, so that who hears both takes it once. Set to the
+  ///   number it has when sent
   virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,
                           std::uint8_t ttl, const GatewayOrigin* origin, std::uint64_t waited_us,
                           std::uint32_t& number) = 0;

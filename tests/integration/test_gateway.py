@@ -106,6 +106,23 @@ def test_a_robot_on_both_links_hears_another_once(wires):
     assert second.counter("link_duplicates") == 3
 
 
+def test_who_hears_both_links_hears_once_also_after_one_was_down(wires):
+    both = WIFI + SMALL.replace('profile = "kilobot"\n', "")
+    first = wires.robot("a", "b").start(node(1) + both)
+    second = wires.robot("a", "b").start(node(2) + both)
+    listener = second.subscribe("c", "-W", "5")
+    first.publish("c", "0")
+    first.execute("ip", "link", "set", "a0", "down")
+    wait_for(lambda: not first.link("wifi")["up"], what="the link to go down")
+    first.publish("c", "1")
+    first.execute("ip", "link", "set", "a0", "up")
+    wait_for(lambda: first.link("wifi")["up"], what="the link")
+    for text in ("2", "3"):
+        first.publish("c", text)
+    assert [m["text"] for m in heard(listener)] == ["0", "1", "2", "3"]
+    assert second.counter("link_duplicates") == 3
+
+
 def test_one_link_goes_on_when_the_other_loses_its_interface(wires):
     both = WIFI + SMALL
     first = wires.robot("a").start(node(1) + WIFI)

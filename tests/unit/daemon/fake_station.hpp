@@ -2,6 +2,7 @@
 // was given, and a hub's client that remembers what it was told.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 #include <string>
@@ -93,7 +94,7 @@ class FakeStation final : public Station {
     sent.push_back({channel, std::string(payload.begin(), payload.end()), ttl});
     last_waited_us = waited_us;
     origins.push_back(origin == nullptr ? std::nullopt : std::optional<GatewayOrigin>(*origin));
-    number = ++last_number;
+    number = last_number = std::max(number, last_number + 1);
     return SendResult::kSent;
   }
   bool send_again(std::uint16_t channel) override {

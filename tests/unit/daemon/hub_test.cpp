@@ -391,6 +391,42 @@ TEST(HubWithTwoStations, SendsOnEveryLinkThatIsUpAndWaitsForAll) {
   EXPECT_EQ(wire.node_id, identity.id());
 }
 
+TEST(HubWithTwoStations, LinkThatMissedMessagesGoesOnUnderTheNumbersOfTheOther) {
+  ChannelTable names({});
+  LimitsConfig limits;
+  DaemonCounters counters;
+  NodeIdentity identity(std::nullopt);
+  Hub hub(names, limits, counters, identity);
+  FakeStation wifi(hub, "wifi");
+  FakeStation wire(hub, "wire");
+  hub.add(wifi);
+  hub.add(wire);
+  FakeClient client;
+  Publisher from;
+  from.client = &client;
+  ASSERT_FALSE(hub.advertise({"", 1u, std::nullopt}, from));
+  const auto publish = [&](bool is_on_wire) {
+    std::string payload = "x";
+    ASSERT_FALSE(hub.publish(from, 1, payload, std::nullopt));
+    wifi.leave(1);
+    if (is_on_wire) wire.leave(1);
+  };
+  publish(true);
+  wire.set_up(false);
+  publish(false);
+  publish(false);
+  wire.set_up(true);
+  publish(true);
+  EXPECT_EQ(wire.sent.size(), 2u);
+  EXPECT_EQ(wifi.last_number, 4u);
+  EXPECT_EQ(wire.last_number, 4u);
+  wire.last_number = 9;  // ahead, as from a run of the channel before
+  publish(true);
+  publish(true);
+  EXPECT_EQ(wifi.last_number, 11u);
+  EXPECT_EQ(wire.last_number, 11u);
+}
+
 TEST(HubWithTwoStations, IdOfALinkOfItsOwnChangesAlone) {
   ChannelTable names({});
   LimitsConfig limits;
