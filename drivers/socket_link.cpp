@@ -197,6 +197,10 @@ void SocketLink::receive() {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     receive(batch_[i]);
   }
+  if (!unreadable_.has_news(counters_)) return;
+  for (const std::string& line : unreadable_.news(counters_, std::chrono::steady_clock::now())) {
+    link_log()->warn("{} {}: {}", type(), device(), line);
+  }
 }
 
 void SocketLink::receive(const Datagram& datagram) {

@@ -23,6 +23,7 @@
 #include "drivers/pacer.hpp"
 #include "drivers/receive_batch.hpp"
 #include "drivers/transmit_queue.hpp"
+#include "drivers/unreadable_frames.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -105,6 +106,7 @@ class SocketLink : public Link, public Tappable {
   ReceiveBatch batch_;
   TransmitQueue queue_;
   LinkCounters counters_;
+  UnreadableFrames unreadable_;
   AirtimeMeter airtime_;
   LinkUser* user_ = nullptr;
   FrameTap* tap_ = nullptr;

@@ -41,8 +41,10 @@ class Robot:
         return process
 
     def end(self):
+        """Ends the daemon. Returns what it has logged since it was asked last."""
         self.daemon.terminate()
-        self.daemon.communicate(timeout=10)
+        self.daemon.wait(timeout=10)
+        return self.daemon.stderr.read()
 
 
 @pytest.fixture
@@ -101,6 +103,9 @@ def test_who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
     assert stranger.cli("pub", "c", "in the clear").returncode == 0
     with_key.expect("frames_without_key", 1)
     assert with_key.counter("frames_received") == 0
+    assert "sealed with a swarm key, and this link has none" in stranger.end()
+    assert "sealed with another swarm key" in other.end()
+    assert with_key.end().count("1 frame was not sealed, and this link has a key") == 1
 
 
 def test_replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, tmp_path):
