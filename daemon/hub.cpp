@@ -381,16 +381,14 @@ void Hub::on_message(Station& station, const MessageHead& head,
 void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* except) {
   for (Subscription* subscription : channel.subscriptions) {
     if (except != nullptr && subscription->client == except) continue;
-    if (subscription->max_distance_m) {
-      const float distance_m = message->distance_m;
-      if (distance_m > *subscription->max_distance_m) {
-        ++counters_.deliveries_too_far;
-        continue;
-      }
-      if (distance_m != distance_m && subscription->drops_unknown_distance) {  // NaN
-        ++counters_.deliveries_unknown_distance;
-        continue;
-      }
+    const float distance_m = message->distance_m;
+    if (subscription->max_distance_m && distance_m > *subscription->max_distance_m) {
+      ++counters_.deliveries_too_far;
+      continue;
+    }
+    if (subscription->drops_unknown_distance && distance_m != distance_m) {  // NaN
+      ++counters_.deliveries_unknown_distance;
+      continue;
     }
     ++counters_.deliveries_queued;
     subscription->client->on_message(*subscription, message);

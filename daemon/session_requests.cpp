@@ -129,6 +129,11 @@ void Session::subscribe(const ipc::Subscribe& request) {
                    "max_distance_m is metres, 0 or more; leave it out for any distance",
                    std::nullopt});
   }
+  if (request.has_max_age_ms() && request.max_age_ms() == 0) {  // would drop everything
+    return refuse({ipc::ERROR_BAD_ARGUMENT,
+                   "a message's greatest age begins at 1 millisecond; leave it out for any age",
+                   std::nullopt});
+  }
   auto subscription = std::make_unique<QueuedSubscription>(keep_last, request.latest_of_each());
   if (request.has_max_age_ms()) subscription->max_age_ms = request.max_age_ms();
   subscription->client = this;

@@ -78,7 +78,7 @@ typedef struct swarmtalk_policy {
   uint32_t keep_last;        /* messages that wait; 1: only the newest; 0: the daemon's default */
   float max_distance_m;      /* 0: any */
   uint32_t max_age_ms;       /* 0: any */
-  int drop_unknown_distance; /* with max_distance_m */
+  int drop_unknown_distance; /* that have none */
   int latest_from_each;      /* only the newest of each sender waits */
   int timestamped;           /* register the channel as timestamped */
 } swarmtalk_policy;

@@ -270,6 +270,14 @@ TEST_F(HubTest, SubscriptionMayDropUnknownDistances) {
   EXPECT_EQ(counters_.deliveries_unknown_distance, 1u);
 }
 
+TEST_F(HubTest, UnknownDistancesAreDroppedWithoutALimitToo) {
+  subscription(a_, 1).drops_unknown_distance = true;
+  station_.receive(head(1, kUnknown), "unknown");
+  station_.receive(head(1, 30.0f), "far");
+  EXPECT_EQ(a_.heard.size(), 1u);
+  EXPECT_EQ(counters_.deliveries_unknown_distance, 1u);
+}
+
 TEST_F(HubTest, NodeListensOnlyWhileSomebodyDoes) {
   auto& first = subscription(a_, 1);
   auto& second = subscription(b_, 1);

@@ -62,6 +62,17 @@ TEST_F(SessionTest, MessagesOlderThanTheSubscriptionsLimitAreDroppedAndCounted) 
   EXPECT_EQ(counters_.deliveries_dropped_old, 1u);
 }
 
+TEST_F(SessionTest, AgeThatEverythingHasIsRefused) {
+  auto peer = greeted();
+  ipc::Envelope envelope;
+  envelope.set_request_id(1);
+  envelope.mutable_subscribe()->mutable_channel()->set_name("hello");
+  envelope.mutable_subscribe()->set_max_age_ms(0);
+  peer->send(envelope);
+  step();
+  EXPECT_EQ(peer->receive().at(0).failure().code(), ipc::ERROR_BAD_ARGUMENT);
+}
+
 TEST_F(SessionTest, TimeInBuffersOnTheWayCountsAsAge) {
   auto peer = greeted();
   ipc::Envelope envelope;

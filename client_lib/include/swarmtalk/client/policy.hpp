@@ -11,7 +11,7 @@ namespace swarmtalk {
 
 struct Policy {
   std::optional<float> max_distance_m = std::nullopt;  // unset: any distance
-  bool drop_unknown_distance = false;  // with max_distance_m: drop where it is unknown
+  bool drop_unknown_distance = false;                  // drop where it is unknown
   std::optional<std::uint32_t> keep_last =
       std::nullopt;             // messages that wait; unset: the daemon's default
   bool latest_of_each = false;  // of these only the newest of each sender
@@ -39,7 +39,7 @@ struct Policy {
     policy.max_distance_m = metres;
     return policy;
   }
-  /// With within(): not the messages whose distance is unknown.
+  /// Not the messages whose distance is unknown.
   Policy known_distance_only() const {
     Policy policy = *this;
     policy.drop_unknown_distance = true;
