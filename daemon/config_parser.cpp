@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <numbers>
 #include <set>
 #include <sstream>
 
@@ -54,6 +55,10 @@ void read_node(const TableReader& table, NodeConfig& node) {
     const auto numbers = table.read_numbers("pose", 3, "[x_m, y_m, theta_rad]");
     if (std::abs(numbers[0]) > kMaxPoseM || std::abs(numbers[1]) > kMaxPoseM) {
       table.fail("pose", "is outside the field; x and y are in metres, -32.767 to 32.767");
+    }
+    if (std::abs(numbers[2]) > 2 * std::numbers::pi) {
+      table.fail("pose",
+                 "has more than a whole turn as theta, which is in radians: 90 degrees are 1.5708");
     }
     node.pose = FixedPose{numbers[0], numbers[1], numbers[2]};
   }
@@ -205,6 +210,9 @@ void read_links(const TableReader& root, KeyLines& lines, std::vector<LinkConfig
     if (!is_legal_name(name)) {
       reader.fail(name, "is no name for a link; use 1 to 64 printable characters");
     }
+    if (!node.is_table()) {
+      reader.fail_type(name, "a section: each link has its own, such as [links.wifi]");
+    }
     const TableReader link(reader.table(name), "links." + name, lines);
     in_file_order.emplace_back(key.source().begin.line, read_link(link, name));
   }
@@ -301,6 +309,21 @@ void read_reserved(const TableReader& table, ReservedConfig& reserved) {
   table.read_integer("burst", {1, 10'000}, reserved.burst);
 }
 
+/// Each of them would put its file in the place of the other's, and nobody could connect.
+void check_paths(const KeyLines& lines, const Config& config) {
+  const std::string& socket = config.socket.path;
+  const auto fail = [&](const char* key, const std::string& other) {
+    throw lines.error(key, "is the path of " + other + "; give each a path of its own");
+  };
+  const auto is_taken = [&](const std::string& path) {
+    return path == socket || path == socket + ".lock";
+  };
+  if (is_taken(config.node.pose_socket)) fail("node.pose_socket", "socket.path too");
+  if (config.metrics.file.empty()) return;
+  if (is_taken(config.metrics.file)) fail("metrics.file", "socket.path too");
+  if (config.metrics.file == config.node.pose_socket) fail("metrics.file", "node.pose_socket too");
+}
+
 toml::table parse_toml(std::string_view text, const std::string& file) {
   if (const StrayCharacter stray = find_stray_character(text); stray.line != 0) {
     throw ConfigError(file + ":" + std::to_string(stray.line) + ": not TOML: " + stray.what);
@@ -310,8 +333,8 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
   } catch (const toml::parse_error& error) {
     std::string what(error.description());
     what = printable(what.substr(0, what.find('\n')), 160);
-    throw ConfigError(file + ":" + std::to_string(error.source().begin.line) +
-                      ": not TOML: " + what + "; see https://toml.io for the format");
+    throw ConfigError(file + ":" + std::to_string(error.source().begin.line) + ": not TOML: " +
+                      what + "; put text in double quotes, and see https://toml.io for the format");
   } catch (const std::logic_error&) {  // an assertion of the parser
     throw ConfigError(file + ": not TOML; see https://toml.io for the format");
   }
@@ -348,6 +371,7 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   read_gateways(root, parsed.lines, parsed.config);
   check_channels(root, parsed.lines, parsed.config);
   check_node_ids(parsed.lines, parsed.config);
+  check_paths(parsed.lines, parsed.config);
   return parsed;
 }
 

@@ -112,6 +112,8 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
   if (is_changed("node.pose") && fresh.config.node.pose != config.node.pose) {
     if (const auto& pose = fresh.config.node.pose) {
       parts_.poses.set(pose->x_m, pose->y_m, pose->theta_rad, std::nullopt);
+    } else {
+      parts_.poses.forget(*config.node.pose);
     }
   }
   parts_.poses.set_max_age_ms(fresh.config.node.pose_max_age_ms);

@@ -23,6 +23,10 @@ bool PoseKeeper::set(double x_m, double y_m, double theta_rad, std::optional<Tim
   return true;
 }
 
+void PoseKeeper::forget(const FixedPose& pose) {
+  if (!set_at_ && pose_ == pose) pose_.reset();
+}
+
 std::optional<std::uint32_t> PoseKeeper::age_ms(Time now) const {
   if (!pose_) return std::nullopt;
   if (!set_at_) return 0;

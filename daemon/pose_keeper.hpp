@@ -33,6 +33,9 @@ class PoseKeeper {
   /// @return false, and nothing changed: not finite, or outside +-32.767 m
   bool set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at);
 
+  /// The configuration has this fixed pose no more: if it is ours still, none is.
+  void forget(const FixedPose& pose);
+
   /// The pose if it is known and not older than pose_max_age_ms.
   std::optional<OwnPose> valid(Time now) const;
 

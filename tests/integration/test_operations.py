@@ -78,6 +78,14 @@ def test_reload_applies_what_it_can_and_names_the_rest(daemon):
     assert one.cli("reload").stdout == "needs a restart: links.w.receive_buffer_bytes\n"
 
 
+def test_a_pose_that_leaves_the_configuration_is_gone_after_a_reload(daemon):
+    one = daemon("[node]\nid = 5\npose = [1.0, 2.0, 0.0]\n")
+    assert one.status()["pose"]["x_m"] == 1.0
+    one.write("[node]\nid = 5\n")
+    assert one.cli("reload").stdout == "applied: node.pose\n"
+    assert one.status()["pose"] is None
+
+
 def test_reload_of_a_wrong_file_changes_nothing_and_says_where_it_is_wrong(daemon):
     one = daemon("[node]\nid = 5\n")
     one.write("[node]\nid = 6\n[limits]\nclients = 0\n")

@@ -65,6 +65,27 @@ const Wrong kWrong[] = {
      "f.toml:4: key 'node.pose': inf is not a number; write [x_m, y_m, theta_rad]"},
     {"pose_outside", std::string(kLink) + "[node]\npose = [33, 0, 0]\n",
      "f.toml:4: key 'node.pose': is outside the field; x and y are in metres, -32.767 to 32.767"},
+    {"pose_in_degrees", std::string(kLink) + "[node]\npose = [1, 2, 90]\n",
+     "f.toml:4: key 'node.pose': has more than a whole turn as theta, which is in radians: 90 "
+     "degrees are 1.5708"},
+    {"pose_socket_is_the_socket",
+     std::string(kLink) + "[socket]\npath = \"/a\"\n[node]\npose_socket = \"/a\"\n",
+     "f.toml:6: key 'node.pose_socket': is the path of socket.path too; give each a path of its "
+     "own"},
+    {"metrics_are_the_sockets_lock",
+     std::string(kLink) + "[socket]\npath = \"/a\"\n[metrics]\nfile = \"/a.lock\"\n",
+     "f.toml:6: key 'metrics.file': is the path of socket.path too; give each a path of its own"},
+    {"metrics_are_the_pose_socket",
+     std::string(kLink) + "[node]\npose_socket = \"/a\"\n[metrics]\nfile = \"/a\"\n",
+     "f.toml:6: key 'metrics.file': is the path of node.pose_socket too; give each a path of its "
+     "own"},
+    {"link_without_name", "[links]\ntype = \"udp\"\n",
+     "f.toml:2: key 'links.type': is the text \"udp\"; it must be a section: each link has its "
+     "own, "
+     "such as [links.wifi]"},
+    {"text_without_quotes", "[links.w]\ntype = udp\n",
+     "f.toml:2: not TOML: Error while parsing value: could not determine value type; put text in "
+     "double quotes, and see https://toml.io for the format"},
     {"relative_pose_socket", std::string(kLink) + "[node]\npose_socket = \"pose\"\n",
      "f.toml:4: key 'node.pose_socket': is not absolute; begin it with '/'"},
     {"channel_out_of_range", std::string(kLink) + "[channels]\na = 70000\n",
