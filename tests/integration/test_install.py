@@ -31,6 +31,22 @@ def test_installing_again_keeps_the_robots_configuration(staged):
     assert config.read_text() == original + "# mine\n"
 
 
+def test_a_handle_that_nobody_keeps_is_a_warning(tmp_path):
+    source = tmp_path / "program.cpp"
+    source.write_text("""#include <swarmtalk/client.hpp>
+void f(swarmtalk::Client& robot) {
+  auto subscriber = robot.subscribe("c", [](auto&) {});
+  auto publisher = robot.channel("c").publisher();
+  robot.subscribe("c", [](auto&) {});
+  robot.channel("c").publisher();
+}
+""")
+    done = run("g++", "-std=c++20", "-fsyntax-only", "-I", ROOT / "client_lib/include", source)
+    assert done.returncode == 0, done.stderr
+    warned = re.findall(r"program.cpp:(\d+):.*keep it", done.stderr)
+    assert sorted(warned) == ["5", "6"], done.stderr
+
+
 def test_the_units_name_files_that_are_installed(staged):
     for unit in ("swarmtalkd.service", "swarmtalkd.socket"):
         text = (staged / "usr/lib/systemd/system" / unit).read_text()

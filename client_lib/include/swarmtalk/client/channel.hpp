@@ -35,10 +35,10 @@ struct ChannelOptions {
   std::optional<bool> timestamped;   // carries the buffering delay; unset: as registered, else no
 };
 
-class Publisher {
+class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publisher {
  public:
   Publisher() = default;
-  Publisher(Publisher&&) noexcept = default;
+  Publisher(Publisher &&) noexcept = default;
   Publisher& operator=(Publisher&&) noexcept;
   ~Publisher();
 
@@ -60,7 +60,7 @@ class Publisher {
   requires(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_array_v<T> &&
            !std::is_convertible_v<const T&, std::string_view> &&
            !std::is_convertible_v<const T&, std::span<const std::uint8_t>>) Status
-      send(const T& value, std::optional<std::uint32_t> ttl = {}) {
+  send(const T& value, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
   }
 
@@ -82,10 +82,10 @@ class Publisher {
   std::shared_ptr<client::PublisherState> state_;
 };
 
-class Subscriber {
+class [[nodiscard("nothing is heard once it is destroyed: keep it")]] Subscriber {
  public:
   Subscriber() = default;
-  Subscriber(Subscriber&&) noexcept = default;
+  Subscriber(Subscriber &&) noexcept = default;
   Subscriber& operator=(Subscriber&&) noexcept;
   ~Subscriber();
 
