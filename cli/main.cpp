@@ -86,6 +86,19 @@ std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, ch
   return is_pub && has_dash ? "; DATA that begins with - goes behind --: pub CHANNEL -- DATA" : "";
 }
 
+/// CLI11 says that a subcommand is required, whatever stands in its place.
+std::string text_of(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+  if (error.get_name() != "RequiredError" || !app.get_subcommands().empty()) return error.what();
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--socket") == 0) {
+      ++i;
+    } else if (argv[i][0] != '-') {
+      return std::string("there is no subcommand '") + argv[i] + "'";
+    }
+  }
+  return error.what();
+}
+
 /// The help of what was meant: of `swarmtalk-cli kilobot`, if the words got so far.
 std::string help_of(const CLI::App& app) {
   std::string words = "swarmtalk-cli";
@@ -141,7 +154,7 @@ void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
   command->add_option("--max-distance", arguments.policy.max_distance_m, "metres")
       ->check(distance());
   command->add_flag("--drop-unknown-distance", arguments.policy.drop_unknown_distance,
-                    "with --max-distance: also leave out what has no distance");
+                    "leave out what has no distance");
   command
       ->add_option("--keep-last", arguments.policy.keep_last,
                    "messages that wait while we are busy; 1: only the newest")
@@ -389,7 +402,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForVersion& call) {
     return app.exit(call);
   } catch (const CLI::ParseError& error) {
-    return fail(error.what() + hint(app, error, argc, argv) + "; see " + help_of(app), kExitUsage);
+    return fail(
+        text_of(app, error, argc, argv) + hint(app, error, argc, argv) + "; see " + help_of(app),
+        kExitUsage);
   }
   try {
     return run(app, parsed);

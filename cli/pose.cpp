@@ -24,6 +24,11 @@ std::optional<double> parse_angle(const std::string& word) {
 int set_pose(const Common& common, const PoseArguments& arguments) {
   const auto theta = parse_angle(arguments.theta);
   if (!theta) return fail("THETA is radians, or degrees as in 90deg", kExitUsage);
+  if (arguments.theta.find("deg") == std::string::npos && std::abs(*theta) > 2 * std::numbers::pi) {
+    return fail("THETA " + arguments.theta + " is more than a whole turn in radians; degrees are " +
+                    arguments.theta + "deg",
+                kExitUsage);
+  }
   Client client = make_client(common);
   if (const Status status = client.connect(); !status) return fail(status);
   const auto wrapped = static_cast<float>(std::remainder(*theta, 2 * std::numbers::pi));

@@ -21,6 +21,18 @@ bool wait_for_work(const Client& client, Clock::time_point deadline) {
   return count <= 0 || (descriptors[1].revents & POLLERR) == 0;
 }
 
+/// A radio that is off is heard as silence: say so before it.
+void tell_dead_links(Client& client) {
+  DaemonStatus daemon;
+  if (!client.get_status(daemon)) return;
+  std::string links;
+  for (const auto& link : daemon.links) {
+    if (link.up) return;
+    links += (links.empty() ? "" : ", ") + link.name + ": " + link.state;
+  }
+  fail("no link is up (" + links + "); only programs of this robot can be heard");
+}
+
 /// Ends as a write into the pipe would end: by SIGPIPE unless that is ignored.
 int end_without_reader() {
   ::raise(SIGPIPE);
@@ -59,6 +71,8 @@ int sub(const Common& common, const SubArguments& arguments) {
     subscribers.push_back(open_channel(client, channel, options).subscriber(receive, policy));
     if (const Status status = subscribers.back().status(); !status) return fail(status);
   }
+
+  tell_dead_links(client);
 
   const auto deadline = arguments.timeout_s > 0 ? after(Clock::now(), seconds(arguments.timeout_s))
                                                 : Clock::time_point::max();

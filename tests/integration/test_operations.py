@@ -78,6 +78,18 @@ def test_reload_applies_what_it_can_and_names_the_rest(daemon):
     assert one.cli("reload").stdout == "needs a restart: links.w.receive_buffer_bytes\n"
 
 
+def test_command_lines_that_cannot_be_meant_are_told_in_one_line(daemon):
+    one = daemon()
+    for words, pattern in ((["neighbors"], "there is no subcommand 'neighbors'"),
+                           ([], "A subcommand is required"),
+                           (["pose", "set", "1", "2", "90"], "degrees are 90deg")):
+        done = one.cli(*words)
+        assert done.returncode == 2
+        one_line(done.stderr, pattern)
+    assert one.cli("pose", "set", "1", "2", "90deg").returncode == 0
+    assert one.status()["pose"]["theta_rad"] == pytest.approx(1.5708, abs=0.001)
+
+
 def test_a_pose_that_leaves_the_configuration_is_gone_after_a_reload(daemon):
     one = daemon("[node]\nid = 5\npose = [1.0, 2.0, 0.0]\n")
     assert one.status()["pose"]["x_m"] == 1.0

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import needs_root, program, wait_for
+from conftest import needs_root, one_line, program, wait_for
 from wires import Wires, heard
 
 pytestmark = needs_root
@@ -82,6 +82,14 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
     assert 1 <= len(told) <= 2, "at most one line a second"
     robot.stop()
     assert not os.path.exists(path)
+
+
+def test_who_listens_while_no_link_is_up_is_told(wires):
+    robot = wires.robot("a").start(node(1) + LINK)
+    assert robot.cli("sub", "c", "-W", "0.1").stderr == ""
+    robot.execute("ip", "link", "set", "a0", "down")
+    wait_for(lambda: not robot.link("air")["up"], what="the link to go down")
+    one_line(robot.cli("sub", "c", "-W", "0.1").stderr, "no link is up", "air: down:", "a0")
 
 
 def test_neighbours_are_listed_with_distance_pose_and_address(wires):
