@@ -30,6 +30,7 @@ void tell_dead_links(Client& client) {
     if (link.up) return;
     links += (links.empty() ? "" : ", ") + link.name + ": " + link.state;
   }
+  if (links.empty()) return;
   fail("no link is up (" + links + "); only programs of this robot can be heard");
 }
 
