@@ -105,6 +105,18 @@ void read_interface(const TableReader& table, LinkConfig& link) {
   }
 }
 
+/// IPv4, ARP, VLAN, IPv6, EAPOL: every machine around would take our frames for its own.
+void read_ethertype(const TableReader& table, LinkConfig& link) {
+  table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
+  for (const int used : {0x0800, 0x0806, 0x8100, 0x86DD, 0x888E}) {
+    if (link.ethertype == used) {
+      table.fail("ethertype",
+                 "is that of the network itself (IP, ARP, VLAN or EAPOL); use one for "
+                 "experiments, 0x88B5 or 0x88B6");
+    }
+  }
+}
+
 void read_address(const TableReader& table, LinkConfig& link) {
   if (!table.has("address")) return;
   table.read_text("address", link.address);
@@ -165,7 +177,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
       }
-      table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
+      read_ethertype(table, link);
       read_pacing(table, link);
       break;
     case LinkType::kUdp:
@@ -183,7 +195,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);
-      table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
+      read_ethertype(table, link);
       link.is_fastest = table.read_choice("pace", {"recorded", "fastest"}) == 1;
       break;
     case LinkType::kKilobot:

@@ -134,6 +134,10 @@ const Wrong kWrong[] = {
      "f.toml:3: key 'links.w.interface': is longer than an interface's name can be (15 bytes)"},
     {"ethertype_is_a_length", "[links.w]\ntype = \"raw_l2\"\ninterface = \"w\"\nethertype = 1500\n",
      "f.toml:4: key 'links.w.ethertype': 1500 is out of range; use 1536 to 65535"},
+    {"ethertype_of_arp", "[links.w]\ntype = \"raw_l2\"\ninterface = \"w\"\nethertype = 0x0806\n",
+     "f.toml:4: key 'links.w.ethertype': is that of the network itself (IP, ARP, VLAN or EAPOL); "
+     "use "
+     "one for experiments, 0x88B5 or 0x88B6"},
     {"negative_rate", std::string(kLink) + "rate_hz = -1\n",
      "f.toml:3: key 'links.w.rate_hz': -1 is out of range; use 0 to 1e+06"},
     {"range_beyond_any_arena", std::string(kLink) + "virtual_range_m = 1001\n",
