@@ -36,6 +36,7 @@ Hub::~Hub() = default;
 
 void Hub::add(Station& station) {
   stations_.push_back(&station);
+  station_drops_.emplace_back();
 }
 
 std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscription& subscription) {
@@ -321,17 +322,24 @@ void Hub::deliver_locally(Publication& publication, std::size_t station, Channel
 }
 
 void Hub::note_losses(Channel& channel, const Station& station, const MessageHead& head) {
-  const auto index = static_cast<std::uint16_t>(index_of(station));
-  add_loss(channel,
-           losses_.note({index, head.channel, head.sender, head.epoch}, head.number, head.drops));
+  note_drops(station, head.drops);
+  add_loss(channel, losses_.note({head.channel, head.sender, head.epoch}, head.number, drops_));
+}
+
+// What the station has dropped since it was asked last joins the sums.
+void Hub::note_drops(const Station& station, const DropTotals& drops) {
+  DropTotals& known = station_drops_[index_of(station)];
+  drops_.kernel += drops.kernel - known.kernel;
+  drops_.node += drops.node - known.node;
+  known = drops;
 }
 
 void Hub::on_last_message(Station& station, const MessageHead& head) {
   Channel* const channel = find(head.channel);
   if (channel == nullptr || channel->subscriptions.empty()) return;
-  const auto index = static_cast<std::uint16_t>(index_of(station));
-  add_loss(*channel, losses_.note_last({index, head.channel, head.sender, head.epoch}, head.number,
-                                       head.drops));
+  note_drops(station, head.drops);
+  add_loss(*channel,
+           losses_.note_last({head.channel, head.sender, head.epoch}, head.number, drops_));
 }
 
 void Hub::add_loss(Channel& channel, const Loss& lost) {

@@ -203,6 +203,7 @@ class Hub final : public StationUser {
   void count_copy(const Publication& publication);
   void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
   void note_losses(Channel& channel, const Station& station, const MessageHead& head);
+  void note_drops(const Station& station, const DropTotals& drops);
   void add_loss(Channel& channel, const Loss& lost);
   std::size_t index_of(const Station& station) const;
   Publication& new_publication();
@@ -226,6 +227,8 @@ class Hub final : public StationUser {
   NumberTable<Channel*> channels_by_number_;
   MessagePool pool_;
   LossTracker losses_;
+  std::vector<DropTotals> station_drops_;                   // by station, as of its message before
+  DropTotals drops_;                                        // their sums
   std::vector<std::unique_ptr<Publication>> publications_;  // all there are
   std::vector<Publication*> free_publications_;
   std::uint32_t waiting_ = 0;  // accepted, not finished

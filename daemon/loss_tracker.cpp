@@ -89,10 +89,8 @@ Loss LossTracker::note_last(const Source& source, std::uint32_t number, const Dr
 Loss LossTracker::locate(const Entry& entry, std::uint64_t gap, const DropTotals& drops) {
   Loss loss;
   if (gap == 0) return loss;
-  const std::size_t station = entry.source.station;
-  if (explained_.size() <= station) explained_.resize(station + 1);
-  loss.kernel = take(gap, entry.drops.kernel, drops.kernel, explained_[station].kernel);
-  loss.daemon = take(gap, entry.drops.node, drops.node, explained_[station].node);
+  loss.kernel = take(gap, entry.drops.kernel, drops.kernel, explained_.kernel);
+  loss.daemon = take(gap, entry.drops.node, drops.node, explained_.node);
   loss.air = gap;
   return loss;
 }

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <list>
 #include <unordered_map>
-#include <vector>
 
 #include "daemon/loss.hpp"
 
@@ -16,9 +15,9 @@ namespace swarmtalk::daemon {
 
 class LossTracker {
  public:
-  /// One run of one sender on one channel, heard by one station.
+  /// One run of one sender on one channel. Its messages have the same numbers on all links, so one
+  /// that came over any of them is not lost.
   struct Source {
-    std::uint16_t station = 0;  // index
     std::uint16_t channel = 0;
     std::uint16_t sender = 0;
     std::uint32_t epoch = 0;
@@ -34,7 +33,7 @@ class LossTracker {
   explicit LossTracker(std::size_t max_sources) : max_sources_(max_sources) {}
 
   /// A message has come. @param number  of its sender, channel and epoch, counting by one
-  /// @param drops  of the station, when this message reached it
+  /// @param drops  of all stations, when this message came
   /// @return what was lost since the source's message before. A gap is put down to the kernel, then
   ///   to the node's memory, as far as either dropped something meanwhile that no other gap has
   ///   been put down to; the rest to the air. The first message of a source finds nothing
@@ -63,7 +62,7 @@ class LossTracker {
     std::size_t operator()(const Source& source) const {
       const std::uint64_t bits =
           std::uint64_t{source.sender} << 48 | std::uint64_t{source.channel} << 32 | source.epoch;
-      return static_cast<std::size_t>((bits ^ source.station) * 0x9E3779B97F4A7C15u >> 17);
+      return static_cast<std::size_t>(bits * 0x9E3779B97F4A7C15u >> 17);
     }
   };
   using Entries = std::list<Entry>;  // the last heard in front
@@ -75,7 +74,7 @@ class LossTracker {
   std::size_t max_sources_;
   Entries entries_;
   std::unordered_map<Source, Entries::iterator, Hash> sources_;
-  std::vector<DropTotals> explained_;  // for each station: drops that a gap was put down to
+  DropTotals explained_;  // drops that a gap was put down to
   std::uint64_t evicted_ = 0;
 };
 

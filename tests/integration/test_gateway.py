@@ -121,6 +121,7 @@ def test_who_hears_both_links_hears_once_also_after_one_was_down(wires):
         first.publish("c", text)
     assert [m["text"] for m in heard(listener)] == ["0", "1", "2", "3"]
     assert second.counter("link_duplicates") == 3
+    assert second.counter("messages_lost_air") == 0, "what one link lost, the other brought"
 
 
 def test_one_link_goes_on_when_the_other_loses_its_interface(wires):

@@ -435,6 +435,46 @@ TEST(HubWithTwoStations, LinkThatMissedMessagesGoesOnUnderTheNumbersOfTheOther) 
   EXPECT_EQ(wire.last_number, 11u);
 }
 
+TEST(HubWithTwoStations, MessageIsLostThatNoLinkBrings) {
+  ChannelTable names({});
+  LimitsConfig limits;
+  DaemonCounters counters;
+  NodeIdentity identity(std::nullopt);
+  Hub hub(names, limits, counters, identity);
+  FakeStation wifi(hub, "wifi");
+  FakeStation wire(hub, "wire");
+  hub.add(wifi);
+  hub.add(wire);
+  FakeClient client;
+  Subscription to;
+  to.client = &client;
+  ASSERT_FALSE(hub.subscribe({"", 1u, std::nullopt}, to));
+  const auto hear = [&](Station& station, std::uint32_t number, std::uint64_t kernel_drops = 0) {
+    MessageHead head;
+    head.channel = 1;
+    head.sender = 9;
+    head.epoch = 3;
+    head.number = number;
+    head.has_wide_number = true;
+    head.drops.kernel = kernel_drops;
+    hub.on_message(station, head, {});
+  };
+  hear(wifi, 1);
+  hear(wire, 1);
+  hear(wire, 2);  // not over Wi-Fi
+  hear(wifi, 3);
+  EXPECT_EQ(counters.messages_lost_air, 0u);
+  hear(wifi, 6, 1);  // 4 and 5 over neither; of the two a socket's buffer had no room for one
+  EXPECT_EQ(counters.messages_lost_kernel, 1u);
+  EXPECT_EQ(counters.messages_lost_air, 1u);
+  hear(wire, 5);
+  EXPECT_EQ(counters.messages_late, 1u);
+  hear(wire, 9, 7);  // drops of both count
+  EXPECT_EQ(counters.messages_lost_kernel, 3u);
+  EXPECT_EQ(counters.messages_lost_air, 1u);
+  EXPECT_EQ(counters.messages_received, 6u);
+}
+
 TEST(HubWithTwoStations, IdOfALinkOfItsOwnChangesAlone) {
   ChannelTable names({});
   LimitsConfig limits;

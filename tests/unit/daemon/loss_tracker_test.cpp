@@ -8,7 +8,7 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr LossTracker::Source kSource{0, 7, 3, 1};
+constexpr LossTracker::Source kSource{7, 3, 1};
 
 class Tracker : public testing::Test {
  protected:
@@ -81,7 +81,7 @@ TEST_F(Tracker, PutsAGapDownToTheKernelAsFarAsItDropped) {
 }
 
 TEST_F(Tracker, PutsOneDropDownToOneGapOnly) {
-  const LossTracker::Source other{0, 7, 4, 1};
+  const LossTracker::Source other{7, 4, 1};
   note(1);
   tracker_.note(other, 1, {});
   EXPECT_EQ(note(3, {1, 0}).kernel, 1u);
@@ -123,11 +123,11 @@ TEST_F(Tracker, FollowsASenderWhoseCountStartsElsewhere) {
 }
 
 TEST_F(Tracker, ForgetsTheLongestUnheardWhenFull) {
-  for (std::uint16_t sender = 1; sender <= 5; ++sender) tracker_.note({0, 7, sender, 1}, 1, {});
+  for (std::uint16_t sender = 1; sender <= 5; ++sender) tracker_.note({7, sender, 1}, 1, {});
   EXPECT_EQ(tracker_.size(), 4u);
   EXPECT_EQ(tracker_.evicted(), 1u);
-  EXPECT_EQ(tracker_.note({0, 7, 1, 1}, 9, {}), Loss{});
-  EXPECT_EQ(tracker_.note({0, 7, 5, 1}, 3, {}).air, 1u);
+  EXPECT_EQ(tracker_.note({7, 1, 1}, 9, {}), Loss{});
+  EXPECT_EQ(tracker_.note({7, 5, 1}, 3, {}).air, 1u);
 }
 
 TEST_F(Tracker, CountsNothingWhileNobodySubscribes) {
