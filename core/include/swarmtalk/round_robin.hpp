@@ -51,7 +51,9 @@ class BitSet {
   using Group = UintFor<kIsWide ? 64 : 8>;
   static constexpr uint8_t kGroupBits = sizeof(Group) * 8;
   static constexpr uint8_t kGroups = (kSize + kGroupBits - 1) / kGroupBits;
-  static uint16_t group_of(uint16_t i) { return kGroups == 1 ? 0 : i / kGroupBits; }
+  static uint16_t group_of(uint16_t i) {
+    return static_cast<uint16_t>(kGroups == 1 ? 0 : i / kGroupBits);
+  }
   Group groups_[kGroups];
 };
 
