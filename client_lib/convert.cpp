@@ -121,7 +121,7 @@ void convert(const ipc::DeliverFrame& deliver, Message& message) {
   if (const auto& origin = deliver.origin) {
     message.origin = GatewayOrigin{std::string(origin->link), origin->node, origin->message_number};
   }
-  const ipc::DeliverFrame::Lost& lost = deliver.lost_before;
+  const ipc::DeliverLost& lost = deliver.lost_before;
   message.lost_before = {lost.air, lost.kernel, lost.daemon, 0, lost.late};
 }
 

@@ -28,7 +28,7 @@ std::uint32_t cut(std::uint64_t count) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(count, UINT32_MAX));
 }
 
-ipc::DeliverFrame::Lost lost_of(const Loss& lost) {
+ipc::DeliverLost lost_of(const Loss& lost) {
   return {cut(lost.air), cut(lost.kernel), cut(lost.daemon), cut(lost.late)};
 }
 

@@ -83,7 +83,7 @@ void put_bytes(std::uint32_t field, std::string_view bytes, To& to) {
 }
 
 template <class To>
-void put(const DeliverFrame::SenderPose& pose, To& to) {
+void put(const DeliverPose& pose, To& to) {
   put_real(Pose::kXMFieldNumber, pose.x_m, to);
   put_real(Pose::kYMFieldNumber, pose.y_m, to);
   put_real(Pose::kThetaRadFieldNumber, pose.theta_rad, to);
@@ -91,7 +91,7 @@ void put(const DeliverFrame::SenderPose& pose, To& to) {
 }
 
 template <class To>
-void put(const DeliverFrame::Lost& lost, To& to) {
+void put(const DeliverLost& lost, To& to) {
   put_unless_0(LostBefore::kAirFieldNumber, lost.air, to);
   put_unless_0(LostBefore::kKernelFieldNumber, lost.kernel, to);
   put_unless_0(LostBefore::kDaemonFieldNumber, lost.daemon, to);
@@ -99,7 +99,7 @@ void put(const DeliverFrame::Lost& lost, To& to) {
 }
 
 template <class To>
-void put(const DeliverFrame::Origin& origin, To& to) {
+void put(const DeliverOrigin& origin, To& to) {
   if (origin.link.empty()) return;
   put_bytes(GatewayOrigin::kLinkFieldNumber, origin.link, to);
   put(GatewayOrigin::kNodeFieldNumber, origin.node, to);
@@ -145,7 +145,7 @@ void put(const DeliverFrame& frame, To& to) {
   put_if_set(Deliver::kReceivedAtNsFieldNumber, frame.received_at_ns, to);
   if (frame.local) put(Deliver::kLocalFieldNumber, 1, to);
   put_unless_0(Deliver::kEpochFieldNumber, frame.epoch, to);
-  if (frame.lost_before != DeliverFrame::Lost{}) {
+  if (frame.lost_before != DeliverLost{}) {
     put_message(Deliver::kLostBeforeFieldNumber, frame.lost_before, to);
   }
   if (frame.origin) put_message(Deliver::kOriginFieldNumber, *frame.origin, to);
@@ -240,13 +240,13 @@ std::optional<std::string_view> only_body(std::string_view envelope, std::uint32
   return body;
 }
 
-void read_pose(Reader& from, std::optional<DeliverFrame::SenderPose>& to) {
+void read_pose(Reader& from, std::optional<DeliverPose>& to) {
   if (to) return static_cast<void>(from.fail());  // protobuf merges the two
   Reader reader(from.bytes());
   bool has_x = false;
   bool has_y = false;
   bool has_theta = false;
-  DeliverFrame::SenderPose pose;
+  DeliverPose pose;
   while (!reader.is_at_end()) {
     switch (reader.tag()) {
       case tag(Pose::kXMFieldNumber, Kind::kFixed32):

@@ -21,27 +21,30 @@ struct PublishFrame {
   std::optional<std::uint64_t> sent_at_ns;
 };
 
+/// Parts of a Deliver.
+struct DeliverPose {
+  float x_m = 0;
+  float y_m = 0;
+  float theta_rad = 0;
+  std::uint32_t age_ms = 0;
+};
+
+struct DeliverLost {
+  std::uint32_t air = 0;
+  std::uint32_t kernel = 0;
+  std::uint32_t daemon = 0;
+  std::uint32_t late = 0;
+  bool operator==(const DeliverLost&) const = default;
+};
+
+struct DeliverOrigin {
+  std::string_view link;  // empty: nothing of the origin is known
+  std::uint32_t node = 0;
+  std::uint32_t message_number = 0;
+};
+
 /// The fields of a Deliver. What it refers to must outlive it.
 struct DeliverFrame {
-  struct SenderPose {
-    float x_m = 0;
-    float y_m = 0;
-    float theta_rad = 0;
-    std::uint32_t age_ms = 0;
-  };
-  struct Lost {
-    std::uint32_t air = 0;
-    std::uint32_t kernel = 0;
-    std::uint32_t daemon = 0;
-    std::uint32_t late = 0;
-    bool operator==(const Lost&) const = default;
-  };
-  struct Origin {
-    std::string_view link;  // empty: nothing of the origin is known
-    std::uint32_t node = 0;
-    std::uint32_t message_number = 0;
-  };
-
   std::uint32_t subscription_id = 0;
   std::string_view payload;
   std::uint32_t channel = 0;
@@ -49,15 +52,15 @@ struct DeliverFrame {
   std::uint32_t message_number = 0;
   std::optional<float> distance_m;
   std::optional<float> bearing_rad;
-  std::optional<SenderPose> sender_pose;  // none also when x, y or theta is missing
+  std::optional<DeliverPose> sender_pose;  // none also when x, y or theta is missing
   std::uint32_t hops = 0;
   std::uint32_t ttl = 0;
   std::optional<std::uint64_t> buffering_delay_us;
   std::optional<std::uint64_t> received_at_ns;
   bool local = false;
   std::uint32_t epoch = 0;
-  Lost lost_before;
-  std::optional<Origin> origin;
+  DeliverLost lost_before;
+  std::optional<DeliverOrigin> origin;
 };
 
 /// Appends the frame with its length to `buffer`, byte for byte as append_frame() of an Envelope.
