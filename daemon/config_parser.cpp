@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "daemon/config_checks.hpp"
 #include "daemon/config_gateways.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/node_id_rule.hpp"
@@ -321,19 +322,22 @@ void read_reserved(const TableReader& table, ReservedConfig& reserved) {
   table.read_integer("burst", {1, 10'000}, reserved.burst);
 }
 
-/// Each of them would put its file in the place of the other's, and nobody could connect.
-void check_paths(const KeyLines& lines, const Config& config) {
-  const std::string& socket = config.socket.path;
-  const auto fail = [&](const char* key, const std::string& other) {
-    throw lines.error(key, "is the path of " + other + "; give each a path of its own");
-  };
-  const auto is_taken = [&](const std::string& path) {
-    return path == socket || path == socket + ".lock";
-  };
-  if (is_taken(config.node.pose_socket)) fail("node.pose_socket", "socket.path too");
-  if (config.metrics.file.empty()) return;
-  if (is_taken(config.metrics.file)) fail("metrics.file", "socket.path too");
-  if (config.metrics.file == config.node.pose_socket) fail("metrics.file", "node.pose_socket too");
+void apply(const ConfigOptions& options, ParsedConfig& parsed) {
+  if (options.log_level) {
+    parsed.config.log_level = *options.log_level;
+    parsed.lines.set_option("log.level", "--log-level");
+  }
+  if (options.node_id) {
+    parsed.lines.set_option("node.id", "--node-id");
+    const std::string problem = read_node_id_rule(*options.node_id, parsed.config.node);
+    if (!problem.empty()) throw parsed.lines.error("node.id", problem);
+  }
+  if (options.socket_path) {
+    parsed.lines.set_option("socket.path", "--socket");
+    const std::string problem = socket_path_problem(*options.socket_path);
+    if (!problem.empty()) throw parsed.lines.error("socket.path", problem);
+    parsed.config.socket.path = *options.socket_path;
+  }
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
@@ -362,7 +366,8 @@ std::string socket_path_problem(const std::string& path) {
          std::to_string(kMaxSocketPathBytes) + "; choose a shorter one";
 }
 
-ParsedConfig parse_config(std::string_view text, const std::string& file) {
+ParsedConfig parse_config(std::string_view text, const std::string& file,
+                          const ConfigOptions& options) {
   const toml::table table = parse_toml(text, file);
   ParsedConfig parsed{{}, KeyLines(file)};
   parsed.config.socket.path = ipc::kDefaultSocketPath;
@@ -381,13 +386,16 @@ ParsedConfig parse_config(std::string_view text, const std::string& file) {
   read_reserved(section("reserved"), parsed.config.reserved);
   read_links(root, parsed.lines, parsed.config.links);
   read_gateways(root, parsed.lines, parsed.config);
+  const NodeIdRule rule_of_file = parsed.config.node.id_rule;
+  apply(options, parsed);
   check_channels(root, parsed.lines, parsed.config);
   check_node_ids(parsed.lines, parsed.config);
   check_paths(parsed.lines, parsed.config);
+  check_effects(parsed.lines, parsed.config, rule_of_file);
   return parsed;
 }
 
-ParsedConfig load_config(const std::string& file) {
+ParsedConfig load_config(const std::string& file, const ConfigOptions& options) {
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   std::string text;
@@ -403,7 +411,7 @@ ParsedConfig load_config(const std::string& file) {
   if (text.size() > kMaxFileBytes) {
     throw ConfigError(file + ": is larger than 1 MiB; this is no configuration file");
   }
-  return parse_config(text, file);
+  return parse_config(text, file, options);
 }
 
 }  // namespace swarmtalk::daemon

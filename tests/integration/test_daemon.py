@@ -113,6 +113,18 @@ def test_wrong_configuration_gets_one_line(tmp_path, text, patterns):
         assert done.returncode == 1
 
 
+def test_a_socket_of_the_command_line_is_no_other_paths_place(tmp_path):
+    path = tmp_path / "pose.sock"
+    config = write_config(tmp_path, f'[node]\npose_socket = "{path}"\n')
+    for extra in ([], ["--check"]):
+        done = run(program("swarmtalkd"), "--config", config, "--socket", path, *extra)
+        one_line(done.stderr, r"swarmtalkd.toml:7: key 'node.pose_socket'", "path of --socket too")
+        assert done.returncode == 1
+    done = run(program("swarmtalkd"), "--config", config, "--check", "--socket", "")
+    one_line(done.stderr, "--socket: is empty; give an absolute path")
+    assert done.returncode == 1
+
+
 @needs_root
 def test_a_missing_interface_is_named_with_those_there_are(tmp_path):
     config = write_config(tmp_path, link='[links.w]\ntype = "raw_l2"\ninterface = "wlan7"\n')

@@ -1,5 +1,6 @@
 #include "daemon/config_parser.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,6 +16,15 @@ constexpr const char* kLink = "[links.w]\ntype = \"udp\"\n";  // lines 1 and 2
 std::string error_of(const std::string& text) {
   try {
     parse_config(text, "f.toml");
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string error_of(const std::string& text, const ConfigOptions& options) {
+  try {
+    parse_config(kLink + text, "f.toml", options);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -79,6 +89,21 @@ const Wrong kWrong[] = {
      std::string(kLink) + "[node]\npose_socket = \"/a\"\n[metrics]\nfile = \"/a\"\n",
      "f.toml:6: key 'metrics.file': is the path of node.pose_socket too; give each a path of its "
      "own"},
+    {"id_offset_beside_a_number", std::string(kLink) + "[node]\nid = 7\nid_offset = -3\n",
+     "f.toml:5: key 'node.id_offset': means nothing unless node.id is \"hostname\" or \"ip\"; "
+     "leave "
+     "it out, or let node.id be one of them"},
+    {"id_offset_of_a_random_id", std::string(kLink) + "[node]\nid_offset = 0\n",
+     "f.toml:4: key 'node.id_offset': means nothing unless node.id is \"hostname\" or \"ip\"; "
+     "leave "
+     "it out, or let node.id be one of them"},
+    {"id_interface_beside_a_hostname",
+     std::string(kLink) + "[node]\nid_interface = \"eth0\"\nid = \"hostname\"\n",
+     "f.toml:4: key 'node.id_interface': means nothing unless node.id is \"ip\"; leave it out, or "
+     "let node.id be that"},
+    {"metrics_interval_without_a_file", std::string(kLink) + "[metrics]\ninterval_s = 5\n",
+     "f.toml:4: key 'metrics.interval_s': means nothing without metrics.file; leave it out, or add "
+     "that"},
     {"link_without_name", "[links]\ntype = \"udp\"\n",
      "f.toml:2: key 'links.type': is the text \"udp\"; it must be a section: each link has its "
      "own, "
@@ -250,6 +275,48 @@ TEST(Config, KeyLinesNameLineDefaultOrOption) {
   EXPECT_STREQ(lines.error("socket.path", "x").what(), "f.toml: key 'socket.path': x");
   lines.set_option("socket.path", "--socket");
   EXPECT_STREQ(lines.error("socket.path", "x").what(), "--socket: x");
+}
+
+TEST(ConfigOptions, ASocketElsewhereIsNoOtherPathsPlace) {
+  ConfigOptions options;
+  options.socket_path = "/s";
+  EXPECT_EQ(
+      error_of("[node]\npose_socket = \"/s\"\n", options),
+      "f.toml:4: key 'node.pose_socket': is the path of --socket too; give each a path of its "
+      "own");
+  EXPECT_EQ(
+      error_of("[metrics]\nfile = \"/s.lock\"\n", options),
+      "f.toml:4: key 'metrics.file': is the path of --socket too; give each a path of its own");
+  EXPECT_EQ(error_of("[socket]\npath = \"/t\"\n[metrics]\nfile = \"/t\"\n", options), "")
+      << "the socket is elsewhere";
+}
+
+TEST(ConfigOptions, AKeyThatGoesWithTheNodeIdOfFileOrOptionIsRight) {
+  ConfigOptions options;
+  options.node_id = "7";
+  EXPECT_EQ(error_of("[node]\nid = \"ip\"\nid_offset = -3\nid_interface = \"eth0\"\n", options),
+            "");
+  EXPECT_THAT(error_of("[node]\nid_offset = -3\n", options),
+              testing::StartsWith("f.toml:4: key 'node.id_offset': means nothing"));
+  options.node_id = "ip";
+  EXPECT_EQ(error_of("[node]\nid_offset = -3\nid_interface = \"eth0\"\n", options), "");
+}
+
+TEST(ConfigOptions, AnOptionCountsInPlaceOfItsKeyAndIsNamed) {
+  ConfigOptions options;
+  options.socket_path = "/s";
+  options.node_id = "7";
+  options.log_level = "debug";
+  const Config config =
+      parse_config(kLink + std::string("[node]\nid = 5\n"), "f.toml", options).config;
+  EXPECT_EQ(config.socket.path, "/s");
+  EXPECT_EQ(config.node.id, 7);
+  EXPECT_EQ(config.log_level, "debug");
+  options.node_id = "70000";
+  EXPECT_THAT(error_of("", options), testing::StartsWith("--node-id: \"70000\" is not known"));
+  options.node_id.reset();
+  options.socket_path = "";
+  EXPECT_EQ(error_of("", options), "--socket: is empty; give an absolute path");
 }
 
 }  // namespace
