@@ -69,7 +69,6 @@ void prepare_socket(int socket, const RawL2Config& config) {
   }
   enable_drop_counts(socket);
   enable_receive_stamps(socket);  // without them reception is timed when it is read
-  set_receive_buffer(socket, config.receive_buffer_bytes);
 }
 
 }  // namespace
@@ -81,6 +80,7 @@ RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
   socket_ = open_packet_socket(config_.interface);
   use_receive_socket(socket_);
   prepare_socket(socket_, config_);
+  use_receive_buffer(socket_, config_.receive_buffer_bytes);
   if (!bind_to(interface)) {
     throw std::runtime_error("raw_l2 '" + config_.interface +
                              "': cannot bind to the interface: " + std::strerror(errno));

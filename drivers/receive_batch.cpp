@@ -57,10 +57,15 @@ void enable_drop_counts(int socket) {
   setsockopt(socket, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
 }
 
-void set_receive_buffer(int socket, std::size_t size_bytes) {
+std::size_t set_receive_buffer(int socket, std::size_t size_bytes) {
   const int size = static_cast<int>(std::min<std::size_t>(size_bytes, kLargestBufferBytes));
-  if (setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) == 0) return;
-  setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+  if (setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) != 0) {
+    setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+  }
+  int doubled = 0;  // for the kernel's own book-keeping, socket(7)
+  socklen_t length = sizeof doubled;
+  getsockopt(socket, SOL_SOCKET, SO_RCVBUF, &doubled, &length);
+  return static_cast<std::size_t>(doubled) / 2;
 }
 
 void ReceiveBatch::set_datagram_bytes(std::size_t datagram_bytes) {

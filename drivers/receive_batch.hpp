@@ -47,7 +47,8 @@ bool enable_receive_stamps(int socket);
 void enable_drop_counts(int socket);
 
 /// Sets the kernel's receive buffer, beyond the machine's limit where we may (CAP_NET_ADMIN).
-void set_receive_buffer(int socket, std::size_t size_bytes);
+/// @return what the kernel gives, in bytes: less than asked where its limit is lower
+std::size_t set_receive_buffer(int socket, std::size_t size_bytes);
 
 struct Datagram {
   std::span<const std::uint8_t> bytes;

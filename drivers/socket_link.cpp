@@ -63,6 +63,16 @@ void SocketLink::use_send_socket(int socket) {
   send_socket_.emplace(io_, socket);
 }
 
+void SocketLink::use_receive_buffer(int socket, std::size_t size_bytes) {
+  const std::size_t given = set_receive_buffer(socket, size_bytes);
+  if (given >= size_bytes) return;
+  link_log()->warn(
+      "{} {}: the kernel gives {} bytes of receive buffer, not the {} of receive_buffer_bytes, and "
+      "drops frames (kernel_drops) when they are full; raise its limit (sysctl -w "
+      "net.core.rmem_max={}) and start swarmtalkd again, or ask for less",
+      type(), device(), given, size_bytes, size_bytes);
+}
+
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
   watch_.start([this] { refresh(); });

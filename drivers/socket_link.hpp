@@ -52,6 +52,10 @@ class SocketLink : public Link, public Tappable {
   void use_receive_socket(int socket);
   void use_send_socket(int socket);
 
+  /// Sets the kernel's receive buffer of an open socket, in the constructor of the derived class;
+  /// tells when the kernel gives less.
+  void use_receive_buffer(int socket, std::size_t size_bytes);
+
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
 
