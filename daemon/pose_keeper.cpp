@@ -5,10 +5,13 @@
 #include <limits>
 #include <numbers>
 
+#include "daemon/logging.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
 constexpr std::uint32_t kOldestOnAirMs = frame::FramePose::kOldest * 10u;
+constexpr double kWholeTurnRad = 2 * std::numbers::pi + 1e-3;  // and what rounding adds to one
 
 }  // namespace
 
@@ -18,9 +21,20 @@ PoseKeeper::PoseKeeper(const NodeConfig& config)
 bool PoseKeeper::set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at) {
   const bool is_inside = std::abs(x_m) <= kMaxPoseM && std::abs(y_m) <= kMaxPoseM;  // no NaN
   if (!is_inside || !std::isfinite(theta_rad)) return false;
+  tell_whole_turns(theta_rad);
   pose_ = FixedPose{x_m, y_m, std::fmod(theta_rad, 2 * std::numbers::pi)};
   set_at_ = known_at;
   return true;
+}
+
+void PoseKeeper::tell_whole_turns(double theta_rad) {
+  if (has_told_whole_turns_ || std::abs(theta_rad) <= kWholeTurnRad) return;
+  has_told_whole_turns_ = true;
+  log_of("daemon")->warn(
+      "a pose has theta {:g}, more than a whole turn in radians; its whole turns are left out. If "
+      "it "
+      "is degrees, let the program that tells it divide by 57.29578 (told only once)",
+      theta_rad);
 }
 
 void PoseKeeper::forget(const FixedPose& pose) {

@@ -28,7 +28,8 @@ class PoseKeeper {
   /// The configuration has changed.
   void set_max_age_ms(std::uint32_t max_age_ms) { max_age_ms_ = max_age_ms; }
 
-  /// @param theta_rad  any finite angle; kept without its whole turns, -2 pi to 2 pi
+  /// @param theta_rad  any finite angle, since a program may sum up turns; kept without the whole
+  ///   ones, -2 pi to 2 pi. The first beyond that is told in the log: it may be degrees
   /// @param known_at  from when it ages; none: it is fixed
   /// @return false, and nothing changed: not finite, or outside +-32.767 m
   bool set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at);
@@ -49,9 +50,12 @@ class PoseKeeper {
   bool is_usable(const frame::FramePose& pose) const;
 
  private:
+  void tell_whole_turns(double theta_rad);
+
   std::optional<FixedPose> pose_;
   std::optional<Time> set_at_;  // none: fixed
   std::uint32_t max_age_ms_;    // 0: no limit
+  bool has_told_whole_turns_ = false;
 };
 
 }  // namespace swarmtalk::daemon

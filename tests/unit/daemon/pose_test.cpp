@@ -1,10 +1,14 @@
 // Poses and what is measured with them.
 #include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
+#include "daemon/logging.hpp"
 #include "daemon/pose_keeper.hpp"
 #include "daemon/ranging.hpp"
 
@@ -21,6 +25,17 @@ NodeConfig with_limit(std::uint32_t max_age_ms) {
   NodeConfig config;
   config.pose_max_age_ms = max_age_ms;
   return config;
+}
+
+/// What the daemon logs of a pose with this theta, from a program or the pose socket.
+std::string logged_of(PoseKeeper& poses, double theta_rad) {
+  const auto before = spdlog::default_logger();
+  testing::internal::CaptureStderr();
+  start_logging("info");
+  EXPECT_TRUE(poses.set(1.0, 2.0, theta_rad, kStart));
+  const std::string text = testing::internal::GetCapturedStderr();
+  spdlog::set_default_logger(before);
+  return text;
 }
 
 TEST(PoseKeeper, KnowsNothingAtFirst) {
@@ -48,6 +63,19 @@ TEST(PoseKeeper, SetPoseGoesStaleAfterItsLimit) {
   EXPECT_EQ(poses.age_ms(kStart + milliseconds(2001)), 2001u);
   EXPECT_TRUE(poses.on_air(kStart + milliseconds(2001))->is_stale());
   EXPECT_EQ(poses.on_air(kStart + milliseconds(120))->age_10ms, 12);
+}
+
+TEST(PoseKeeper, MoreThanAWholeTurnIsToldOnceSinceItMayBeDegrees) {
+  PoseKeeper poses(with_limit(2000));
+  for (const double theta_rad : {0.0, -2 * kPi, double{static_cast<float>(2 * kPi)}}) {
+    EXPECT_EQ(logged_of(poses, theta_rad), "") << theta_rad;
+  }
+  const std::string text = logged_of(poses, 270);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  EXPECT_NE(text.find("a pose has theta 270, more than a whole turn in radians"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("divide by 57.29578"), std::string::npos) << text;
+  EXPECT_EQ(logged_of(poses, -90), "") << "told already";
 }
 
 TEST(PoseKeeper, PoseSetAsFixedDoesNotAgeUntilAnotherIsSet) {
