@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/deadline.hpp"
+#include "cli/link_watch.hpp"
 #include "cli/operator.hpp"
 
 namespace swarmtalk::cli {
@@ -96,6 +97,12 @@ class CaptureFiles {
   std::uint64_t drops_ = 0;
 };
 
+/// Once, at the start: the frames that come are the end of the silence.
+void tell_dead_links(const Common& common) {
+  Client client = make_client(common);
+  if (client.connect()) LinkWatch(client).look();
+}
+
 }  // namespace
 
 int capture(const Common& common, const CaptureArguments& arguments) {
@@ -110,6 +117,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   ipc::Envelope answer;
   envelope.mutable_capture();
   if (const Status status = daemon.request(envelope, answer); !status) return fail(status);
+  tell_dead_links(common);
   const bool has_end = arguments.timeout_s > 0;
   const auto end = after(Clock::now(), seconds(has_end ? arguments.timeout_s : 1e12));
   int exit_code = kExitOk;

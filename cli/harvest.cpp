@@ -1,9 +1,12 @@
+#include <algorithm>
+
 #include <swarmtalk/client/harvest.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/deadline.hpp"
 #include "cli/format.hpp"
 #include "cli/hex.hpp"
+#include "cli/link_watch.hpp"
 #include "client_lib/utf8.hpp"
 
 namespace swarmtalk::cli {
@@ -22,8 +25,10 @@ std::string to_line(const HarvestedValue& value, bool is_json) {
 }
 
 int run(Client& client, Clock::time_point deadline, const int& written) {
+  LinkWatch links(client);
   while (written == kExitOk && caught_signal() == 0 && Clock::now() < deadline) {
-    client.run_once(deadline - Clock::now());
+    links.look();
+    client.run_once(std::min(deadline, links.next()) - Clock::now());
   }
   return caught_signal() == 0 ? written : kExitSignal + caught_signal();
 }

@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/deadline.hpp"
 #include "cli/format.hpp"
+#include "cli/link_watch.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -19,19 +20,6 @@ bool wait_for_work(const Client& client, Clock::time_point deadline) {
   pollfd descriptors[] = {{client.fd(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}};
   const int count = ::poll(descriptors, 2, static_cast<int>(wait.count()));
   return count <= 0 || (descriptors[1].revents & POLLERR) == 0;
-}
-
-/// A radio that is off is heard as silence: say so before it.
-void tell_dead_links(Client& client) {
-  DaemonStatus daemon;
-  if (!client.get_status(daemon)) return;
-  std::string links;
-  for (const auto& link : daemon.links) {
-    if (link.up) return;
-    links += (links.empty() ? "" : ", ") + link.name + ": " + link.state;
-  }
-  if (links.empty()) return;
-  fail("no link is up (" + links + "); only programs of this robot can be heard");
 }
 
 /// Ends as a write into the pipe would end: by SIGPIPE unless that is ignored.
@@ -73,12 +61,12 @@ int sub(const Common& common, const SubArguments& arguments) {
     if (const Status status = subscribers.back().status(); !status) return fail(status);
   }
 
-  tell_dead_links(client);
-
+  LinkWatch links(client);
   const auto deadline = arguments.timeout_s > 0 ? after(Clock::now(), seconds(arguments.timeout_s))
                                                 : Clock::time_point::max();
   while (!is_enough && caught_signal() == 0 && Clock::now() < deadline) {
-    if (!wait_for_work(client, deadline)) return end_without_reader();
+    links.look();
+    if (!wait_for_work(client, std::min(deadline, links.next()))) return end_without_reader();
     client.process();
   }
   if (lost) fail("heard " + std::to_string(heard) + " messages, lost " + loss_text(lost));

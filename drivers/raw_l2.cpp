@@ -108,7 +108,7 @@ void RawL2Link::refresh() {
   const std::string name = "interface '" + config_.interface + "'";
   if (interface.index == 0) {
     bound_index_ = 0;
-    return set_state(false, "down: " + name + " is gone");
+    return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
   }
   if (!interface.is_ethernet || interface.is_loopback) {
     return set_state(false, "down: " + name + " is no longer an Ethernet interface");
@@ -126,7 +126,7 @@ void RawL2Link::refresh() {
                                 interface.name + " up)");
   }
   if (!interface.has_carrier) {
-    return set_state(false, "down: " + name + renamed + " has no carrier");
+    return set_state(false, "down: " + name + renamed + " has no carrier" + kCarrierRemedy);
   }
   set_state(true, "up" + renamed + ", MTU " + std::to_string(interface.mtu_bytes) + " bytes" +
                       mtu_remark());

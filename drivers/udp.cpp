@@ -134,12 +134,13 @@ void UdpLink::refresh() {
   if (!config_.interface.empty()) {
     interface = watch().find(config_.interface);
     const std::string name = "interface '" + config_.interface + "'";
-    if (interface.index == 0) return set_state(false, "down: " + name + " is gone");
+    if (interface.index == 0) return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
     if (!interface.is_switched_on) {
       return set_state(
           false, "down: " + name + " is switched off (ip link set " + interface.name + " up)");
     }
-    if (!interface.has_carrier) return set_state(false, "down: " + name + " has no carrier");
+    if (!interface.has_carrier)
+      return set_state(false, "down: " + name + " has no carrier" + kCarrierRemedy);
     frame_bytes = std::min(
         frame_bytes, std::max(interface.mtu_bytes, kIpAndUdpHeaderBytes) - kIpAndUdpHeaderBytes);
   }

@@ -85,11 +85,27 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
 
 
 def test_who_listens_while_no_link_is_up_is_told(wires):
-    robot = wires.robot("a").start(node(1) + LINK)
-    assert robot.cli("sub", "c", "-W", "0.1").stderr == ""
+    robot = wires.robot("a").start(node(1) + LINK + "[reserved]\nharvest = true\n")
+    listening = [("sub", "c"), ("log",), ("harvest",), ("capture", wires.file("c.pcap"))]
+    for words in listening:
+        assert robot.cli(*words, "-W", "0.3").stderr == ""
     robot.execute("ip", "link", "set", "a0", "down")
     wait_for(lambda: not robot.link("air")["up"], what="the link to go down")
-    one_line(robot.cli("sub", "c", "-W", "0.1").stderr, "no link is up", "air: down:", "a0")
+    for words in listening:
+        one_line(robot.cli(*words, "-W", "0.3").stderr, "no link is up", "air: down:",
+                 "ip link set a0 up", "nothing comes from other robots")
+    offering = robot.listen("harvest", "--offer", "key=value")
+    one_line(offering.stderr.readline(), "no link is up", "air: down:")
+
+
+def test_who_listens_is_told_once_when_the_last_link_goes_and_comes(wires):
+    robot = wires.robot("a").start(node(1) + LINK)
+    sub = robot.listen("sub", "c")
+    for state, words in (("down", "no link is up"), ("up", "a link is up again: air")) * 2:
+        robot.execute("ip", "link", "set", "a0", state)
+        assert words in sub.stderr.readline()
+    sub.terminate()
+    assert sub.communicate(timeout=10)[1] == ""
 
 
 def test_neighbours_are_listed_with_distance_pose_and_address(wires):

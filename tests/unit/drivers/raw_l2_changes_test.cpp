@@ -74,7 +74,7 @@ TEST_F(RawL2Changes, SurvivesDownAndUp) {
 
 TEST_F(RawL2Changes, NoticesThatTheOtherEndIsDown) {
   network_->ip('b', "link set air0 down");
-  expect_state_of_a("has no carrier", false);
+  expect_state_of_a("has no carrier (plug in its cable, or join its Wi-Fi)", false);
   network_->ip('b', "link set air0 up");
   expect_exchange();
 }
@@ -95,7 +95,7 @@ TEST_F(RawL2Changes, PullsNothingWhileDown) {
 TEST_F(RawL2Changes, SurvivesDeletionAndReturn) {
   for (int round = 0; round < 3; ++round) {
     network_->ip('a', "link del air0");
-    expect_state_of_a("interface 'air0' is gone", false);
+    expect_state_of_a("interface 'air0' is gone (ip link lists those there are)", false);
     run_for(io_, 20ms);
     network_->add_pair();
     expect_exchange();
