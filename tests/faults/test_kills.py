@@ -10,7 +10,13 @@ import swarm
 
 KILLS = int(os.environ.get("SWARMTALK_KILLS", "40"))
 SEED = int(os.environ.get("SWARMTALK_SEED", "1"))
-BACK_S = 10  # far more than the 0.5 s that an idle machine needs; the figures are printed
+BACK_S = 10  # of each client: far more than it needs, since the machine may be busy
+# Of the median. That each is back within half a second is so by construction: it tries again at
+# least every 250 ms (tests/unit/client_lib/client_backoff_test.cpp), and registers in a few more.
+# Here a machine that is busy for a moment would add its own time to some clients', so one late
+# client proves nothing; but half of all clients over the whole run are late only when the library
+# or the daemon is.
+BACK_MEDIAN_MS = 500
 
 pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 
@@ -88,6 +94,7 @@ def test_random_kills(tmp_path):
     print(f"killed: {counts}")
     print(f"back after the daemon's return, ms: median {statistics.median(back_ms):.0f}, most "
           f"{max(back_ms):.0f}, {sum(ms > 500 for ms in back_ms)} of {len(back_ms)} above 500")
+    assert statistics.median(back_ms) < BACK_MEDIAN_MS
     for role, accounts in ends.accounts.items():
         total = {key: sum(account[key] for account in accounts) for key in accounts[0]}
         print(f"{role}: {total}")
