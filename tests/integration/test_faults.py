@@ -18,7 +18,11 @@ def start_daemon(tmp_path, **options):
     log = open(tmp_path / "log", "w", encoding="utf-8")
     daemon = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket", path],
                               stderr=log, **options)
-    wait_for(path.exists, what="socket")
+
+    def accepts():  # the file is there a moment before anybody listens
+        with socket.socket(socket.AF_UNIX) as client:
+            return client.connect_ex(str(path)) == 0
+    wait_for(accepts, what="the daemon to serve")
     return daemon, path, tmp_path / "log"
 
 
