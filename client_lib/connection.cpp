@@ -8,11 +8,15 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
+
+#include "ipc/pass_descriptor.hpp"
 
 namespace swarmtalk::client {
 namespace {
 
 constexpr std::size_t kReadBytes = 64 * 1024;
+constexpr int kWritesPerBell = 64;
 
 Status lost(const std::string& why) {
   return Status(StatusCode::kDisconnected, "lost swarmtalkd: " + why + "; reconnecting");
@@ -84,7 +88,8 @@ Status Connection::open(const std::string& path) {
   do {
     result = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   } while (result < 0 && errno == EINTR);
-  if (result == 0) return Status();
+  is_greeting_ = result == 0;
+  if (is_greeting_) return Status();
   int error = errno;
   close();
   if (error == ECONNREFUSED && is_other_file(path)) error = ENOTSOCK;
@@ -96,11 +101,32 @@ void Connection::close() {
   fd_ = -1;
   reader_.clear();
   outgoing_.clear();
+  ring_.reset();
+  ring_memory_.reset();
+  is_greeting_ = false;
+  writes_since_bell_ = 0;
+}
+
+Status Connection::use_ring() {
+  if (!ring_memory_.is_valid()) {
+    return Status(StatusCode::kSystem,
+                  "swarmtalkd's shared memory cannot be used by this program (out of descriptors "
+                  "or of memory?); connecting again without");
+  }
+  ring_.emplace(std::move(ring_memory_));
+  return Status();
 }
 
 Status Connection::flush() {
-  std::size_t written = 0;
+  if (outgoing_.empty()) return Status();
   Status status;
+  const std::size_t written = ring_ ? write_to_ring(status) : write_to_socket(status);
+  outgoing_.erase(0, written);
+  return status;
+}
+
+std::size_t Connection::write_to_socket(Status& status) {
+  std::size_t written = 0;
   while (written < outgoing_.size()) {
     const ssize_t count =
         ::send(fd_, outgoing_.data() + written, outgoing_.size() - written, MSG_NOSIGNAL);
@@ -113,16 +139,44 @@ Status Connection::flush() {
       break;
     }
   }
-  outgoing_.erase(0, written);
-  return status;
+  return written;
+}
+
+// The socket alone tells that the daemon is gone: even one that died awake is noticed after a
+// bounded number of writes.
+std::size_t Connection::write_to_ring(Status& status) {
+  std::size_t written = 0;
+  while (written < outgoing_.size()) {
+    const std::size_t count = ring_->write(std::string_view(outgoing_).substr(written));
+    written += count;
+    if (count == 0 && ring_->wait_for_room()) break;
+  }
+  if (ring_->take_sleeping_reader() || ++writes_since_bell_ >= kWritesPerBell) {
+    status = ring_bell();
+  }
+  return written;
+}
+
+Status Connection::ring_bell() {
+  writes_since_bell_ = 0;
+  for (;;) {
+    if (::send(fd_, &ipc::kBell, sizeof ipc::kBell, MSG_NOSIGNAL) >= 0) return Status();
+    if (errno == EAGAIN) return Status();  // it has many bells to hear
+    if (errno != EINTR) return lost(std::strerror(errno));
+  }
 }
 
 Status Connection::receive() {
   for (;;) {
     const auto room = reader_.prepare(kReadBytes);
-    const ssize_t count = ::recv(fd_, room.data(), room.size(), 0);
+    int descriptor = -1;
+    const ssize_t count =
+        is_greeting_ ? ipc::receive_with_descriptor(fd_, room.data(), room.size(), descriptor)
+                     : ::recv(fd_, room.data(), room.size(), 0);
+    if (descriptor >= 0) ring_memory_ = ipc::RingMemory::adopt(descriptor);
     may_have_more_ = count == static_cast<ssize_t>(room.size());
     if (count > 0) {
+      is_greeting_ = false;  // the ring comes with the first byte or not at all
       reader_.commit(static_cast<std::size_t>(count));
       return Status();
     }

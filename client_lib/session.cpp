@@ -131,6 +131,7 @@ Status Session::attempt() {
   hello.set_major(ipc::kProtocolMajor);
   hello.set_minor(ipc::kProtocolMinor);
   hello.set_name(name_);
+  if (wants_ring_) hello.add_features(ipc::kRingFeature);
   append(outgoing_);
   return flush();
 }
@@ -233,14 +234,14 @@ Status Session::no_answer() const {
 Status Session::flush() {
   if (phase_ == Phase::kDown || is_ending_) return Status();
   Status status;
-  bool has_outgoing = false;
+  bool waits_for_socket = false;
   {
     const std::lock_guard lock(gate_);
     status = connection_.flush();
-    has_outgoing = connection_.has_outgoing();
+    waits_for_socket = connection_.waits_for_socket();
   }
   if (status) {
-    wakeup_.watch(connection_.fd(), has_outgoing);
+    wakeup_.watch(connection_.fd(), waits_for_socket);
     return status;
   }
   read_last_words(status);

@@ -103,6 +103,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool parse(std::string_view envelope);
   void handle(const ipc::Envelope& envelope);
   void handle_greeting(const ipc::Envelope& envelope);
+  bool take_ring(const ipc::Hello& hello);
   void handle_reply(const ipc::Envelope& envelope);
   void handle_deliver(const ipc::DeliverFrame& deliver);
   void handle_publish_end(std::uint32_t publisher_id, std::uint64_t number, const Status& status);
@@ -158,6 +159,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_reconnect_ = false;  // on_reconnect is due when up
   bool is_closed_ = false;
   bool is_connecting_ = false;  // inside connect()
+  bool wants_ring_ = true;      // until one could not be used
   bool is_ending_ = false;      // inside read_last_words()
   bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
   std::atomic<std::thread::id> processing_thread_{};

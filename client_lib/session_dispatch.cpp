@@ -1,4 +1,5 @@
 // What comes in from the daemon, and the user's callbacks.
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -59,9 +60,25 @@ void Session::handle_greeting(const ipc::Envelope& envelope) {
                            version_text(ipc::kProtocolMajor, ipc::kProtocolMinor) +
                            "; update the older of the two"));
   }
+  if (!take_ring(hello)) return;
   node_id_ = hello.node_id();
   daemon_name_ = hello.name();
   register_all();
+}
+
+/// @return false: the daemon reads from a ring that we cannot write to; the connection is dropped
+bool Session::take_ring(const ipc::Hello& hello) {
+  const auto& features = hello.features();
+  if (std::find(features.begin(), features.end(), ipc::kRingFeature) == features.end()) return true;
+  Status status;
+  {
+    const std::lock_guard lock(gate_);
+    status = connection_.use_ring();
+  }
+  if (status) return true;
+  wants_ring_ = false;
+  drop(status);
+  return false;
 }
 
 void Session::handle_reply(const ipc::Envelope& envelope) {

@@ -125,6 +125,7 @@ struct LimitsConfig {
   std::uint32_t queue_bytes = 1 << 20;           // payload that waits for one client
   std::uint32_t reply_bytes = 256 << 10;         // replies that wait for one client
   std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
+  std::uint32_t ring_bytes = 32 << 10;           // shared with one client; a power of 2, or 0: none
   std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
   std::uint32_t publish_queue_max = 256;         // that a publisher may ask for
   std::uint32_t publish_rate_hz = 0;             // messages per second of one client; 0: any

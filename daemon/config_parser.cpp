@@ -4,6 +4,7 @@
 #include <sys/un.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -19,6 +20,7 @@
 #include "daemon/profiles.hpp"
 #include "daemon/table_reader.hpp"
 #include "daemon/toml_text.hpp"
+#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::daemon {
@@ -270,10 +272,20 @@ void read_channels(const TableReader& root, KeyLines& lines,
   }
 }
 
+void read_ring_bytes(const TableReader& table, LimitsConfig& limits) {
+  table.read_integer("ring_bytes", {0, ipc::kRingMostBytes}, limits.ring_bytes);
+  if (limits.ring_bytes == 0) return;
+  if (std::has_single_bit(limits.ring_bytes) && limits.ring_bytes >= ipc::kRingLeastBytes) return;
+  table.fail("ring_bytes", "is " + std::to_string(limits.ring_bytes) +
+                               "; it must be 0 (none) or a power of two from " +
+                               std::to_string(ipc::kRingLeastBytes) + " to " +
+                               std::to_string(ipc::kRingMostBytes));
+}
+
 void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.expect_keys({"clients", "subscriptions_per_client", "publishers_per_client",
                      "queue_messages", "queue_messages_max", "queue_bytes", "reply_bytes",
-                     "socket_buffer_bytes", "waiting_messages", "publish_queue_max",
+                     "socket_buffer_bytes", "ring_bytes", "waiting_messages", "publish_queue_max",
                      "publish_rate_hz", "publish_burst", "copies_max", "copy_interval_ms",
                      "tracked_senders"});
   table.read_integer("clients", {1, 1000}, limits.clients);
@@ -285,6 +297,7 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("queue_bytes", {64 << 10, 1 << 30}, limits.queue_bytes);
   table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
   table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
+  read_ring_bytes(table, limits);
   table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
   table.read_integer("publish_queue_max", {0, 100'000}, limits.publish_queue_max);
   table.read_integer("publish_rate_hz", {0, 1'000'000}, limits.publish_rate_hz);

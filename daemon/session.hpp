@@ -15,6 +15,7 @@
 #include <unordered_map>
 
 #include "daemon/capture.hpp"
+#include "daemon/client_input.hpp"
 #include "daemon/hub.hpp"
 #include "daemon/kilobot_control.hpp"
 #include "daemon/operations.hpp"
@@ -105,11 +106,13 @@ class Session final : public HubClient,
   // session_input.cpp: bytes to envelopes
   void wait_readable();
   void on_readable();
-  void go_on_reading();
-  bool read_once();  // false: nothing more waits for now
+  void read_turn();
+  void go_on_reading(bool has_read);
+  enum class Read { kNothing, kSome, kAllRoom };  // kAllRoom: more may wait
+  Read read_once();
   void parse_all();
   bool parse(std::string_view envelope);
-  void fail_malformed();
+  void fail_malformed(const std::string& text);
   void discard_input();
   void fail_stream(ipc::ErrorCode code, const std::string& text);
 
@@ -143,9 +146,11 @@ class Session final : public HubClient,
   void put_replies_ahead();
   void forget(QueuedSubscription& subscription);
   bool write_once();  // false: the client's buffer is full, or the session is closed
+  ssize_t write_some();
 
   SessionHost& host_;
   boost::asio::posix::stream_descriptor socket_;
+  ClientInput input_;
   ipc::FrameReader reader_;
   std::string replies_;  // framed, not yet in output_
   std::string output_;   // framed, being written

@@ -16,6 +16,13 @@ constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;
 
+constexpr const char* kNoFrame =
+    "these bytes are no frame of the local protocol: each is a u32 little-endian length, at most "
+    "65536, and one Envelope";
+constexpr const char* kNoBell =
+    "with a ring all frames go through it, and the socket carries bells (0xB7) only";
+constexpr const char* kBrokenRing = "the ring's count of written bytes is impossible";
+
 }  // namespace
 
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
@@ -62,36 +69,58 @@ void Session::wait_readable() {
 
 void Session::on_readable() {
   if (is_closed_) return;
+  if (input_.wake(socket_.native_handle()) == ClientInput::Result::kBroken) {
+    return fail_malformed(kNoBell);
+  }
+  read_turn();
+}
+
+void Session::read_turn() {
+  if (is_closed_ || is_input_closed_) return;
   requests_left_ = kRequestsPerTurn;
   parse_all();  // what the last turn left
+  bool has_read = false;
   for (int i = 0; i < kReadsPerTurn && requests_left_ > 0 && !is_input_closed_ && !is_closed_;
        ++i) {
-    if (!read_once()) break;
+    const Read read = read_once();
+    has_read = has_read || read != Read::kNothing;
+    if (read != Read::kAllRoom) break;
   }
-  if (!is_closed_ && !is_input_closed_) go_on_reading();
+  if (!is_closed_ && !is_input_closed_) go_on_reading(has_read);
 }
 
-// Behind the others that have something to do, if there is more to parse.
-void Session::go_on_reading() {
-  if (requests_left_ > 0) return wait_readable();
-  boost::asio::post(socket_.get_executor(), [self = shared_from_this()] { self->on_readable(); });
+// Behind the others that have something to do, if there may be more. A client with a ring writes on
+// without waking us until we sleep, so that is done as late as possible: when what has been read is
+// on its way and nothing has come meanwhile.
+void Session::go_on_reading(bool has_read) {
+  const bool may_sleep = requests_left_ > 0 && !(input_.has_ring() && has_read);
+  if (may_sleep && input_.sleep()) return wait_readable();
+  boost::asio::post(socket_.get_executor(), [self = shared_from_this()] { self->read_turn(); });
 }
 
-bool Session::read_once() {
+Session::Read Session::read_once() {
   const std::span<std::uint8_t> room = reader_.prepare(kReadBytes);
-  const ssize_t got = recv(socket_.native_handle(), room.data(), room.size(), 0);
-  if (got < 0) {
-    if (errno == EINTR) return true;
-    if (errno != EAGAIN && errno != EWOULDBLOCK) close(std::strerror(errno));
-    return false;
+  std::size_t got = 0;
+  switch (input_.read(socket_.native_handle(), room, got)) {
+    case ClientInput::Result::kNothing:
+      return Read::kNothing;
+    case ClientInput::Result::kEnded:
+      close(input_.end_reason());
+      return Read::kNothing;
+    case ClientInput::Result::kBroken:
+      fail_malformed(kBrokenRing);
+      return Read::kNothing;
+    case ClientInput::Result::kBytes:
+      break;
   }
-  if (got == 0) {
-    close("it closed the connection");
-    return false;
+  reader_.commit(got);
+  if (input_.take_waiting_writer()) {
+    request_id_ = 0;
+    new_reply().mutable_room();
+    send_reply();
   }
-  reader_.commit(static_cast<std::size_t>(got));
   parse_all();
-  return static_cast<std::size_t>(got) == room.size();
+  return got == room.size() ? Read::kAllRoom : Read::kSome;
 }
 
 void Session::parse_all() {
@@ -100,7 +129,9 @@ void Session::parse_all() {
     std::string_view envelope;
     const ipc::ReadResult result = reader_.next(envelope);
     if (result == ipc::ReadResult::kNeedMore) return;
-    if (result == ipc::ReadResult::kMalformed || !parse(envelope)) return fail_malformed();
+    if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
+      return fail_malformed(kNoFrame);
+    }
   }
 }
 
@@ -117,12 +148,10 @@ bool Session::parse(std::string_view envelope) {
   return true;
 }
 
-void Session::fail_malformed() {
+void Session::fail_malformed(const std::string& text) {
   request_id_ = 0;
   is_malformed_ = true;
-  fail_stream(ipc::ERROR_MALFORMED,
-              "these bytes are no frame of the local protocol: each is a u32 little-endian "
-              "length, at most 65536, and one Envelope");
+  fail_stream(ipc::ERROR_MALFORMED, text);
 }
 
 // Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.

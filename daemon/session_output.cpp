@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "daemon/session.hpp"
+#include "ipc/pass_descriptor.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -190,9 +191,21 @@ void Session::append_delivery(QueuedSubscription& subscription) {
   ++deliveries_sent_;
 }
 
+// The ring's memory goes with the first byte of all, which is that of our hello.
+ssize_t Session::write_some() {
+  const int descriptor = input_.descriptor_to_pass();
+  const char* bytes = output_.data() + written_;
+  const std::size_t size = output_.size() - written_;
+  if (descriptor < 0) {
+    return send(socket_.native_handle(), bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+  }
+  const ssize_t sent = ipc::send_with_descriptor(socket_.native_handle(), bytes, size, descriptor);
+  if (sent > 0) input_.descriptor_is_passed();
+  return sent;
+}
+
 bool Session::write_once() {
-  const ssize_t sent = send(socket_.native_handle(), output_.data() + written_,
-                            output_.size() - written_, MSG_NOSIGNAL | MSG_DONTWAIT);
+  const ssize_t sent = write_some();
   if (sent >= 0) {
     written_ += static_cast<std::size_t>(sent);
     return true;

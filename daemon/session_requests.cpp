@@ -1,6 +1,10 @@
 // Session: what each request does and how it is answered (ipc.proto).
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 
+#include "daemon/logging.hpp"
 #include "daemon/printable.hpp"
 #include "daemon/session.hpp"
 
@@ -46,6 +50,11 @@ std::uint64_t monotonic_ns() {
 // A request of a newer minor looks like no request at all, but for fields that we do not know.
 bool has_unknown_fields(const ipc::Envelope& request) {
   return request.GetReflection()->GetUnknownFields(request).field_count() > 0;
+}
+
+bool wants_ring(const ipc::Hello& hello) {
+  const auto& features = hello.features();
+  return std::find(features.begin(), features.end(), ipc::kRingFeature) != features.end();
 }
 
 std::string version_text(std::uint32_t major, std::uint32_t minor) {
@@ -110,7 +119,15 @@ void Session::greet(const ipc::Hello& hello) {
   }
   has_greeted_ = true;
   client_name_ = printable(hello.name());
-  host_.fill_hello(*new_reply().mutable_hello());
+  ipc::Hello& reply = *new_reply().mutable_hello();
+  host_.fill_hello(reply);
+  if (wants_ring(hello) && host_.limits.ring_bytes > 0 && !input_.has_ring()) {
+    if (input_.begin_ring(host_.limits.ring_bytes)) {
+      reply.add_features(ipc::kRingFeature);
+    } else {
+      log_of("client")->debug("{}: no memory for a ring: {}", who(), std::strerror(errno));
+    }
+  }
   send_reply();
 }
 

@@ -84,7 +84,7 @@ int count_bodies(const Envelope& envelope) {
          envelope.has_publish() + envelope.has_sent() + envelope.has_deliver() +
          envelope.has_get_status() + envelope.has_status() + envelope.has_set_pose() +
          envelope.has_get_pose() + envelope.has_pose() + envelope.has_client_loss() +
-         envelope.has_get_neighbours() + envelope.has_neighbours() +
+         envelope.has_room() + envelope.has_get_neighbours() + envelope.has_neighbours() +
          envelope.has_kilobot_command() + envelope.has_kilobot_started() +
          envelope.has_kilobot_progress() + envelope.has_kilobot_ended() +
          envelope.has_kilobot_cancel() + envelope.has_reload() + envelope.has_reloaded() +

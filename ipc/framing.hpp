@@ -14,7 +14,7 @@
 namespace swarmtalk::ipc {
 
 inline constexpr std::uint32_t kProtocolMajor = 1;
-inline constexpr std::uint32_t kProtocolMinor = 1;
+inline constexpr std::uint32_t kProtocolMinor = 2;
 inline constexpr std::size_t kLengthBytes = 4;
 inline constexpr std::size_t kMaxEnvelopeBytes = 64 * 1024;
 inline constexpr const char* kDefaultSocketPath = "/run/swarmtalk/swarmtalkd.sock";

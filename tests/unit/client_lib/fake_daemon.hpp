@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::test {
@@ -33,6 +34,9 @@ class FakeDaemon {
   bool answers_requests = true;
   bool answers_publish = true;
   std::uint32_t max_message_bytes = 100;
+  std::size_t ring_bytes = 0;          // offered to clients that ask for a ring; 0: none
+  bool spoils_ring = false;            // what it offers is no memory that can be mapped
+  bool reads_ring = true;              // false: bells are heard and nothing is done
   std::optional<bool> is_timestamped;  // said of every channel that is advertised; none: not told
   ipc::Failure refuse_channels;        // code set: every subscribe and advertise is refused so
 
@@ -49,11 +53,15 @@ class FakeDaemon {
   int count(const std::function<bool(const ipc::Envelope&)>& matches);
   int reads();  // recv() calls that returned something
 
+  /// Of every ring: reads what is there, tells writers that wait, and sleeps unless `stays_awake`.
+  void read_rings(bool stays_awake = false);
+
  private:
   struct Peer {
     int fd;
     ipc::FrameReader reader;
     std::vector<std::uint32_t> subscriptions;
+    std::optional<ipc::RingReader> ring = {};
   };
 
   void loop();
@@ -62,6 +70,8 @@ class FakeDaemon {
   void on_thread(const std::function<void()>& task);
   void read_peer(Peer& peer);
   void handle(Peer& peer, const ipc::Envelope& envelope);
+  void offer_ring(Peer& peer, ipc::Envelope& hello);
+  void read_ring(Peer& peer, bool stays_awake);
   void reply(Peer& peer, ipc::Envelope& envelope);
 
   const std::string path_;

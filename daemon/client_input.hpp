@@ -1,0 +1,53 @@
+// ClientInput: the bytes that a client sends. They come through its socket, or through a ring in
+// memory that it shares with us (ipc/byte_ring.hpp); the socket then carries bells only. Used by
+// Session, on the daemon's one thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "ipc/byte_ring.hpp"
+
+namespace swarmtalk::daemon {
+
+class ClientInput {
+ public:
+  enum class Result {
+    kBytes,
+    kNothing,  // now
+    kEnded,    // for good; end_reason() says why
+    kBroken,   // what came through the ring or beside it cannot be; the stream has no rest
+  };
+
+  /// Makes the ring. All that follows comes through it. @return false: the system has no memory
+  bool begin_ring(std::size_t capacity_bytes);
+  bool has_ring() const { return ring_.has_value(); }
+  /// To pass to the client once, with what announces the ring; -1: none.
+  int descriptor_to_pass() { return ring_ ? ring_->memory().descriptor() : -1; }
+  void descriptor_is_passed() { ring_->memory().close_descriptor(); }
+
+  /// The socket has become readable. @return kNothing, or kBroken
+  Result wake(int socket);
+
+  /// @param got  bytes taken, at most the room's, when kBytes
+  Result read(int socket, std::span<std::uint8_t> room, std::size_t& got);
+
+  /// Before waiting for the socket. @return false: there is more to read, or the end
+  bool sleep();
+
+  /// Whether the client has to be told that its ring has room; once each time.
+  bool take_waiting_writer() { return ring_ && ring_->take_waiting_writer(); }
+
+  const std::string& end_reason() const { return end_reason_; }
+
+ private:
+  Result read_socket(int socket, std::span<std::uint8_t> room, std::size_t& got);
+
+  std::optional<ipc::RingReader> ring_;
+  std::string end_reason_;  // not empty: nothing more comes through the socket
+};
+
+}  // namespace swarmtalk::daemon

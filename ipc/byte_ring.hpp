@@ -1,0 +1,109 @@
+// A ring of bytes in memory that two processes share: the way from a client to the daemon, beside
+// their socket. A writer whose reader is at work makes no system call; the socket then only wakes
+// the reader (a bell), passes the memory, and ends. Neither side trusts what the other writes here.
+// Used by daemon (reads) and client_lib (writes); docs/ipc.md describes it for others.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace swarmtalk::ipc {
+
+inline constexpr const char* kRingFeature = "ring";  // in Hello.features
+inline constexpr std::uint8_t kBell = 0xB7;          // what the socket then carries
+inline constexpr std::size_t kRingHeaderBytes = 4096;
+inline constexpr std::size_t kRingLeastBytes = 4096;
+inline constexpr std::size_t kRingMostBytes = std::size_t{1} << 20;
+
+/// The start of the shared memory. Counts are of bytes since the beginning, modulo 2^32.
+struct RingHeader {
+  alignas(64) std::atomic<std::uint32_t> written;        // by the writer
+  alignas(64) std::atomic<std::uint32_t> read;           // by the reader
+  alignas(64) std::atomic<std::uint32_t> reader_sleeps;  // 1: ring the bell after writing
+  alignas(64) std::atomic<std::uint32_t> writer_waits;   // 1: tell it when there is room
+};
+static_assert(sizeof(RingHeader) <= kRingHeaderBytes);
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "two processes share them");
+
+/// A mapping of that memory; unmapped with it. Moves, does not copy.
+class RingMemory {
+ public:
+  RingMemory() = default;
+  RingMemory(RingMemory&& other) noexcept;
+  RingMemory& operator=(RingMemory&& other) noexcept;
+  ~RingMemory() { reset(); }
+
+  /// New memory, which can neither shrink nor grow. Invalid when the system has none.
+  /// @param capacity_bytes  a power of two from kRingLeastBytes to kRingMostBytes
+  static RingMemory create(std::size_t capacity_bytes);
+
+  /// What another process made and passed. Invalid when that is no such memory.
+  /// @param descriptor  owned from now on
+  static RingMemory adopt(int descriptor);
+
+  bool is_valid() const { return bytes_ != nullptr; }
+  /// To pass to the other process; -1: closed.
+  int descriptor() const { return descriptor_; }
+  /// The mapping does not need it.
+  void close_descriptor();
+  void reset();
+
+  RingHeader& header() const { return *reinterpret_cast<RingHeader*>(bytes_); }
+  std::uint8_t* data() const { return bytes_ + kRingHeaderBytes; }
+  std::uint32_t capacity() const { return capacity_; }
+
+ private:
+  bool map(int descriptor, std::size_t capacity_bytes);
+
+  std::uint8_t* bytes_ = nullptr;
+  std::uint32_t capacity_ = 0;
+  int descriptor_ = -1;
+};
+
+/// One thread of one process. All functions need a valid memory.
+class RingReader {
+ public:
+  explicit RingReader(RingMemory memory) : memory_(std::move(memory)) {}
+  RingMemory& memory() { return memory_; }
+
+  /// Takes what is there, at most `room`. @return bytes taken; none: the writer's count is
+  ///   impossible, and nothing after this can be believed
+  std::optional<std::size_t> read(std::span<std::uint8_t> room);
+
+  /// From now on the writer rings the bell. @return false: there is something to read, stay awake
+  bool sleep();
+
+  /// Whether the writer waits for room and has to be told that there is some; once each time.
+  bool take_waiting_writer();
+
+ private:
+  RingMemory memory_;
+  std::uint32_t read_ = 0;  // the header's copy is for the writer
+};
+
+/// One thread at a time of one process. All functions need a valid memory.
+class RingWriter {
+ public:
+  explicit RingWriter(RingMemory memory) : memory_(std::move(memory)) {}
+
+  /// @return how many of the first bytes were taken
+  std::size_t write(std::string_view bytes);
+
+  /// Whether the reader sleeps and must be woken by a bell; once each time.
+  bool take_sleeping_reader();
+
+  /// Asks to be told of room. @return false: there is some by now, write on
+  bool wait_for_room();
+
+ private:
+  std::uint32_t room() const;
+
+  RingMemory memory_;
+  std::uint32_t written_ = 0;  // the header's copy is for the reader
+};
+
+}  // namespace swarmtalk::ipc
