@@ -194,7 +194,10 @@ void SocketLink::wait_readable() {
                                                          const boost::system::error_code& error) {
     if (alive.expired() || error) return;
     receive();
-    wait_readable();
+    // Behind what this has brought about: a message is on its way before the next is waited for.
+    boost::asio::post(io_, [this, alive] {
+      if (!alive.expired()) wait_readable();
+    });
   });
 }
 
