@@ -155,6 +155,7 @@ class Session final : public HubClient,
   std::string replies_;  // framed, not yet in output_
   std::string output_;   // framed, being written
   std::size_t written_ = 0;
+  std::size_t replies_end_ = 0;  // in output_; behind it are deliveries only
   std::unordered_map<std::uint32_t, std::unique_ptr<QueuedSubscription>> subscriptions_;
   std::unordered_map<std::uint32_t, std::unique_ptr<Publisher>> publishers_;
   std::deque<QueuedSubscription*> ready_;  // with messages queued; served in turn

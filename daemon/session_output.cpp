@@ -137,14 +137,16 @@ void Session::flush() {
   host_.schedule_flush(shared_from_this());
 }
 
-// Deliveries that the socket has not taken yet go behind the replies; only the rest of a frame that
-// has been begun stays in front.
+// Deliveries that the socket has not taken yet go behind the replies; only what was a reply before,
+// and the rest of a frame that has been begun, stays in front.
 void Session::put_replies_ahead() {
   if (replies_.empty() || written_ == output_.size()) return;
   if (output_.size() > kOutputBytes + host_.limits.reply_bytes) return;  // they wait in replies_
-  std::size_t boundary = 0;
-  while (boundary < written_) boundary += ipc::frame_bytes(output_.data() + boundary);
-  output_.insert(boundary, replies_);
+  while (replies_end_ < written_) {
+    replies_end_ += ipc::frame_bytes(output_.data() + replies_end_);
+  }
+  output_.insert(replies_end_, replies_);
+  replies_end_ += replies_.size();
   replies_.clear();
 }
 
@@ -152,6 +154,7 @@ void Session::fill_output() {
   output_.clear();
   written_ = 0;
   output_.swap(replies_);
+  replies_end_ = output_.size();
   const std::uint64_t now_ns = ready_.empty() ? 0 : monotonic_ns();
   while (!ready_.empty() && output_.size() < kOutputBytes) {
     QueuedSubscription& subscription = *ready_.front();

@@ -142,6 +142,31 @@ TEST_F(SessionTest, AReplyOvertakesDeliveriesThatTheSocketHasNotTaken) {
   EXPECT_LT(before, 15);  // what the kernel had, and the frame that was begun
 }
 
+TEST_F(SessionTest, RepliesToAClientThatReadsLateComeInTheirOrder) {
+  limits_.socket_buffer_bytes = 4096;
+  auto peer = greeted();
+  subscribed(*peer, "hello", 100);
+  constexpr std::uint32_t kRequests = 2000;
+  for (std::uint32_t i = 1; i <= kRequests; ++i) {
+    ipc::Envelope envelope;
+    envelope.set_request_id(i);
+    envelope.mutable_get_pose();
+    peer->send(envelope);
+    if (i % 20 == 0) step();
+    if (i % 300 == 0) receive_on_air("hello", "between them", i);
+  }
+  std::uint32_t last = 0;
+  for (int turns = 0; last < kRequests && turns < 1000; ++turns) {
+    for (const auto& frame : peer->receive()) {
+      if (frame.request_id() == 0) continue;
+      ASSERT_EQ(frame.request_id(), last + 1);
+      ++last;
+    }
+    step();
+  }
+  EXPECT_EQ(last, kRequests);
+}
+
 TEST_F(SessionTest, APublisherIsToldWhetherItsChannelIsTimestamped) {
   auto peer = greeted();
   for (const bool is_timestamped : {true, false}) {
