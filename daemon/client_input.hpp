@@ -28,6 +28,8 @@ class ClientInput {
   /// To pass to the client once, with what announces the ring; -1: none.
   int descriptor_to_pass() { return ring_ ? ring_->memory().descriptor() : -1; }
   void descriptor_is_passed() { ring_->memory().close_descriptor(); }
+  /// It could not be passed: all comes through the socket as before.
+  void withdraw_ring() { ring_.reset(); }
 
   /// The socket has become readable. @return kNothing, or kBroken
   Result wake(int socket);

@@ -147,6 +147,7 @@ class Session final : public HubClient,
   void forget(QueuedSubscription& subscription);
   bool write_once();  // false: the client's buffer is full, or the session is closed
   ssize_t write_some();
+  void withdraw_ring();
 
   SessionHost& host_;
   boost::asio::posix::stream_descriptor socket_;

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "daemon/logging.hpp"
 #include "daemon/session.hpp"
 #include "ipc/pass_descriptor.hpp"
 
@@ -207,6 +208,22 @@ ssize_t Session::write_some() {
   return sent;
 }
 
+// The kernel limits the descriptors on their way of all a user's processes together (ETOOMANYREFS):
+// clients that keep theirs unread must not lock others out. Our hello, of which nothing is written
+// yet, then offers no ring.
+void Session::withdraw_ring() {
+  log_of("client")->debug("{}: no ring, it cannot be passed: {}", who(), std::strerror(errno));
+  input_.withdraw_ring();
+  const std::size_t size = ipc::frame_bytes(output_.data());
+  std::string frame;
+  host_.reply.ParseFromArray(output_.data() + ipc::kLengthBytes,
+                             static_cast<int>(size - ipc::kLengthBytes));
+  host_.reply.mutable_hello()->clear_features();
+  ipc::append_frame(host_.reply, frame);
+  output_.replace(0, size, frame);
+  replies_end_ = replies_end_ - size + frame.size();
+}
+
 bool Session::write_once() {
   const ssize_t sent = write_some();
   if (sent >= 0) {
@@ -214,6 +231,10 @@ bool Session::write_once() {
     return true;
   }
   if (errno == EINTR) return true;
+  if (input_.descriptor_to_pass() >= 0 && (errno == ETOOMANYREFS || errno == ENOMEM)) {
+    withdraw_ring();
+    return true;
+  }
   if (errno != EAGAIN && errno != EWOULDBLOCK) {
     close(errno == EPIPE ? "it closed the connection" : std::strerror(errno));
   } else if (closes_when_written_) {

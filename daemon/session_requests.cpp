@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "daemon/logging.hpp"
 #include "daemon/printable.hpp"
@@ -117,11 +118,11 @@ void Session::greet(const ipc::Hello& hello) {
                     "; install client and daemon of one release");
     return;
   }
-  has_greeted_ = true;
+  const bool is_first = !std::exchange(has_greeted_, true);
   client_name_ = printable(hello.name());
   ipc::Hello& reply = *new_reply().mutable_hello();
   host_.fill_hello(reply);
-  if (wants_ring(hello) && host_.limits.ring_bytes > 0 && !input_.has_ring()) {
+  if (wants_ring(hello) && host_.limits.ring_bytes > 0 && is_first) {
     if (input_.begin_ring(host_.limits.ring_bytes)) {
       reply.add_features(ipc::kRingFeature);
     } else {

@@ -1,6 +1,9 @@
 // A client that writes through the ring which the daemon shares with it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/capability.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
 
 #include "ipc/byte_ring.hpp"
 #include "ipc/pass_descriptor.hpp"
@@ -24,6 +27,46 @@ ipc::Envelope publication(std::uint32_t publisher, std::uint64_t number, std::si
   envelope.mutable_publish()->set_payload(std::string(size_bytes, 'p'));
   return envelope;
 }
+
+/// As if other processes of this user had many descriptors on their way, and this one no privilege
+/// to have more: no descriptor can be sent while it lives.
+class NoMoreDescriptorsOnTheirWay {
+ public:
+  NoMoreDescriptorsOnTheirWay() {
+    EXPECT_EQ(getrlimit(RLIMIT_NOFILE, &limit_), 0);
+    EXPECT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, ends_), 0);
+    set_capabilities(0);
+    const rlimit few{kFew, limit_.rlim_max};
+    EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+    ssize_t sent = 1;
+    for (rlim_t i = 0; i < 2 * kFew && sent == 1; ++i) {
+      sent = ipc::send_with_descriptor(ends_[0], "x", 1, ends_[0]);
+    }
+    EXPECT_TRUE(sent < 0 && errno == ETOOMANYREFS) << std::strerror(errno);
+  }
+  NoMoreDescriptorsOnTheirWay(const NoMoreDescriptorsOnTheirWay&) = delete;
+  ~NoMoreDescriptorsOnTheirWay() {
+    ::close(ends_[0]);
+    ::close(ends_[1]);
+    setrlimit(RLIMIT_NOFILE, &limit_);
+    set_capabilities(~0u);
+  }
+
+ private:
+  static constexpr rlim_t kFew = 60;
+
+  /// Of those that are permitted.
+  static void set_capabilities(std::uint32_t effective) {
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct sets[2];
+    EXPECT_EQ(syscall(SYS_capget, &header, sets), 0);
+    for (auto& set : sets) set.effective = set.permitted & effective;
+    EXPECT_EQ(syscall(SYS_capset, &header, sets), 0);
+  }
+
+  rlimit limit_{};
+  int ends_[2];
+};
 
 class SessionRing : public SessionTest {
  protected:
@@ -188,6 +231,29 @@ TEST_F(SessionRing, GarbageInTheRingIsAnsweredCountedAndClosed) {
   step();
   EXPECT_EQ(peer->receive().at(0).failure().code(), ipc::ERROR_MALFORMED);
   EXPECT_TRUE(peer->is_closed);
+}
+
+TEST_F(SessionRing, AClientIsServedWithoutOneWhenItsMemoryCannotBePassed) {
+  const NoMoreDescriptorsOnTheirWay full;
+  const ipc::Hello hello = greet();
+  EXPECT_EQ(hello.features_size(), 0);
+  EXPECT_EQ(hello.major(), ipc::kProtocolMajor);
+  EXPECT_FALSE(ring);
+  peer->advertise(1, "hello");
+  step();
+  EXPECT_EQ(peer->receive().at(0).request_id(), 1u);
+}
+
+TEST_F(SessionRing, ComesWithTheFirstHelloOnly) {
+  limits_.ring_bytes = 0;
+  greet();
+  limits_.ring_bytes = ipc::kRingLeastBytes;
+  ipc::Envelope again;
+  again.mutable_hello()->set_major(ipc::kProtocolMajor);
+  again.mutable_hello()->add_features(ipc::kRingFeature);
+  peer->send(again);
+  step();
+  EXPECT_EQ(peer->receive().at(0).hello().features_size(), 0);
 }
 
 TEST_F(SessionRing, AThousandBellsWithoutBytesDoNothing) {
