@@ -45,6 +45,11 @@ class ClientInput {
 
   const std::string& end_reason() const { return end_reason_; }
 
+  /// Nothing more is read.
+  void leave() {
+    if (ring_) ring_->leave();
+  }
+
  private:
   Result read_socket(int socket, std::span<std::uint8_t> room, std::size_t& got);
 

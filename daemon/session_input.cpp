@@ -57,6 +57,7 @@ void Session::close(const std::string& reason, bool is_malformed) {
   publishers_.clear();
   boost::system::error_code ignored;
   socket_.close(ignored);
+  input_.leave();
   host_.on_closed(*this, reason, is_malformed);
 }
 

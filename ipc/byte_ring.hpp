@@ -80,6 +80,10 @@ class RingReader {
   /// Whether the writer waits for room and has to be told that there is some; once each time.
   bool take_waiting_writer();
 
+  /// The last call: nothing more is read. The writer's next write rings the bell, so that it meets
+  /// the end; the pages of the bytes go back to the system, though the writer may keep the memory.
+  void leave();
+
  private:
   RingMemory memory_;
   std::uint32_t read_ = 0;  // the header's copy is for the writer

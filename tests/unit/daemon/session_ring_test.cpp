@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <linux/capability.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 
 #include "ipc/byte_ring.hpp"
@@ -91,6 +92,7 @@ class SessionRing : public SessionTest {
     EXPECT_GT(got, 4);
     EXPECT_TRUE(reply.ParseFromArray(bytes + 4, static_cast<int>(got) - 4));
     if (descriptor >= 0) {
+      kept_descriptor = ::dup(descriptor);
       ipc::RingMemory memory = ipc::RingMemory::adopt(descriptor);
       EXPECT_TRUE(memory.is_valid());
       header = &memory.header();
@@ -120,7 +122,12 @@ class SessionRing : public SessionTest {
     return replies.at(0).advertised().publisher_id();
   }
 
+  ~SessionRing() override {
+    if (kept_descriptor >= 0) ::close(kept_descriptor);
+  }
+
   int socket = -1;
+  int kept_descriptor = -1;  // of the ring's memory
   std::unique_ptr<TestPeer> peer;
   ipc::RingHeader* header = nullptr;
   std::optional<ipc::RingWriter> ring;
@@ -254,6 +261,26 @@ TEST_F(SessionRing, ComesWithTheFirstHelloOnly) {
   peer->send(again);
   step();
   EXPECT_EQ(peer->receive().at(0).hello().features_size(), 0);
+}
+
+TEST_F(SessionRing, AClientThatKeepsTheMemoryKeepsNoPagesThatTheDaemonTouched) {
+  greet();
+  header->written = static_cast<std::uint32_t>(limits_.ring_bytes);  // where nothing was written
+  ring_bell();
+  step();
+  EXPECT_EQ(clients_.size(), 0u);
+  struct stat status {};
+  ASSERT_EQ(fstat(kept_descriptor, &status), 0);
+  EXPECT_LE(static_cast<std::size_t>(status.st_blocks) * 512, ipc::kRingHeaderBytes);
+}
+
+TEST_F(SessionRing, AClientMeetsTheEndOfADaemonThatWasAtWorkAtItsNextWrite) {
+  greet();
+  ring_bell();
+  EXPECT_EQ(header->reader_sleeps, 0u);
+  clients_.close_all("test");
+  ring->write("x");
+  EXPECT_TRUE(ring->take_sleeping_reader()) << "the bell is what fails";
 }
 
 TEST_F(SessionRing, AThousandBellsWithoutBytesDoNothing) {
