@@ -1,0 +1,197 @@
+"""The ring of the local protocol, used from another language by who has read docs/ipc.md only."""
+import mmap
+import os
+import pathlib
+import random
+import socket
+import struct
+import subprocess
+
+import pytest
+from conftest import program, wait_for
+
+WRITTEN, READ, WRITER_WAITS, BYTES = 0, 64, 192, 4096  # offsets in the shared memory
+BELL = b"\xb7"
+
+
+def varint(number: int) -> bytes:
+    out = b""
+    while number > 0x7F:
+        out += bytes([number & 0x7F | 0x80])
+        number >>= 7
+    return out + bytes([number])
+
+
+def field(number: int, value: int | str | bytes) -> bytes:
+    """One protobuf field: a varint, or bytes with their length."""
+    if isinstance(value, int):
+        return varint(number << 3) + varint(value)
+    value = value.encode() if isinstance(value, str) else value
+    return varint(number << 3 | 2) + varint(len(value)) + value
+
+
+def fields(message: bytes) -> dict:
+    """The last value of each field."""
+    out, at = {}, 0
+
+    def number() -> int:
+        nonlocal at
+        value = shift = 0
+        while True:
+            byte = message[at]
+            at += 1
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+
+    while at < len(message):
+        key = number()
+        size = {0: None, 1: 8, 5: 4}.get(key & 7, -1)
+        if size is None:
+            out[key >> 3] = number()
+            continue
+        size = number() if size < 0 else size
+        out[key >> 3] = message[at:at + size]
+        at += size
+    return out
+
+
+class RingClient:
+    """Says hello, takes the ring, and writes everything through it. It has no memory barriers, so
+    it rings the bell after every write."""
+
+    def __init__(self, path: pathlib.Path):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.settimeout(10)
+        self.socket.connect(str(path))
+        hello = field(1, 1) + field(3, "ring") + field(4, "python")
+        self.socket.sendall(self.frame(field(2, hello)))
+        self.received, descriptors, _, _ = socket.recv_fds(self.socket, 65536, 1)
+        assert fields(fields(self.take())[2])[3] == b"ring"
+        size = os.fstat(descriptors[0]).st_size
+        self.memory = mmap.mmap(descriptors[0], size)
+        os.close(descriptors[0])
+        self.size = size - BYTES
+        self.written = 0
+        self.waits = 0
+        self.requests = 0
+        self.unread = []  # frames that came before an awaited one
+
+    @staticmethod
+    def frame(envelope: bytes) -> bytes:
+        return struct.pack("<I", len(envelope)) + envelope
+
+    def get(self, offset: int) -> int:
+        return struct.unpack_from("<I", self.memory, offset)[0]
+
+    def set(self, offset: int, value: int):
+        struct.pack_into("<I", self.memory, offset, value)
+
+    def room(self) -> int:
+        return self.size - ((self.written - self.get(READ)) & 0xFFFFFFFF)
+
+    def write(self, data: bytes):
+        while data:
+            count = min(self.room(), len(data))
+            begin = self.written % self.size
+            first = min(count, self.size - begin)
+            self.memory[BYTES + begin:BYTES + begin + first] = data[:first]
+            self.memory[BYTES:BYTES + count - first] = data[first:count]
+            self.written = (self.written + count) & 0xFFFFFFFF
+            self.set(WRITTEN, self.written)
+            data = data[count:]
+            if data:
+                self.set(WRITER_WAITS, 1)
+            self.socket.sendall(BELL)
+            if data and self.room() == 0:
+                self.waits += 1
+                self.unread.append(self.find(20))  # room
+
+    def take(self) -> bytes:
+        while True:
+            if len(self.received) >= 4:
+                end = 4 + struct.unpack_from("<I", self.received)[0]
+                if len(self.received) >= end:
+                    envelope, self.received = self.received[4:end], self.received[end:]
+                    return envelope
+            more = self.socket.recv(65536)
+            if not more:
+                raise EOFError
+            self.received += more
+
+    def find(self, number: int) -> dict:
+        """The next envelope that has this submessage; others are kept."""
+        for at, envelope in enumerate(self.unread):
+            if number in envelope:
+                return self.unread.pop(at)
+        while True:
+            envelope = fields(self.take())
+            if number in envelope:
+                return envelope
+            self.unread.append(envelope)
+
+    def ask(self, body: bytes, reply: int) -> dict:
+        self.requests += 1
+        self.write(self.frame(field(1, self.requests) + body))
+        envelope = self.find(reply)
+        assert envelope[1] == self.requests
+        return fields(envelope[reply])
+
+    def close(self):
+        self.socket.close()
+        self.memory.close()
+
+
+@pytest.fixture
+def daemon(tmp_path):
+    """A daemon whose rings are as small as they may be: its pid and its socket's path."""
+    config, path, log = tmp_path / "d.toml", tmp_path / "d.sock", tmp_path / "log"
+    port = random.Random(os.getpid()).randrange(20000, 60000)
+    config.write_text(f'[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n'
+                      '[limits]\nring_bytes = 4096\n')
+    with open(log, "w", encoding="utf-8") as out:
+        process = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket", path],
+                                   stderr=out)
+    wait_for(lambda: "serves" in log.read_text() or process.poll() is not None, what="start")
+    yield process.pid, path
+    process.terminate()
+    assert process.wait(10) == 0
+
+
+def test_messages_through_the_ring_arrive_as_they_were(daemon):
+    _, path = daemon
+    sender, listener = RingClient(path), RingClient(path)
+    listener.ask(field(5, field(1, field(1, "c")) + field(2, 100)), 6)
+    publisher = sender.ask(field(8, field(1, field(1, "c")) + field(4, 100)), 9)[1]
+    chance = random.Random(3)
+    sizes = [chance.randrange(1, 600) for _ in range(60)] + [16000, 1, 9000]  # longer than a ring
+    messages = [chance.randbytes(size) for size in sizes]
+    for number, message in enumerate(messages, start=1):
+        body = field(1, publisher) + field(2, number) + field(3, message)
+        sender.write(sender.frame(field(11, body)))
+    assert [fields(listener.find(13)[13])[2] for _ in messages] == messages
+    for number in range(1, len(messages) + 1):
+        assert fields(sender.find(12)[12])[2] == number
+    assert sender.waits > 0
+    sender.close()
+    listener.close()
+
+
+def test_clients_that_leave_take_their_rings_with_them(daemon):
+    pid, path = daemon
+    proc = pathlib.Path(f"/proc/{pid}")
+
+    def held():
+        return len(os.listdir(proc / "fd")), (proc / "maps").read_text().count("swarmtalk-ring")
+
+    before = held()
+    clients = [RingClient(path) for _ in range(10)]
+    wait_for(lambda: held() == (before[0] + 10, 10), what="a socket and a mapping for each")
+    for client in clients:
+        client.close()
+    for _ in range(200):
+        client = RingClient(path)
+        client.ask(field(8, field(1, field(1, "c"))), 9)
+        client.close()
+    wait_for(lambda: held() == before, what="all to be gone")
