@@ -66,7 +66,8 @@ void Session::handle_greeting(const ipc::Envelope& envelope) {
   register_all();
 }
 
-/// @return false: the daemon reads from a ring that we cannot write to; the connection is dropped
+/// @return false: the daemon reads from a ring that we cannot write to; the connection is dropped,
+///   and the next, without a ring, begins at once
 bool Session::take_ring(const ipc::Hello& hello) {
   const auto& features = hello.features();
   if (std::find(features.begin(), features.end(), ipc::kRingFeature) == features.end()) return true;
@@ -78,6 +79,8 @@ bool Session::take_ring(const ipc::Hello& hello) {
   if (status) return true;
   wants_ring_ = false;
   drop(status);
+  last_failure_ = Status();  // a connect() that waits goes on waiting: the next attempt is now
+  wakeup_.set_timer(Wakeup::Clock::now());
   return false;
 }
 
