@@ -101,6 +101,8 @@ Daemon::~Daemon() {
 
 void Daemon::run() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // a limit of files' sizes holds for rings, too: then there is none
   drop_privileges();
   for (const auto& station : stations_) {
     station->start();

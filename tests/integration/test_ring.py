@@ -1,14 +1,16 @@
 """The ring of the local protocol, used from another language by who has read docs/ipc.md only."""
+import contextlib
 import mmap
 import os
 import pathlib
 import random
+import resource
 import socket
 import struct
 import subprocess
 
 import pytest
-from conftest import program, wait_for
+from conftest import program, run, wait_for
 
 WRITTEN, READ, WRITER_WAITS, BYTES = 0, 64, 192, 4096  # offsets in the shared memory
 BELL = b"\xb7"
@@ -143,8 +145,8 @@ class RingClient:
         self.memory.close()
 
 
-@pytest.fixture
-def daemon(tmp_path):
+@contextlib.contextmanager
+def a_daemon(tmp_path, **spawn):
     """A daemon whose rings are as small as they may be: its pid and its socket's path."""
     config, path, log = tmp_path / "d.toml", tmp_path / "d.sock", tmp_path / "log"
     port = random.Random(os.getpid()).randrange(20000, 60000)
@@ -152,11 +154,17 @@ def daemon(tmp_path):
                       '[limits]\nring_bytes = 4096\n')
     with open(log, "w", encoding="utf-8") as out:
         process = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket", path],
-                                   stderr=out)
+                                   stderr=out, **spawn)
     wait_for(lambda: "serves" in log.read_text() or process.poll() is not None, what="start")
     yield process.pid, path
     process.terminate()
     assert process.wait(10) == 0
+
+
+@pytest.fixture
+def daemon(tmp_path):
+    with a_daemon(tmp_path) as running:
+        yield running
 
 
 def test_messages_through_the_ring_arrive_as_they_were(daemon):
@@ -195,3 +203,14 @@ def test_clients_that_leave_take_their_rings_with_them(daemon):
         client.ask(field(8, field(1, field(1, "c"))), 9)
         client.close()
     wait_for(lambda: held() == before, what="all to be gone")
+
+
+def test_a_daemon_that_may_not_write_files_serves_without_rings(tmp_path):
+    few = 4096  # enough for its log
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (few, few))
+
+    with a_daemon(tmp_path, preexec_fn=limit) as (_, path):
+        done = run(program("swarmtalk-cli"), "--socket", path, "status")
+        assert done.returncode == 0, done.stderr
