@@ -101,8 +101,7 @@ Daemon::~Daemon() {
 
 void Daemon::run() {
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a limit of files' sizes holds for rings, too: then there is none
+  std::signal(SIGXFSZ, SIG_IGN);  // where files may not be as large as a ring there is none
   drop_privileges();
   for (const auto& station : stations_) {
     station->start();
