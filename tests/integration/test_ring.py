@@ -74,6 +74,7 @@ class RingClient:
         size = os.fstat(descriptors[0]).st_size
         self.memory = mmap.mmap(descriptors[0], size)
         os.close(descriptors[0])
+        self.words = memoryview(self.memory).cast("I")  # whole words: struct writes byte by byte
         self.size = size - BYTES
         self.written = 0
         self.waits = 0
@@ -85,10 +86,10 @@ class RingClient:
         return struct.pack("<I", len(envelope)) + envelope
 
     def get(self, offset: int) -> int:
-        return struct.unpack_from("<I", self.memory, offset)[0]
+        return self.words[offset // 4]
 
     def set(self, offset: int, value: int):
-        struct.pack_into("<I", self.memory, offset, value)
+        self.words[offset // 4] = value
 
     def room(self) -> int:
         return self.size - ((self.written - self.get(READ)) & 0xFFFFFFFF)
@@ -142,6 +143,7 @@ class RingClient:
 
     def close(self):
         self.socket.close()
+        self.words.release()
         self.memory.close()
 
 
