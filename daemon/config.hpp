@@ -100,9 +100,9 @@ struct LinkConfig {
   double rate_hz = 0.0;                  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
-  double air_rate_mbps = 0.0;   // raw_l2, udp; 0: not known
-  std::uint32_t beacon_ms = 0;  // raw_l2, udp; 0: never
-  std::size_t receive_buffer_bytes = std::size_t{4} << 20;
+  double air_rate_mbps = 0.0;                       // raw_l2, udp; 0: not known
+  std::uint32_t beacon_ms = 0;                      // raw_l2, udp; 0: never
+  std::optional<std::size_t> receive_buffer_bytes;  // raw_l2, udp; none: what the driver asks for
   KilobotConfig kilobot;
 };
 

@@ -98,7 +98,10 @@ void read_pacing(const TableReader& table, LinkConfig& link) {
     table.fail("beacon_ms", std::to_string(link.beacon_ms) +
                                 " would fill the air; use 20 or more, or 0 for none");
   }
-  table.read_integer("receive_buffer_bytes", kReceiveBufferLimits, link.receive_buffer_bytes);
+  if (table.has("receive_buffer_bytes")) {
+    table.read_integer("receive_buffer_bytes", kReceiveBufferLimits,
+                       link.receive_buffer_bytes.emplace());
+  }
 }
 
 void read_interface(const TableReader& table, LinkConfig& link) {

@@ -63,14 +63,17 @@ void SocketLink::use_send_socket(int socket) {
   send_socket_.emplace(io_, socket);
 }
 
-void SocketLink::use_receive_buffer(int socket, std::size_t size_bytes) {
-  const std::size_t given = set_receive_buffer(socket, size_bytes);
-  if (given >= size_bytes) return;
-  link_log()->warn(
+// Nobody who asks for nothing special has to do anything about it.
+void SocketLink::use_receive_buffer(int socket, std::optional<std::size_t> size_bytes) {
+  const std::size_t asked = size_bytes.value_or(kUsualReceiveBufferBytes);
+  const std::size_t given = set_receive_buffer(socket, asked);
+  if (given >= asked) return;
+  link_log()->log(
+      size_bytes ? spdlog::level::warn : spdlog::level::info,
       "{} {}: the kernel gives {} bytes of receive buffer, not the {} of receive_buffer_bytes, and "
       "drops frames (kernel_drops) when they are full; raise its limit (sysctl -w "
       "net.core.rmem_max={}) and start swarmtalkd again, or ask for less",
-      type(), device(), given, size_bytes, size_bytes);
+      type(), device(), given, asked, asked);
 }
 
 void SocketLink::start(LinkUser& user) {

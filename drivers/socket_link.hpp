@@ -31,6 +31,9 @@ namespace swarmtalk::drivers {
 inline constexpr const char* kGoneRemedy = " (ip link lists those there are)";
 inline constexpr const char* kCarrierRemedy = " (plug in its cable, or join its Wi-Fi)";
 
+/// In the kernel, which may give less.
+inline constexpr std::size_t kUsualReceiveBufferBytes = std::size_t{4} << 20;
+
 class SocketLink : public Link, public Tappable {
  public:
   void start(LinkUser& user) override;
@@ -58,7 +61,7 @@ class SocketLink : public Link, public Tappable {
 
   /// Sets the kernel's receive buffer of an open socket, in the constructor of the derived class;
   /// tells when the kernel gives less.
-  void use_receive_buffer(int socket, std::size_t size_bytes);
+  void use_receive_buffer(int socket, std::optional<std::size_t> size_bytes);
 
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;

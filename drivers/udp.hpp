@@ -26,7 +26,7 @@ struct UdpConfig {
   frame::ProfileId profile = frame::ProfileId::kWifi;
   std::size_t max_packet_bytes = 1400;  // the profile's MTU
   PacerConfig pacer;
-  std::size_t receive_buffer_bytes = std::size_t{4} << 20;  // in the kernel; cut to its limit
+  std::optional<std::size_t> receive_buffer_bytes = {};  // none: kUsualReceiveBufferBytes
 };
 
 class UdpLink final : public SocketLink {

@@ -70,6 +70,14 @@ TEST_F(ReceiveBuffer, OfRawL2ThatTheKernelCutsIsTold) {
   expect_told(log_of<RawL2Link>(raw_), "raw_l2 air0");
 }
 
+// As on every fresh Debian: told, but nobody who left the key out has to worry.
+TEST_F(ReceiveBuffer, TheUsualOneIsNoWarning) {
+  spdlog::default_logger()->set_level(spdlog::level::info);
+  const std::string told = log_of<UdpLink>(udp_);
+  spdlog::default_logger()->set_level(spdlog::level::warn);
+  EXPECT_EQ(log_of<UdpLink>(udp_), told) << "nothing more at the level of warnings";
+}
+
 TEST_F(ReceiveBuffer, WithinTheLimitIsNotTold) {
   udp_.receive_buffer_bytes = raw_.receive_buffer_bytes = 65536;
   EXPECT_EQ(log_of<UdpLink>(udp_), "");
