@@ -35,7 +35,9 @@ int sub(const Common& common, const SubArguments& arguments) {
   if (const Status status = client.connect(); !status) return fail(status);
   stop_on_signals(client);
   tell_connection(client);
-  client.on_error([](const Status& status) { fail(status.text()); });
+  client.on_error([](const Status& status) {
+    if (status.code() != StatusCode::kLinkDown) fail(status.text());  // LinkWatch tells that
+  });
 
   Policy policy = arguments.policy;
   if (arguments.max_age_s > 0) {

@@ -110,6 +110,10 @@ class Hub final : public StationUser {
   /// What every station that has this channel can carry on it.
   Limits limits(std::uint16_t channel) const;
 
+  /// Why nothing comes from other robots on this channel now. None: a link that carries it is up,
+  /// or no link does.
+  std::optional<Refusal> links_down(std::uint16_t channel) const;
+
   /// Gives up what waits for stations that are down. Call about once a second while messages wait.
   /// @return whether some still do
   bool give_up_on_dead_links();
@@ -130,6 +134,7 @@ class Hub final : public StationUser {
   void on_sent(Station& station, std::uint16_t channel) override;
   void on_namesake(Station& station) override;
   void on_last_message(Station& station, const MessageHead& head) override;
+  void on_link_state(Station& station) override;
   void on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) override;
 
  private:
@@ -180,6 +185,7 @@ class Hub final : public StationUser {
   std::optional<Refusal> check_reserved(std::uint16_t channel) const;
   std::optional<Refusal> take_turn(std::uint16_t channel);
   std::optional<Refusal> check_up(const Channel& channel) const;
+  std::optional<std::string> down_states(const Channel& channel) const;
   Refusal over_mtu(const Channel& channel, std::size_t size_bytes) const;
   bool carries(std::size_t station, const Channel& channel, std::size_t size_bytes) const;
   bool is_carried(const Channel& channel, std::size_t size_bytes) const;

@@ -2,6 +2,7 @@
 // for it, and whether a message can be sent at all.
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include "daemon/hub.hpp"
 
@@ -280,7 +281,8 @@ std::optional<Refusal> Hub::take_turn(std::uint16_t channel) {
   return std::nullopt;
 }
 
-std::optional<Refusal> Hub::check_up(const Channel& channel) const {
+/// Of the links that carry the channel. @return none: one of them is up
+std::optional<std::string> Hub::down_states(const Channel& channel) const {
   std::string states;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     if (!channel.slots[i].is_open) continue;
@@ -288,8 +290,37 @@ std::optional<Refusal> Hub::check_up(const Channel& channel) const {
     states +=
         (states.empty() ? "" : "; ") + stations_[i]->name() + ": " + stations_[i]->link().state();
   }
+  return states;
+}
+
+std::optional<Refusal> Hub::check_up(const Channel& channel) const {
+  const std::optional<std::string> states = down_states(channel);
+  if (!states) return std::nullopt;
   ++counters_.messages_link_down;
-  return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + states + ")", std::nullopt};
+  return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + *states + ")", std::nullopt};
+}
+
+std::optional<Refusal> Hub::links_down(std::uint16_t number) const {
+  const Channel* channel = find(number);
+  const auto states = channel == nullptr ? std::nullopt : down_states(*channel);
+  if (!states || states->empty()) return std::nullopt;
+  return Refusal{
+      ipc::ERROR_LINK_DOWN,
+      "no link is up (" + *states + "), so nothing is heard from other robots until one is",
+      std::nullopt};
+}
+
+void Hub::on_link_state(Station& station) {
+  if (station.is_up()) return;
+  std::set<HubClient*> told;
+  for (const auto& [number, channel] : channels_) {
+    if (channel.subscriptions.empty()) continue;
+    const auto why = links_down(number);
+    if (!why || !channel.slots[index_of(station)].is_open) continue;
+    for (const Subscription* subscription : channel.subscriptions) {
+      if (told.insert(subscription->client).second) subscription->client->on_links_down(*why);
+    }
+  }
 }
 
 std::optional<Refusal> Hub::check(const Publisher& publisher, const Channel& channel,

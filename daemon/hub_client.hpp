@@ -26,6 +26,8 @@ class HubClient {
   /// A publication that had been accepted could not be sent after all.
   virtual void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                          const Refusal& refusal) = 0;
+  /// The last link that carries a channel of its subscriptions has gone down. Once for all of them.
+  virtual void on_links_down(const Refusal& /*why*/) {}
 };
 
 /// Which channel a client means. Name first; number when there is no name.

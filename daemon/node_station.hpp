@@ -169,6 +169,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
   void on_frame(const drivers::FrameReception& frame) override;
+  void on_link_state() override { user_.on_link_state(*this); }
   std::size_t last_messages(std::span<frame::LastMessage> out) override;
   void on_last_message(const frame::LastMessage& last,
                        const drivers::FrameReception& frame) override;

@@ -91,6 +91,7 @@ class Session final : public HubClient,
   void on_sent(Publisher& publisher, std::uint64_t publish_number) override;
   void on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                  const Refusal& refusal) override;
+  void on_links_down(const Refusal& why) override;
   void on_kilobot_progress(const ipc::KilobotProgress& progress) override;
   void on_kilobot_ended(const ipc::KilobotEnded& ended) override;
 
@@ -181,6 +182,7 @@ class Session final : public HubClient,
   bool is_refused_ = false;       // as a whole
   bool is_input_closed_ = false;  // no more requests are read
   bool closes_when_written_ = false;
+  bool is_told_down_ = false;  // that no link is up, since one was
   bool is_flush_scheduled_ = false;
   bool is_waiting_writable_ = false;
   Time connected_at_;

@@ -164,7 +164,20 @@ void Session::subscribe(const ipc::Subscribe& request) {
   ipc::Subscribed& reply = *new_reply().mutable_subscribed();
   reply.set_subscription_id(subscription->id);
   reply.set_channel(subscription->channel);
+  const auto why = host_.hub.links_down(subscription->channel);
   subscriptions_.emplace(subscription->id, std::move(subscription));
+  send_reply();
+  if (why && !is_told_down_) on_links_down(*why);
+  is_told_down_ = why.has_value();
+}
+
+// Unasked: who only listens would wait in vain and not know why.
+void Session::on_links_down(const Refusal& why) {
+  is_told_down_ = true;
+  host_.reply.Clear();
+  ipc::Failure& failure = *host_.reply.mutable_failure();
+  failure.set_code(why.code);
+  failure.set_text(why.text);
   send_reply();
 }
 

@@ -59,6 +59,9 @@ class StationUser {
   /// A beacon says that this robot has sent messages up to this number.
   virtual void on_last_message(Station& /*station*/, const MessageHead& /*head*/) {}
 
+  /// Its link has gone up or down.
+  virtual void on_link_state(Station& /*station*/) {}
+
   /// Two other robots are heard under one node id. Once for each pair.
   virtual void on_duplicate(Station& /*station*/, const Neighbour& /*older*/,
                             const Neighbour& /*younger*/) {}

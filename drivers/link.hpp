@@ -69,6 +69,9 @@ class LinkUser {
   /// A readable frame came, with or without packets; its packets have been handed up.
   virtual void on_frame(const FrameReception& /*frame*/) {}
 
+  /// Link::is_up() has changed. Of links that notice it themselves.
+  virtual void on_link_state() {}
+
   /// Whether a frame with this header is our own, come back.
   virtual bool is_own_frame(const frame::FrameHeader& /*header*/) { return false; }
 

@@ -161,7 +161,8 @@ std::string SocketLink::mtu_remark() const {
 }
 
 void SocketLink::set_state(bool is_up, const std::string& text) {
-  const bool has_come_up = is_up && !is_up_;
+  const bool has_changed = is_up != is_up_;
+  const bool has_come_up = is_up && has_changed;
   if (is_up_ && !is_up) ++counters_.link_down_events;
   is_up_ = is_up;
   if (text != state_) {
@@ -171,6 +172,7 @@ void SocketLink::set_state(bool is_up, const std::string& text) {
     else
       log_state();
   }
+  if (has_changed && user_ != nullptr) user_->on_link_state();
   if (has_come_up) wake();
 }
 

@@ -45,7 +45,7 @@ class ReceiveBuffer : public ::testing::Test {
   /// One line, with both sizes and what to do.
   static void expect_told(const std::string& text, const std::string& who) {
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
-    for (const std::string words :
+    for (const std::string& words :
          {who + ": the kernel gives ", std::string("not the 1073741824 of receive_buffer_bytes"),
           std::string("sysctl -w net.core.rmem_max=1073741824")}) {
       EXPECT_NE(text.find(words), std::string::npos) << text;
