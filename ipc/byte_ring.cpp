@@ -101,7 +101,7 @@ RingMemory RingMemory::adopt(int descriptor) {
 }
 
 std::optional<std::size_t> RingReader::read(std::span<std::uint8_t> room) {
-  const std::uint32_t held = memory_.header().written.load(std::memory_order_acquire) - read_;
+  const std::uint32_t held = memory_.header().written.load() - read_;
   if (held > memory_.capacity()) return std::nullopt;
   const std::size_t count = std::min<std::size_t>(held, room.size());
   const std::size_t begin = read_ & (memory_.capacity() - 1);
@@ -109,12 +109,12 @@ std::optional<std::size_t> RingReader::read(std::span<std::uint8_t> room) {
   std::memcpy(room.data(), memory_.data() + begin, first);
   std::memcpy(room.data() + first, memory_.data(), count - first);
   read_ += static_cast<std::uint32_t>(count);
-  memory_.header().read.store(read_, std::memory_order_release);
+  memory_.header().read.store(read_);
   return count;
 }
 
-// The flag before the look at the other's count, here and in the three below, in the one order of
-// all threads: of the two sides at least one sees what the other did.
+// Each side stores its own flag or count, then looks at the other's, here and below, all in the one
+// order of all threads (seq_cst): of the two at least one sees what the other did.
 bool RingReader::sleep() {
   RingHeader& header = memory_.header();
   header.reader_sleeps.store(1);
@@ -125,7 +125,6 @@ bool RingReader::sleep() {
 
 bool RingReader::take_waiting_writer() {
   RingHeader& header = memory_.header();
-  std::atomic_thread_fence(std::memory_order_seq_cst);
   return header.writer_waits.load() != 0 && header.writer_waits.exchange(0) != 0;
 }
 
@@ -148,13 +147,12 @@ std::size_t RingWriter::write(std::string_view bytes) {
   std::memcpy(memory_.data() + begin, bytes.data(), first);
   std::memcpy(memory_.data(), bytes.data() + first, count - first);
   written_ += static_cast<std::uint32_t>(count);
-  memory_.header().written.store(written_, std::memory_order_release);
+  memory_.header().written.store(written_);
   return count;
 }
 
 bool RingWriter::take_sleeping_reader() {
   RingHeader& header = memory_.header();
-  std::atomic_thread_fence(std::memory_order_seq_cst);
   return header.reader_sleeps.load() != 0 && header.reader_sleeps.exchange(0) != 0;
 }
 
