@@ -61,16 +61,18 @@ int send(const char* name, const char* channel, double rate_hz, std::size_t size
   while (!stopping) {
     const auto now = Clock::now();
     if (now < next) {
-      robot.run_once(std::chrono::duration_cast<std::chrono::milliseconds>(next - now) + 1ms);
+      robot.run_once(next - now);
+      continue;
+    }
+    const swarmtalk::Status status = publisher.send(message);
+    if (status.code() == swarmtalk::StatusCode::kBusy) {
+      ++account.busy;
+      robot.run_once(1ms);  // and then the same message
       continue;
     }
     next = std::max(next + gap, now - 100ms);  // catches up a little, not for ever
-    const swarmtalk::Status status = publisher.send(message);
     if (status) {
       ++account.accepted;
-    } else if (status.code() == swarmtalk::StatusCode::kBusy) {
-      ++account.busy;
-      robot.run_once(1ms);
     } else if (status.code() == swarmtalk::StatusCode::kDisconnected) {
       ++account.disconnected;
       robot.run_once(10ms);
