@@ -1,5 +1,6 @@
 """5000 messages a second between four daemons: memory is flat, every message accounted for."""
 import os
+import signal
 import time
 
 import pytest
@@ -18,6 +19,11 @@ def test_soak(tmp_path):
     with swarm.Swarm(ROBOTS, tmp_path) as group:
         hearers = [group.hear(robot, "hear", "soak") for robot in range(ROBOTS)]
         senders = [group.send(robot, "send", "soak", RATE_HZ) for robot in range(ROBOTS)]
+        # Whatever keeps a program from its processor later then fills no queue for the first time.
+        for hearer in hearers:
+            hearer.process.send_signal(signal.SIGSTOP)
+            time.sleep(1)
+            hearer.process.send_signal(signal.SIGCONT)
         samples = []
         started = time.monotonic()
         while (passed := time.monotonic() - started) < SECONDS:
