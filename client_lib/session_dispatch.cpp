@@ -1,5 +1,4 @@
 // What comes in from the daemon, and the user's callbacks.
-#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -69,8 +68,7 @@ void Session::handle_greeting(const ipc::Envelope& envelope) {
 /// @return false: the daemon reads from a ring that we cannot write to; the connection is dropped,
 ///   and the next, without a ring, begins at once
 bool Session::take_ring(const ipc::Hello& hello) {
-  const auto& features = hello.features();
-  if (std::find(features.begin(), features.end(), ipc::kRingFeature) == features.end()) return true;
+  if (!ipc::has_feature(hello, ipc::kRingFeature)) return true;
   Status status;
   {
     const std::lock_guard lock(gate_);

@@ -53,11 +53,6 @@ bool has_unknown_fields(const ipc::Envelope& request) {
   return request.GetReflection()->GetUnknownFields(request).field_count() > 0;
 }
 
-bool wants_ring(const ipc::Hello& hello) {
-  const auto& features = hello.features();
-  return std::find(features.begin(), features.end(), ipc::kRingFeature) != features.end();
-}
-
 std::string version_text(std::uint32_t major, std::uint32_t minor) {
   return std::to_string(major) + "." + std::to_string(minor);
 }
@@ -122,7 +117,7 @@ void Session::greet(const ipc::Hello& hello) {
   client_name_ = printable(hello.name());
   ipc::Hello& reply = *new_reply().mutable_hello();
   host_.fill_hello(reply);
-  if (wants_ring(hello) && host_.limits.ring_bytes > 0 && is_first) {
+  if (is_first && host_.limits.ring_bytes > 0 && ipc::has_feature(hello, ipc::kRingFeature)) {
     if (input_.begin_ring(host_.limits.ring_bytes)) {
       reply.add_features(ipc::kRingFeature);
     } else {

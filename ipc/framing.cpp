@@ -1,5 +1,6 @@
 #include "ipc/framing.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace swarmtalk::ipc {
@@ -75,6 +76,11 @@ bool append_frame(const Envelope& envelope, std::string& buffer) {
 
 std::size_t frame_bytes(const char* buffer) {
   return kLengthBytes + read_length(buffer);
+}
+
+bool has_feature(const Hello& hello, std::string_view feature) {
+  const auto& features = hello.features();
+  return std::find(features.begin(), features.end(), feature) != features.end();
 }
 
 int count_bodies(const Envelope& envelope) {

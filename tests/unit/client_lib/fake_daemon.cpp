@@ -168,9 +168,7 @@ void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
     hello.set_major(major);
     hello.set_name("fake 1.0");
     hello.set_node_id(42);
-    const auto& features = envelope.hello().features();
-    if (ring_bytes > 0 &&
-        std::find(features.begin(), features.end(), ipc::kRingFeature) != features.end()) {
+    if (ring_bytes > 0 && ipc::has_feature(envelope.hello(), ipc::kRingFeature)) {
       return offer_ring(peer, answer);
     }
   } else if (envelope.has_publish()) {
