@@ -7,6 +7,7 @@
 
 #include "daemon/config_gateways.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/monotonic_ns.hpp"
 #include "daemon/node_id_rule.hpp"
 #include "daemon/privileges.hpp"
 #include "daemon/prometheus.hpp"
@@ -78,9 +79,7 @@ void Daemon::add_kilobots(const LinkConfig& link, Station& station) {
     head.epoch = identity_.epoch() & 0xFFFFu;
     head.number = ++number;
     head.distance_m = head.bearing_rad = std::numeric_limits<float>::quiet_NaN();
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
-    head.received_at_ns = static_cast<std::uint64_t>(
-        std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+    head.received_at_ns = monotonic_ns();
     hub_.on_message(station, head,
                     {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
   });

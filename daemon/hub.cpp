@@ -6,15 +6,10 @@
 #include <chrono>
 
 #include "daemon/logging.hpp"
+#include "daemon/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
-
-std::uint64_t monotonic_ns() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
-}
 
 /// The client says when it sent it; a time to come counts as now.
 std::uint64_t waited_us_of(const Publication& publication) {

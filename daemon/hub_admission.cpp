@@ -1,10 +1,10 @@
 // What the hub decides before it takes something on: which channel is meant, whether there is room
 // for it, and whether a message can be sent at all.
 #include <algorithm>
-#include <chrono>
 #include <set>
 
 #include "daemon/hub.hpp"
+#include "daemon/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -266,11 +266,7 @@ std::optional<Refusal> Hub::take_turn(std::uint16_t channel) {
   for (Reserved& each : reserved_) {
     if (each.number != channel) continue;
     if (auto refusal = check_reserved(channel)) return refusal;  // off since it was advertised
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
-    if (each.turns.take(static_cast<std::uint64_t>(
-            std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()))) {
-      continue;
-    }
+    if (each.turns.take(monotonic_ns())) continue;
     ++counters_.reserved_too_fast;
     return Refusal{ipc::ERROR_RATE,
                    "this robot sends more than " + text_of(each.rate_hz) +

@@ -6,18 +6,13 @@
 #include <utility>
 
 #include "daemon/hub.hpp"
+#include "daemon/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
 std::span<const std::uint8_t> bytes_of(const std::string& payload) {
   return {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()};
-}
-
-std::uint64_t monotonic_ns() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
 }  // namespace

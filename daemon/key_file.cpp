@@ -17,7 +17,7 @@ namespace swarmtalk::daemon {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = 256;
-constexpr std::size_t kDigits = 2 * frame::SwarmKey::kBytes;
+constexpr std::size_t kKeyDigits = 2 * frame::SwarmKey::kBytes;
 
 class Descriptor {
  public:
@@ -71,7 +71,7 @@ std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
   while (!text.empty() && kBlanks.find(text.back()) != std::string_view::npos) {
     text.remove_suffix(1);
   }
-  if (text.size() != kDigits) return nullptr;
+  if (text.size() != kKeyDigits) return nullptr;
   std::array<std::uint8_t, frame::SwarmKey::kBytes> bytes;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     const int high = digit(text[2 * i]);

@@ -17,7 +17,7 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr const char* kKey = "socket.path";
+constexpr const char* kSocketKey = "socket.path";
 constexpr int kBacklog = 64;
 constexpr int kLockAttempts = 16;
 
@@ -119,13 +119,13 @@ ListeningSocket ListeningSocket::open(const SocketConfig& config, const KeyLines
   opened.path_ = config.path;
   const int passed = sd_listen_fds(1);
   if (passed > 1) {
-    throw lines.error(kKey, "systemd passes " + std::to_string(passed) +
-                                " sockets; keep one ListenStream= in swarmtalkd.socket");
+    throw lines.error(kSocketKey, "systemd passes " + std::to_string(passed) +
+                                      " sockets; keep one ListenStream= in swarmtalkd.socket");
   }
   if (passed == 1) {
     opened.descriptor_ = SD_LISTEN_FDS_START;
     if (sd_is_socket_unix(opened.descriptor_, SOCK_STREAM, 1, nullptr, 0) <= 0) {
-      throw lines.error(kKey,
+      throw lines.error(kSocketKey,
                         "systemd passes something else than a listening Unix stream socket; "
                         "use ListenStream=/PATH in swarmtalkd.socket");
     }
@@ -153,14 +153,14 @@ void ListeningSocket::lock(const KeyLines& lines) {
     if (descriptor < 0) {
       const int error = errno;
       const Probe other = probe(path_);
-      throw lines.error(kKey,
+      throw lines.error(kSocketKey,
                         other.error == 0 ? taken(path_, other.pid) : explain_lock(path_, error));
     }
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
       const int error = errno;
       close(descriptor);
-      if (error == EWOULDBLOCK) throw lines.error(kKey, taken(path_, probe(path_).pid));
-      throw lines.error(kKey, explain(name, error));
+      if (error == EWOULDBLOCK) throw lines.error(kSocketKey, taken(path_, probe(path_).pid));
+      throw lines.error(kSocketKey, explain(name, error));
     }
     if (is_same_file(descriptor, name)) {
       lock_ = descriptor;
@@ -168,23 +168,24 @@ void ListeningSocket::lock(const KeyLines& lines) {
     }
     close(descriptor);
   }
-  throw lines.error(kKey, name + " keeps changing; is something else using this path?");
+  throw lines.error(kSocketKey, name + " keeps changing; is something else using this path?");
 }
 
 void ListeningSocket::remove_stale(const KeyLines& lines) const {
   struct stat existing {};
   if (lstat(path_.c_str(), &existing) != 0) {
     if (errno == ENOENT) return;
-    throw lines.error(kKey, explain(path_, errno));
+    throw lines.error(kSocketKey, explain(path_, errno));
   }
   if (!S_ISSOCK(existing.st_mode)) {
-    throw lines.error(kKey, path_ + " exists and is no socket; remove it, or choose another path");
+    throw lines.error(kSocketKey,
+                      path_ + " exists and is no socket; remove it, or choose another path");
   }
   const Probe other = probe(path_);
-  if (other.error == 0) throw lines.error(kKey, taken(path_, other.pid));
-  if (other.error != ECONNREFUSED) throw lines.error(kKey, explain(path_, other.error));
+  if (other.error == 0) throw lines.error(kSocketKey, taken(path_, other.pid));
+  if (other.error != ECONNREFUSED) throw lines.error(kSocketKey, explain(path_, other.error));
   if (unlink(path_.c_str()) != 0 && errno != ENOENT) {
-    throw lines.error(kKey, explain(path_, errno));
+    throw lines.error(kSocketKey, explain(path_, errno));
   }
 }
 
@@ -192,12 +193,12 @@ void ListeningSocket::bind_new(const SocketConfig& config, const KeyLines& lines
   const bool has_group = !config.group.empty();
   const gid_t group = has_group ? group_id(config.group, lines) : 0;
   descriptor_ = new_socket();
-  if (descriptor_ < 0) throw lines.error(kKey, explain(path_, errno));
+  if (descriptor_ < 0) throw lines.error(kSocketKey, explain(path_, errno));
   const mode_t old_mask = umask(0777);  // nobody comes in before group and mode are right
   const int bound = socket_call(bind, descriptor_, path_);
   const int error = errno;
   umask(old_mask);
-  if (bound != 0) throw lines.error(kKey, explain(path_, error));
+  if (bound != 0) throw lines.error(kSocketKey, explain(path_, error));
   struct stat made {};
   if (lstat(path_.c_str(), &made) == 0) {
     device_ = made.st_dev;
@@ -208,8 +209,8 @@ void ListeningSocket::bind_new(const SocketConfig& config, const KeyLines& lines
                                           "': " + std::strerror(errno) +
                                           "; run as a member of that group, or as root");
   }
-  if (chmod(path_.c_str(), config.mode) != 0) throw lines.error(kKey, explain(path_, errno));
-  if (listen(descriptor_, kBacklog) != 0) throw lines.error(kKey, explain(path_, errno));
+  if (chmod(path_.c_str(), config.mode) != 0) throw lines.error(kSocketKey, explain(path_, errno));
+  if (listen(descriptor_, kBacklog) != 0) throw lines.error(kSocketKey, explain(path_, errno));
 }
 
 void ListeningSocket::restore(const SocketConfig& config, const KeyLines& lines) {

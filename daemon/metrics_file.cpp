@@ -15,7 +15,8 @@ namespace {
 
 /// @return 0, or the errno
 int write_whole(const std::string& path, const std::string& text) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
+  const int file =
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (file < 0) return errno;
   fchmod(file, 0644);  // whatever the umask: node_exporter is another user
   errno = EIO;

@@ -15,9 +15,9 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr const char* kKey = "node.id";
+constexpr const char* kIdKey = "node.id";
 constexpr std::size_t kMaxDigits = 9;
-constexpr std::string_view kDigits = "0123456789";
+constexpr std::string_view kDecimal = "0123456789";
 
 /// Interface to its first IPv4 address, without loopback.
 std::map<std::string, in_addr> addresses() {
@@ -44,12 +44,12 @@ std::int64_t number_of_address(const NodeConfig& node, const KeyLines& lines) {
   }
   if (found.size() == 1) return ntohl(found.begin()->second.s_addr) & 0xFFu;
   if (found.empty()) {
-    throw lines.error(kKey, "is \"ip\", but this machine has no IPv4 address (yet?)");
+    throw lines.error(kIdKey, "is \"ip\", but this machine has no IPv4 address (yet?)");
   }
   std::string names;
   for (const auto& [name, address] : found) names += (names.empty() ? "" : ", ") + name;
-  throw lines.error(
-      kKey, "is \"ip\", and " + names + " have IPv4 addresses; say which counts with id_interface");
+  throw lines.error(kIdKey, "is \"ip\", and " + names +
+                                " have IPv4 addresses; say which counts with id_interface");
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ std::string read_node_id_rule(const std::string& text, NodeConfig& node) {
     node.id_rule = NodeIdRule::kAddress;
   } else {
     const bool is_number =
-        !text.empty() && text.size() <= 5 && text.find_first_not_of(kDigits) == std::string::npos;
+        !text.empty() && text.size() <= 5 && text.find_first_not_of(kDecimal) == std::string::npos;
     const std::int64_t number = is_number ? std::stol(text) : 0;
     if (number < kNodeIdLimits.least || number > kNodeIdLimits.most) {
       return "\"" + printable(text) +
@@ -77,9 +77,9 @@ std::string read_node_id_rule(const std::string& text, NodeConfig& node) {
 }
 
 std::optional<std::int64_t> number_in_hostname(const std::string& name) {
-  const std::size_t last = name.find_last_of(kDigits);
+  const std::size_t last = name.find_last_of(kDecimal);
   if (last == std::string::npos) return std::nullopt;
-  const std::size_t before = name.find_last_not_of(kDigits, last);
+  const std::size_t before = name.find_last_not_of(kDecimal, last);
   const std::size_t first = before == std::string::npos ? 0 : before + 1;
   const std::string digits = name.substr(first, last - first + 1);
   if (digits.size() > kMaxDigits) return std::nullopt;
@@ -97,9 +97,9 @@ std::optional<std::uint16_t> resolve_node_id(const NodeConfig& node, const KeyLi
     const auto found = number_in_hostname(name.data());
     source = "the host's name '" + printable(name.data()) + "'";
     if (!found) {
-      throw lines.error(kKey, "is \"hostname\", but " + source +
-                                  " has no number in it; rename the host (hostnamectl hostname "
-                                  "robot7), or give a number");
+      throw lines.error(kIdKey, "is \"hostname\", but " + source +
+                                    " has no number in it; rename the host (hostnamectl hostname "
+                                    "robot7), or give a number");
     }
     number = *found;
   } else {
@@ -109,7 +109,7 @@ std::optional<std::uint16_t> resolve_node_id(const NodeConfig& node, const KeyLi
   const std::int64_t id = number + node.id_offset;
   if (id >= kNodeIdLimits.least && id <= kNodeIdLimits.most) return static_cast<std::uint16_t>(id);
   throw lines.error(
-      kKey, source + " and id_offset give " + std::to_string(id) + "; a node id is 1 to 65534");
+      kIdKey, source + " and id_offset give " + std::to_string(id) + "; a node id is 1 to 65534");
 }
 
 }  // namespace swarmtalk::daemon

@@ -18,7 +18,7 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr const char* kKey = "node.pose_socket";
+constexpr const char* kPoseSocketKey = "node.pose_socket";
 constexpr int kDatagramsPerTurn = 64;
 constexpr double kOldestS = 1e6;  // older makes no difference, and does not overflow
 
@@ -45,10 +45,11 @@ void remove_stale(const std::string& path, const sockaddr_un& address, const Key
   struct stat existing {};
   if (lstat(path.c_str(), &existing) != 0) return;
   if (!S_ISSOCK(existing.st_mode)) {
-    throw lines.error(kKey, path + " exists and is no socket; remove it, or choose another path");
+    throw lines.error(kPoseSocketKey,
+                      path + " exists and is no socket; remove it, or choose another path");
   }
   if (is_read_by_somebody(address)) {
-    throw lines.error(kKey,
+    throw lines.error(kPoseSocketKey,
                       path + " is read by a running program; stop it, or choose another path");
   }
   unlink(path.c_str());
@@ -85,15 +86,16 @@ void PoseSocket::open() {
   boost::system::error_code ignored;
   socket_.close(ignored);
   const int descriptor = new_socket();
-  if (descriptor < 0) throw lines_.error(kKey, path_ + ": " + std::strerror(errno));
+  if (descriptor < 0) throw lines_.error(kPoseSocketKey, path_ + ": " + std::strerror(errno));
   socket_.assign(descriptor);
   const mode_t old_mask = umask(0777);  // nobody writes before group and mode are right
   const int bound = bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int error = errno;
   umask(old_mask);
   if (bound != 0) {
-    throw lines_.error(kKey, "cannot make " + path_ + ": " + std::strerror(error) +
-                                 "; its folder must exist, and swarmtalkd may write to it");
+    throw lines_.error(kPoseSocketKey,
+                       "cannot make " + path_ + ": " + std::strerror(error) +
+                           "; its folder must exist, and swarmtalkd may write to it");
   }
   struct stat made {};
   if (lstat(path_.c_str(), &made) == 0) {
@@ -124,7 +126,8 @@ void PoseSocket::give_to_group() const {
     }
   }
   if (chmod(path_.c_str(), access_.mode) == 0) return;
-  throw lines_.error(kKey, "cannot set the mode of " + path_ + ": " + std::strerror(errno));
+  throw lines_.error(kPoseSocketKey,
+                     "cannot set the mode of " + path_ + ": " + std::strerror(errno));
 }
 
 void PoseSocket::start() {

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "daemon/logging.hpp"
+#include "daemon/monotonic_ns.hpp"
 #include "daemon/session.hpp"
 #include "ipc/pass_descriptor.hpp"
 
@@ -18,12 +19,6 @@ constexpr int kWritesPerTurn = 8;                // then the other sessions have
 
 std::uint32_t age_ms(const frame::FramePose& pose) {
   return pose.age_10ms * 10u;
-}
-
-std::uint64_t monotonic_ns() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
 std::uint32_t cut(std::uint64_t count) {

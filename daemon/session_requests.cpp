@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "daemon/logging.hpp"
+#include "daemon/monotonic_ns.hpp"
 #include "daemon/printable.hpp"
 #include "daemon/session.hpp"
 
@@ -40,12 +41,6 @@ Refusal too_fast(std::uint32_t rate_hz) {
           "this client publishes more than " + std::to_string(rate_hz) +
               " messages per second, publish_rate_hz under [limits]; publish more slowly",
           rate_hz};
-}
-
-std::uint64_t monotonic_ns() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
 // A request of a newer minor looks like no request at all, but for fields that we do not know.

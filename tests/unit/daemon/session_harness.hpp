@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/clients.hpp"
+#include "daemon/monotonic_ns.hpp"
 #include "daemon/status_report.hpp"
 #include "ipc/framing.hpp"
 #include "tests/unit/daemon/fake_station.hpp"
@@ -131,10 +132,6 @@ class SessionTest : public testing::Test {
   void step() {
     io_.restart();
     io_.poll();
-  }
-  static std::uint64_t monotonic_ns() {
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
-    return static_cast<std::uint64_t>(std::chrono::nanoseconds(now).count());
   }
   void receive_on_air(const std::string& channel, const std::string& payload,
                       std::uint32_t number = 1, float distance_m = 2.0f,
