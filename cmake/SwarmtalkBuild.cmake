@@ -28,6 +28,15 @@ function(swarmtalk_warnings target)
     -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Werror=return-type)
 endfunction()
 
+# Several sources compiled as one where the preset asks for it: headers, and templates under
+# sanitizers, cost most of a build. The presets test and release compile each source by itself, so a
+# missing include still shows, and a Raspberry Pi's memory is enough.
+function(swarmtalk_join_sources target)
+  if(SWARMTALK_JOIN_SOURCES)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+  endif()
+endfunction()
+
 # Includes are written from the repository's root ("drivers/link.hpp"), so the folder an include
 # points to can be read off the line; tools/check holds the table of who may include whom.
 function(swarmtalk_library name)
@@ -36,6 +45,7 @@ function(swarmtalk_library name)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_link_libraries(${name} PUBLIC ${arg_DEPENDS})
   swarmtalk_warnings(${name})
+  swarmtalk_join_sources(${name})
 endfunction()
 
 # swarmtalk_test(NAME SOURCES... DEPENDS...): one GoogleTest program, its tests known to ctest.
@@ -45,6 +55,7 @@ function(swarmtalk_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   swarmtalk_warnings(${name})
+  swarmtalk_join_sources(${name})
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
 endfunction()

@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint64_t kLogFlushNs = 20'000'000;
 constexpr std::uint64_t kTerminalPollNs = 250'000;  // about one byte on the line
 
-std::uint64_t to_ns(double seconds) {
+std::uint64_t s_to_ns(double seconds) {
   return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
@@ -106,7 +106,7 @@ void Emulation::add_tasks() {
     scheduler_.every(scheduler_.quantum_ns(), [this](std::uint64_t time_ns) {
       medium_.advance(time_ns + scheduler_.quantum_ns());
     });
-  scheduler_.every(to_ns(scenario_.sample_ms * 1e-3), [this](std::uint64_t time_ns) {
+  scheduler_.every(s_to_ns(scenario_.sample_ms * 1e-3), [this](std::uint64_t time_ns) {
     for (const auto& node : nodes_) node->sample(time_ns);
   });
   bool has_terminal = false;
@@ -126,8 +126,8 @@ void Emulation::add_tasks() {
     if (!scenario_.ohc)
       throw std::runtime_error("bytes for an overhead controller, but there is none");
     scheduler_.every(kTerminalPollNs, [this, next = std::size_t{0}](std::uint64_t time_ns) mutable {
-      for (;
-           next < scenario_.ohc_serial.size() && to_ns(scenario_.ohc_serial[next].at_s) <= time_ns;
+      for (; next < scenario_.ohc_serial.size() &&
+             s_to_ns(scenario_.ohc_serial[next].at_s) <= time_ns;
            ++next)
         nodes_.back()->queue_serial(scenario_.ohc_serial[next].bytes, time_ns);
     });
@@ -137,7 +137,7 @@ void Emulation::add_tasks() {
 }
 
 void Emulation::run_until(double seconds) {
-  scheduler_.run_until(to_ns(seconds));
+  scheduler_.run_until(s_to_ns(seconds));
 }
 
 void Emulation::run() {

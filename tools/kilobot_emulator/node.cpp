@@ -45,7 +45,7 @@ McuSettings settings_of(const Scenario& scenario, const NodeSpec& spec, unsigned
   return settings;
 }
 
-std::uint64_t to_ns(double milliseconds) {
+std::uint64_t ms_to_ns(double milliseconds) {
   return static_cast<std::uint64_t>(std::llround(milliseconds * 1e6));
 }
 
@@ -56,7 +56,7 @@ Node::Node(const Context& context, const NodeSpec& spec, const OhcSpec* ohc,
     : context_(context),
       spec_(spec),
       image_(std::move(image)),
-      clock_(to_ns(spec.power_on_ms.value_or(0)), spec.clock_hz, spec.drift_ppm.value_or(0)),
+      clock_(ms_to_ns(spec.power_on_ms.value_or(0)), spec.clock_hz, spec.drift_ppm.value_or(0)),
       mcu_(*image_, starting_eeprom(spec, *image_), settings_of(context.scenario, spec, number)),
       byte_ns_(static_cast<std::uint64_t>(10e9 / context.scenario.baud)),
       pose_{spec.x_mm, spec.y_mm, spec.theta_rad},

@@ -20,10 +20,6 @@ bool is_unsubscribe(const ipc::Envelope& envelope) {
 bool is_unadvertise(const ipc::Envelope& envelope) {
   return envelope.has_unadvertise();
 }
-bool is_publish(const ipc::Envelope& envelope) {
-  return envelope.has_publish();
-}
-
 TEST_F(ClientPubSub, SecondSendBeforeSentIsBusyWithoutARoundTrip) {
   daemon.answers_publish = false;
   std::vector<Status> sent;

@@ -17,6 +17,10 @@
 
 namespace swarmtalk::test {
 
+inline bool is_publish(const ipc::Envelope& envelope) {
+  return envelope.has_publish();
+}
+
 class FakeDaemon {
  public:
   explicit FakeDaemon(std::string path);

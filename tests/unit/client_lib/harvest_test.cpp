@@ -7,10 +7,6 @@
 namespace swarmtalk::test {
 namespace {
 
-bool is_publish(const ipc::Envelope& envelope) {
-  return envelope.has_publish();
-}
-
 class HarvestTest : public ClientTest {
  protected:
   HarvestTest() : daemon(path), client(make_client()) { EXPECT_TRUE(client.connect()); }

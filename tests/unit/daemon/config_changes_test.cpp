@@ -13,10 +13,10 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr const char* kLink = "[links.w]\ntype = \"udp\"\n";
+constexpr const char* kOneLink = "[links.w]\ntype = \"udp\"\n";
 
 KeyLines lines(const std::string& text) {
-  return parse_config(kLink + text, "f.toml").lines;
+  return parse_config(kOneLink + text, "f.toml").lines;
 }
 
 TEST(ConfigChanges, OfEqualFilesAreNone) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/config_parser.hpp"
+#include "tests/unit/daemon/config_error.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -11,15 +12,6 @@ namespace {
 // Lines 1 to 6.
 const std::string kTwoLinks =
     "[links.w]\ntype = \"udp\"\n[links.k]\ntype = \"udp\"\nport = 2\nprofile = \"kilobot\"\n";
-
-std::string error_of(const std::string& text) {
-  try {
-    parse_config(text, "f.toml");
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(GatewayConfig, BothWaysMakesTwoRules) {
   const Config config =
@@ -55,18 +47,18 @@ TEST(GatewayConfig, SmallLinkDrawsItsOwnIdAndAGatewayOneThatSaysSo) {
   EXPECT_EQ(own_ids(gateway, gateway.links[1])->most, 254);
 }
 
-struct Wrong {
+struct WrongRule {
   const char* name;
   std::string text;  // after kTwoLinks, from line 7
   const char* line;
 };
-class WrongGateway : public testing::TestWithParam<Wrong> {};
+class WrongGateway : public testing::TestWithParam<WrongRule> {};
 
 TEST_P(WrongGateway, GetsExactlyThisLine) {
   EXPECT_EQ(error_of(kTwoLinks + GetParam().text), GetParam().line);
 }
 
-const Wrong kWrong[] = {
+const WrongRule kWrongRules[] = {
     {"no_to", "[[gateway]]\nfrom = \"w/1\"\n",
      "f.toml:7: key 'gateway': has no 'to'; add to = \"LINK/CHANNEL\""},
     {"no_such_link", "[[gateway]]\nfrom = \"x/1\"\nto = \"k/1\"\n",
@@ -105,7 +97,7 @@ const Wrong kWrong[] = {
      "gateway to link 'k' (profile kilobot); add node_id = 248 to 254"},
 };
 
-INSTANTIATE_TEST_SUITE_P(, WrongGateway, testing::ValuesIn(kWrong),
+INSTANTIATE_TEST_SUITE_P(, WrongGateway, testing::ValuesIn(kWrongRules),
                          [](const auto& parameters) { return parameters.param.name; });
 
 TEST(GatewayConfig, NodeIdOfALinkIsCheckedAgainstItsProfile) {

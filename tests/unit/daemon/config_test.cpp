@@ -8,21 +8,14 @@
 #include <fstream>
 #include <string>
 
+#include "tests/unit/daemon/config_error.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
 constexpr const char* kLink = "[links.w]\ntype = \"udp\"\n";  // lines 1 and 2
 
-std::string error_of(const std::string& text) {
-  try {
-    parse_config(text, "f.toml");
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-std::string error_of(const std::string& text, const ConfigOptions& options) {
+std::string error_with(const std::string& text, const ConfigOptions& options) {
   try {
     parse_config(kLink + text, "f.toml", options);
   } catch (const ConfigError& error) {
@@ -287,25 +280,25 @@ TEST(ConfigOptions, ASocketElsewhereIsNoOtherPathsPlace) {
   ConfigOptions options;
   options.socket_path = "/s";
   EXPECT_EQ(
-      error_of("[node]\npose_socket = \"/s\"\n", options),
+      error_with("[node]\npose_socket = \"/s\"\n", options),
       "f.toml:4: key 'node.pose_socket': is the path of --socket too; give each a path of its "
       "own");
   EXPECT_EQ(
-      error_of("[metrics]\nfile = \"/s.lock\"\n", options),
+      error_with("[metrics]\nfile = \"/s.lock\"\n", options),
       "f.toml:4: key 'metrics.file': is the path of --socket too; give each a path of its own");
-  EXPECT_EQ(error_of("[socket]\npath = \"/t\"\n[metrics]\nfile = \"/t\"\n", options), "")
+  EXPECT_EQ(error_with("[socket]\npath = \"/t\"\n[metrics]\nfile = \"/t\"\n", options), "")
       << "the socket is elsewhere";
 }
 
 TEST(ConfigOptions, AKeyThatGoesWithTheNodeIdOfFileOrOptionIsRight) {
   ConfigOptions options;
   options.node_id = "7";
-  EXPECT_EQ(error_of("[node]\nid = \"ip\"\nid_offset = -3\nid_interface = \"eth0\"\n", options),
+  EXPECT_EQ(error_with("[node]\nid = \"ip\"\nid_offset = -3\nid_interface = \"eth0\"\n", options),
             "");
-  EXPECT_THAT(error_of("[node]\nid_offset = -3\n", options),
+  EXPECT_THAT(error_with("[node]\nid_offset = -3\n", options),
               testing::StartsWith("f.toml:4: key 'node.id_offset': means nothing"));
   options.node_id = "ip";
-  EXPECT_EQ(error_of("[node]\nid_offset = -3\nid_interface = \"eth0\"\n", options), "");
+  EXPECT_EQ(error_with("[node]\nid_offset = -3\nid_interface = \"eth0\"\n", options), "");
 }
 
 TEST(ConfigOptions, AnOptionCountsInPlaceOfItsKeyAndIsNamed) {
@@ -319,10 +312,10 @@ TEST(ConfigOptions, AnOptionCountsInPlaceOfItsKeyAndIsNamed) {
   EXPECT_EQ(config.node.id, 7);
   EXPECT_EQ(config.log_level, "debug");
   options.node_id = "70000";
-  EXPECT_THAT(error_of("", options), testing::StartsWith("--node-id: \"70000\" is not known"));
+  EXPECT_THAT(error_with("", options), testing::StartsWith("--node-id: \"70000\" is not known"));
   options.node_id.reset();
   options.socket_path = "";
-  EXPECT_EQ(error_of("", options), "--socket: is empty; give an absolute path");
+  EXPECT_EQ(error_with("", options), "--socket: is empty; give an absolute path");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace swarmtalk::daemon {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr ProfileName kWifi{frame::ProfileId::kWifi, "wifi"};
+constexpr ProfileName kDelayProfile{frame::ProfileId::kWifi, "wifi"};
 constexpr std::uint16_t kChannel = 7;
 
 /// A station alone: its user remembers what it is told.
@@ -48,8 +48,8 @@ struct Lone final : StationUser {
   PoseKeeper poses{NodeConfig{}};
   bool timestamped;
   FakeLink* link = new FakeLink;
-  NodeStation<core::Wifi> station{"w",      kWifi, std::unique_ptr<drivers::Link>(link),
-                                  identity, poses, *this};
+  NodeStation<core::Wifi> station{"w",      kDelayProfile, std::unique_ptr<drivers::Link>(link),
+                                  identity, poses,         *this};
   std::vector<MessageHead> heard;
   int sent = 0;
 };

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Beacon::Time kStart(1000s);
+constexpr Beacon::Time kBeaconStart(1000s);
 
 TEST(Beacon, IsOffAtZero) {
   EXPECT_FALSE(Beacon(0ms, 1).is_on());
@@ -21,9 +21,9 @@ TEST(Beacon, SilenceLastsTheIntervalLessAtMostAQuarter) {
   auto shortest = Beacon::Duration::max();
   auto longest = Beacon::Duration::min();
   for (int i = 0; i < 1000; ++i) {
-    beacon.silence_begins(kStart);
-    shortest = std::min(shortest, beacon.wait(kStart));
-    longest = std::max(longest, beacon.wait(kStart));
+    beacon.silence_begins(kBeaconStart);
+    shortest = std::min(shortest, beacon.wait(kBeaconStart));
+    longest = std::max(longest, beacon.wait(kBeaconStart));
   }
   EXPECT_GE(shortest, 750ms);
   EXPECT_LE(longest, 1000ms);
@@ -32,11 +32,11 @@ TEST(Beacon, SilenceLastsTheIntervalLessAtMostAQuarter) {
 
 TEST(Beacon, EachFrameBeginsTheSilenceAnew) {
   Beacon beacon(1000ms, 1);
-  beacon.silence_begins(kStart);
-  EXPECT_EQ(beacon.wait(kStart + 1000ms), 0ms);
-  beacon.silence_begins(kStart + 700ms);
-  EXPECT_GE(beacon.wait(kStart + 1000ms), 450ms);
-  EXPECT_EQ(beacon.wait(kStart + 1700ms), 0ms);
+  beacon.silence_begins(kBeaconStart);
+  EXPECT_EQ(beacon.wait(kBeaconStart + 1000ms), 0ms);
+  beacon.silence_begins(kBeaconStart + 700ms);
+  EXPECT_GE(beacon.wait(kBeaconStart + 1000ms), 450ms);
+  EXPECT_EQ(beacon.wait(kBeaconStart + 1700ms), 0ms);
 }
 
 }  // namespace

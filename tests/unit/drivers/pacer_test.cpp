@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using Time = Pacer::Time;
 
 constexpr std::uint64_t kSeed = 7;
-const Time kStart = Time(1000s);
+const Time kPacerStart = Time(1000s);
 
 /// Frames that leave in `duration` when one always waits; time stands still between them.
 int frames_in(Pacer& pacer, Time from, std::chrono::nanoseconds duration) {
@@ -28,46 +28,47 @@ int frames_in(Pacer& pacer, Time from, std::chrono::nanoseconds duration) {
 TEST(Pacer, NeverWaitsWhenUnlimited) {
   Pacer pacer(PacerConfig{}, kSeed);
   for (int i = 0; i < 1000; ++i) {
-    ASSERT_EQ(pacer.wait(kStart), 0ns);
-    pacer.sent(kStart);
+    ASSERT_EQ(pacer.wait(kPacerStart), 0ns);
+    pacer.sent(kPacerStart);
   }
 }
 
 TEST(Pacer, SpacesFramesByTheRate) {
   Pacer pacer(PacerConfig{100.0, 1, 0us}, kSeed);
-  EXPECT_EQ(pacer.wait(kStart), 0ns);
-  pacer.sent(kStart);
-  EXPECT_EQ(pacer.wait(kStart), 10ms);
-  EXPECT_EQ(pacer.wait(kStart + 4ms), 6ms);
-  EXPECT_EQ(pacer.wait(kStart + 10ms), 0ns);
+  EXPECT_EQ(pacer.wait(kPacerStart), 0ns);
+  pacer.sent(kPacerStart);
+  EXPECT_EQ(pacer.wait(kPacerStart), 10ms);
+  EXPECT_EQ(pacer.wait(kPacerStart + 4ms), 6ms);
+  EXPECT_EQ(pacer.wait(kPacerStart + 10ms), 0ns);
 }
 
 TEST(Pacer, HoldsTheRateOverALongTime) {
   Pacer pacer(PacerConfig{300.0, 1, 0us}, kSeed);
-  EXPECT_NEAR(frames_in(pacer, kStart, 100s), 30000, 1);
+  EXPECT_NEAR(frames_in(pacer, kPacerStart, 100s), 30000, 1);
 }
 
 TEST(Pacer, LetsABurstGoAtOnceAfterAPause) {
   Pacer pacer(PacerConfig{100.0, 5, 0us}, kSeed);
-  EXPECT_EQ(frames_in(pacer, kStart, 1ns), 5);
-  EXPECT_EQ(pacer.wait(kStart), 10ms);
-  EXPECT_EQ(frames_in(pacer, kStart + 10s, 1ns), 5) << "the bucket holds no more than the burst";
+  EXPECT_EQ(frames_in(pacer, kPacerStart, 1ns), 5);
+  EXPECT_EQ(pacer.wait(kPacerStart), 10ms);
+  EXPECT_EQ(frames_in(pacer, kPacerStart + 10s, 1ns), 5)
+      << "the bucket holds no more than the burst";
 }
 
 TEST(Pacer, RefillsPartOfABurst) {
   Pacer pacer(PacerConfig{100.0, 5, 0us}, kSeed);
-  frames_in(pacer, kStart, 1ns);
-  EXPECT_EQ(frames_in(pacer, kStart + 30ms, 1ns), 3);
+  frames_in(pacer, kPacerStart, 1ns);
+  EXPECT_EQ(frames_in(pacer, kPacerStart + 30ms, 1ns), 3);
 }
 
 TEST(Pacer, DelaysEachFrameWithinTheJitter) {
   Pacer pacer(PacerConfig{0.0, 1, 2000us}, kSeed);
   Pacer::Duration least = 1h, most = 0ns;
   for (int i = 0; i < 1000; ++i) {
-    const Pacer::Duration wait = pacer.wait(kStart);
+    const Pacer::Duration wait = pacer.wait(kPacerStart);
     least = std::min(least, wait);
     most = std::max(most, wait);
-    pacer.sent(kStart + wait);
+    pacer.sent(kPacerStart + wait);
   }
   EXPECT_LT(least, 100us);
   EXPECT_GT(most, 1900us);
@@ -76,15 +77,15 @@ TEST(Pacer, DelaysEachFrameWithinTheJitter) {
 
 TEST(Pacer, DrawsTheDelayOncePerFrame) {
   Pacer pacer(PacerConfig{0.0, 1, 1000000us}, kSeed);
-  const Pacer::Duration wait = pacer.wait(kStart);
+  const Pacer::Duration wait = pacer.wait(kPacerStart);
   ASSERT_GT(wait, 1ms);
-  EXPECT_EQ(pacer.wait(kStart + 1ms), wait - 1ms);
-  EXPECT_EQ(pacer.wait(kStart + wait), 0ns);
+  EXPECT_EQ(pacer.wait(kPacerStart + 1ms), wait - 1ms);
+  EXPECT_EQ(pacer.wait(kPacerStart + wait), 0ns);
 }
 
 TEST(Pacer, KeepsTheRateWithJitter) {
   Pacer pacer(PacerConfig{100.0, 2, 3000us}, kSeed);
-  EXPECT_NEAR(frames_in(pacer, kStart, 100s), 10000, 100);
+  EXPECT_NEAR(frames_in(pacer, kPacerStart, 100s), 10000, 100);
 }
 
 TEST(Pacer, RefusesNumbersThatMeanNothing) {
