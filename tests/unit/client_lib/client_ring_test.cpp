@@ -53,11 +53,11 @@ TEST_F(ClientRing, WhatDoesNotFitWaitsAndGoesWhenThereIsRoom) {
   int sent = 0;
   auto publisher = client.channel("hello").publisher(
       [&](const Status& status) { sent += status.ok() ? 1 : 0; }, Sending::queued(100));
-  daemon.reads_ring = false;
+  daemon.set_reads_ring(false);
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(publisher.send(std::string(1000, 'x')));
   client.run_for(std::chrono::milliseconds(20));
   EXPECT_EQ(sent, 0);
-  daemon.reads_ring = true;
+  daemon.set_reads_ring(true);
   daemon.read_rings();  // tells that there is room: nothing else wakes the client
   EXPECT_TRUE(run_until(client, [&] { return sent == 100; })) << sent;
   EXPECT_EQ(daemon.count(is_publication), 100);
@@ -68,7 +68,7 @@ TEST_F(ClientRing, AClientWithAFullRingSleeps) {
   daemon.answers_publish = false;
   Client client = make_client();
   auto publisher = client.channel("hello").publisher({}, Sending::queued(100));
-  daemon.reads_ring = false;
+  daemon.set_reads_ring(false);
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(publisher.send(std::string(1000, 'x')));
   client.process();
   int turns = 0;

@@ -115,7 +115,7 @@ void FakeDaemon::read_peer(Peer& peer) {
   }
   ++reads_;
   if (peer.ring) {
-    if (reads_ring) read_ring(peer, false);
+    if (reads_ring_) read_ring(peer, false);
     return;
   }
   peer.reader.commit(static_cast<std::size_t>(count));
@@ -156,6 +156,10 @@ void FakeDaemon::read_rings(bool stays_awake) {
       if (peer->ring) read_ring(*peer, stays_awake);
     }
   });
+}
+
+void FakeDaemon::set_reads_ring(bool reads) {
+  on_thread([&] { reads_ring_ = reads; });
 }
 
 void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {

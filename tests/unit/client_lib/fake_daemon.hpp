@@ -40,7 +40,6 @@ class FakeDaemon {
   std::uint32_t max_message_bytes = 100;
   std::size_t ring_bytes = 0;          // offered to clients that ask for a ring; 0: none
   bool spoils_ring = false;            // what it offers is no memory that can be mapped
-  bool reads_ring = true;              // false: bells are heard and nothing is done
   std::optional<bool> is_timestamped;  // said of every channel that is advertised; none: not told
   ipc::Failure refuse_channels;        // code set: every subscribe and advertise is refused so
 
@@ -59,6 +58,8 @@ class FakeDaemon {
 
   /// Of every ring: reads what is there, tells writers that wait, and sleeps unless `stays_awake`.
   void read_rings(bool stays_awake = false);
+  /// From now on bells are heard and nothing is read, or read again when they ring.
+  void set_reads_ring(bool reads);
 
  private:
   struct Peer {
@@ -84,6 +85,7 @@ class FakeDaemon {
   std::vector<std::unique_ptr<Peer>> peers_;
   std::vector<ipc::Envelope> received_;
   int reads_ = 0;
+  bool reads_ring_ = true;
   std::uint32_t last_id_ = 0;
   ipc::Failure refuse_messages_;
   std::mutex mutex_;
