@@ -6,10 +6,6 @@ namespace {
 
 constexpr std::size_t kRing = ipc::kRingLeastBytes;
 
-bool is_publication(const ipc::Envelope& envelope) {
-  return envelope.has_publish();
-}
-
 class ClientRing : public ClientTest {
  protected:
   ClientRing() : daemon(path) {
@@ -31,7 +27,7 @@ TEST_F(ClientRing, CarriesEverythingThatTheClientSays) {
   daemon.deliver("y");
   EXPECT_TRUE(run_until(client, [&] { return heard == 1 && sent == 1; }));
   EXPECT_TRUE(client.sync());
-  EXPECT_EQ(daemon.count(is_publication), 1);
+  EXPECT_EQ(daemon.count(is_publish), 1);
   EXPECT_TRUE(errors.empty() && losses.empty());
 }
 
@@ -43,9 +39,9 @@ TEST_F(ClientRing, ADaemonAtWorkIsNotRung) {
   const int reads = daemon.reads();
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(publisher.send("x"));
   EXPECT_EQ(daemon.reads(), reads);
-  EXPECT_EQ(daemon.count(is_publication), 0);
+  EXPECT_EQ(daemon.count(is_publish), 0);
   daemon.read_rings();
-  EXPECT_EQ(daemon.count(is_publication), 50);
+  EXPECT_EQ(daemon.count(is_publish), 50);
 }
 
 TEST_F(ClientRing, WhatDoesNotFitWaitsAndGoesWhenThereIsRoom) {
@@ -60,7 +56,7 @@ TEST_F(ClientRing, WhatDoesNotFitWaitsAndGoesWhenThereIsRoom) {
   daemon.set_reads_ring(true);
   daemon.read_rings();  // tells that there is room: nothing else wakes the client
   EXPECT_TRUE(run_until(client, [&] { return sent == 100; })) << sent;
-  EXPECT_EQ(daemon.count(is_publication), 100);
+  EXPECT_EQ(daemon.count(is_publish), 100);
   EXPECT_TRUE(errors.empty() && losses.empty());
 }
 
@@ -98,7 +94,7 @@ TEST_F(ClientRing, AMemoryThatCannotBeMappedIsDoneWithout) {
   auto publisher = client.channel("hello").publisher();
   EXPECT_TRUE(publisher.send("x"));
   EXPECT_TRUE(client.sync());
-  EXPECT_EQ(daemon.count(is_publication), 1);
+  EXPECT_EQ(daemon.count(is_publish), 1);
 }
 
 TEST_F(ClientRing, IsANewOneAfterEachReconnect) {
@@ -114,7 +110,7 @@ TEST_F(ClientRing, IsANewOneAfterEachReconnect) {
     daemon.restart();
     ASSERT_TRUE(run_until(client, [&] { return reconnects == i; }));
   }
-  EXPECT_EQ(daemon.count(is_publication), 3);
+  EXPECT_EQ(daemon.count(is_publish), 3);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ class FakeDaemon {
 
   /// Of every ring: reads what is there, tells writers that wait, and sleeps unless `stays_awake`.
   void read_rings(bool stays_awake = false);
-  /// From now on bells are heard and nothing is read, or read again when they ring.
+  /// Whether rings are read when their bells are heard; false holds once this returns.
   void set_reads_ring(bool reads);
 
  private:
