@@ -6,8 +6,8 @@
 #ifndef PKT_SIZE
 #define PKT_SIZE 9
 #endif
-#ifndef SWARMTALK_CLASSIC_CHECKSUM
-#define SWARMTALK_CLASSIC_CHECKSUM
+#ifndef WITH_CRC
+#define WITH_CRC true
 #endif
 #include "core/classic/swarmtalk.h"
 

@@ -1,7 +1,7 @@
 // For programs written against the open-source SwarmTalk of 2020: its names, shapes and return
 // codes on today's core, with the same packets on the air. A program includes this, defines setup()
 // and loop(), and is compiled unchanged; a driver (or several instances in one process) uses
-// SwarmTalk::Swarmtalk as below. Macros of a config.h are honoured if defined before (profile.hpp).
+// SwarmTalk::Swarmtalk as below. Macros of a config.h are honoured if defined before (config.hpp).
 //
 // One translation unit per program defines the globals: the one that does not define
 // SWARMTALK_CLASSIC_NO_GLOBALS.
@@ -54,7 +54,7 @@ class Publisher {
  public:
   /// @return 0 queued, 1 busy, 2 longer than the channel carries, or of no length
   int send(unsigned char* message, int size) {
-    if (core_ == nullptr || size <= 0 || size > 0x7FFF) return ERROR_TOO_LONG;
+    if (core_ == nullptr || size <= 0 || static_cast<uint32_t>(size) > 65535) return ERROR_TOO_LONG;
     sys_->lock();
     const swarmtalk::core::Error error = core_->send(message, static_cast<uint16_t>(size));
     sys_->unlock();
@@ -75,7 +75,7 @@ class Subscriber {
   friend class Channel;
   static void on_message(void* self, const uint8_t* bytes, uint16_t size,
                          const swarmtalk::core::Reception<Profile>& reception) {
-    Meta_t meta = reception.sensing;
+    Meta_t meta = reception.sensing.meta;
     meta.msg_delay = static_cast<int>(reception.delay_ticks & UINT32_C(0x7FFFFFFF));
     swarmtalk::core::with_aligned<Profile>(bytes, size, [&](unsigned char* message) {
       static_cast<Subscriber*>(self)->receive_(message, static_cast<int>(size), reception.ttl,
@@ -129,7 +129,8 @@ class Swarmtalk {
   void init() { node_.node_id(); }
   Common_system* get_common_sys() { return &sys; }
 
-  /// @return NULL if the number does not fit, is taken, or TOTAL_CHAN_NUM are in use
+  /// @return NULL if the number does not fit, is taken, or TOTAL_CHAN_NUM are in use; or if a
+  /// timestamp would leave no room in a packet
   Channel* new_channel(int type, int hops, bool time_chan) {
     if (type < 0 || type > CHAN_TYPE_MAX || hops < 0) return nullptr;
     swarmtalk::core::Channel<Profile>* core =
@@ -144,9 +145,11 @@ class Swarmtalk {
   /// @return PKT_SIZE, or 0 if nothing waits
   int next_pkt(unsigned char* packet) { return node_.pull_packet(packet); }
   void receive(unsigned char* packet, int size, Meta_t* meta) {
-    if (size < 0) return;
-    const Meta_t unknown = {-1, 0};
-    node_.on_packet(packet, static_cast<uint16_t>(size), meta == nullptr ? unknown : *meta);
+    if (size < 0 || static_cast<uint32_t>(size) > 65535) return;
+    Meta_t unknown = {};
+    unknown.dist = -1;
+    const Meta_sensing sensing = {*(meta == nullptr ? &unknown : meta)};
+    node_.on_packet(packet, static_cast<uint16_t>(size), sensing);
   }
 
   void register_user_loop(void (*loop)()) { loop_ = loop; }
@@ -173,15 +176,15 @@ class Swarmtalk {
 
   swarmtalk::core::Swarmtalk<Profile> node_;
   Channel channels_[TOTAL_CHAN_NUM];
-  uint8_t channel_count_ = 0;
+  swarmtalk::core::UintFor<swarmtalk::core::bits_for(TOTAL_CHAN_NUM)> channel_count_ = 0;
   void (*loop_)() = nullptr;
   void* controls_ = nullptr;
 };
 
 /// With macros that differ (PKT_SIZE, TOTAL_CHAN_NUM ...) program and home would have two classes
-/// of one name, and the linker would keep either. The program defines this, the home calls it, the
-/// linker compares.
-template <unsigned kBytes, uint64_t kFormat>
+/// of one name, and the linker would keep either. The program defines this, the home calls it by
+/// the next function, the linker compares.
+template <class Meta, unsigned kBytes, uint64_t kPackets, uint64_t kMemory>
 void program_and_home_were_given_different_macros();
 
 }  // namespace SwarmTalk
@@ -192,13 +195,20 @@ void setup();
 void loop();
 
 #ifdef SWARMTALK_CLASSIC_NO_GLOBALS
+namespace SwarmTalk {
+inline void compare_macros_with_the_program() {
+  program_and_home_were_given_different_macros<Meta_t, sizeof(Swarmtalk), kPacketFormat,
+                                               kMemoryFormat>();
+}
+}  // namespace SwarmTalk
 extern SwarmTalk::Swarmtalk swarmtalk_instance;
 extern SwarmTalk::Led_control* LED_control;
 extern SwarmTalk::Motor_control* motor_control;
 #else
 namespace SwarmTalk {
 template <>
-void program_and_home_were_given_different_macros<sizeof(Swarmtalk), kPacketFormat>() {}
+void program_and_home_were_given_different_macros<Meta_t, sizeof(Swarmtalk), kPacketFormat,
+                                                  kMemoryFormat>() {}
 }  // namespace SwarmTalk
 SwarmTalk::Swarmtalk swarmtalk_instance;
 SwarmTalk::Led_control* LED_control = &swarmtalk_instance.led;

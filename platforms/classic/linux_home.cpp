@@ -1,7 +1,7 @@
 // Home of programs of 2020 on Linux: link it with a program that includes "swarmtalk.h" and defines
 // setup() and loop(), with this folder in the include path and the program's macros (PKT_SIZE ...)
-// given to both. Each process is a robot; the robots on one machine hear each other through sockets
-// in a folder, without privileges. LED and motors are printed when they change.
+// or its config.h given to both. Each process is a robot; the robots on one machine hear each other
+// through sockets in a folder, without privileges. LED and motors are printed when they change.
 //
 // Environment: SWARMTALK_AIR the folder (default /tmp/swarmtalk-air); SWARMTALK_X_MM,
 // SWARMTALK_Y_MM where the robot stands (0); SWARMTALK_RANGE_MM how far it hears (unlimited);
@@ -144,8 +144,7 @@ void move(int status) {
 }
 
 void start_program() {
-  SwarmTalk::program_and_home_were_given_different_macros<sizeof(SwarmTalk::Swarmtalk),
-                                                          SwarmTalk::kPacketFormat>();
+  SwarmTalk::compare_macros_with_the_program();
   swarmtalk_instance.sys.set_common_sys_get_clock(&read_clock);
   swarmtalk_instance.sys.set_common_sys_random_func(
       [] { return static_cast<unsigned int>(random_source()); });
@@ -173,7 +172,8 @@ int main() {
     swarmtalk_instance.execute_loop();
     while (air.receive(frame)) {
       const double distance_mm = std::hypot(frame.x_mm - x_mm, frame.y_mm - y_mm);
-      SwarmTalk::Meta_t meta = {static_cast<int>(std::lround(distance_mm)), 0};
+      Meta_t meta = {};
+      meta.dist = static_cast<int>(std::lround(distance_mm));
       if (distance_mm <= range_mm) swarmtalk_instance.receive(frame.packet, PKT_SIZE, &meta);
     }
     if (static_cast<int32_t>(read_clock() - next_slot) >= 0) {

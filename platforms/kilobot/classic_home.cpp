@@ -48,8 +48,7 @@ void move(int status) {
 }
 
 void start_program() {
-  SwarmTalk::program_and_home_were_given_different_macros<sizeof(SwarmTalk::Swarmtalk),
-                                                          SwarmTalk::kPacketFormat>();
+  SwarmTalk::compare_macros_with_the_program();
   swarmtalk_instance.sys.set_common_sys_get_clock(&read_clock);
   swarmtalk_instance.sys.set_common_sys_random_func(&draw);
   swarmtalk_instance.led.set_driver(&show, &read_clock);
@@ -66,12 +65,14 @@ void receive(const kilobot::IrReception& reception) {
   if (reception.message.type != kilobot::kIrClassic2020) return;
   uint8_t packet[PKT_SIZE];
   for (uint8_t i = 0; i < PKT_SIZE; ++i) packet[i] = reception.message.data[i];
-  SwarmTalk::Meta_t meta = {kilobot::distance_mm(reception), 0};
+  Meta_t meta = {};
+  meta.dist = kilobot::distance_mm(reception);
   swarmtalk_instance.receive(packet, PKT_SIZE, &meta);
 }
 
 bool next(kilobot::IrMessage& out) {
-  static_assert(PKT_SIZE <= kilobot::kIrDataBytes, "a packet fits an infrared message");
+  static_assert(PKT_SIZE <= kilobot::kIrDataBytes,
+                "PKT_SIZE: a packet fits an infrared message of 9 bytes");
   out = {};
   if (swarmtalk_instance.next_pkt(out.data) == 0) return false;
   out.type = kilobot::kIrClassic2020;

@@ -5,10 +5,10 @@
 //   learn of it. Within range the second hears the first before it draws, unless that packet is
 //   lost (probability p); then the first packet that is not ends it, and only the message begun
 //   meanwhile, the first of each, goes out under one id.
-// - A listener of both keeps packets by message number (16 of them). Both twins count from 1 and
-//   send at one pace, so their numbers stay close. It gives up on two packets for one place, and
-//   delivers a splice when the packets of one fall into the gaps of the other. `TwinListener` plays
-//   that for one listener, with the medium's slots and loss.
+// - A listener of both keeps packets by message number (16 of them). The twins count from numbers
+//   that each has drawn and send at one pace, so their numbers stay as far apart. It gives up on
+//   two packets for one place, and delivers a splice when the packets of one fall into the gaps of
+//   the other. `TwinListener` plays that for one listener, with the medium's slots and loss.
 #pragma once
 
 #include <cmath>
@@ -34,6 +34,7 @@ class TwinListener {
     uint32_t spliced = 0;
     double next_us[2] = {uniform() * kSlotUs, uniform() * kSlotUs};
     uint32_t sent[2] = {0, 0};  // packets
+    for (uint32_t& first : first_) first = static_cast<uint32_t>(uniform() * 16);
     for (;;) {
       const int sender = next_us[0] <= next_us[1] ? 0 : 1;
       const double now_us = next_us[sender];
@@ -55,7 +56,7 @@ class TwinListener {
   double uniform() { return std::uniform_real_distribution<double>()(random_); }
 
   uint32_t hear(int sender, uint32_t packet, double now_us) {
-    const uint32_t number = (packet / packets_ + 1) % 16;
+    const uint32_t number = (packet / packets_ + first_[sender]) % 16;
     const uint32_t place = packet % packets_;
     auto closed = closed_us_.find(number);
     if (closed != closed_us_.end() &&
@@ -80,6 +81,7 @@ class TwinListener {
   std::mt19937_64 random_;
   std::map<uint32_t, Open> open_;
   std::map<uint32_t, double> closed_us_;
+  uint32_t first_[2] = {};  // numbers, drawn by each sender
 };
 
 /// Spliced deliveries to be expected in a run of `config` with random ids.

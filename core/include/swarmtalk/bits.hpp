@@ -48,6 +48,10 @@ struct Field {
     return static_cast<Value>(static_cast<Span>(Bytes<Span, kFirst, kLast>::read(bytes) >> kShift) &
                               kMask);
   }
+  static bool is_same(const uint8_t* a, const uint8_t* b) {
+    return ((Bytes<Span, kFirst, kLast>::read(a) ^ Bytes<Span, kFirst, kLast>::read(b)) &
+            static_cast<Span>(kMask << kShift)) == 0;
+  }
   /// What byte kByte of the packet has of a field with this value: 0 outside the field.
   template <uint16_t kByte>
   static SWARMTALK_INLINE uint8_t part(Value value) {
@@ -70,6 +74,7 @@ template <uint16_t kOffset>
 struct Field<kOffset, 0> {
   using Value = uint8_t;
   static Value get(const uint8_t*) { return 0; }
+  static bool is_same(const uint8_t*, const uint8_t*) { return true; }
   static void put(uint8_t*, Value) {}
   template <uint16_t kByte>
   static uint8_t part(Value) {

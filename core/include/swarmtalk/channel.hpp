@@ -88,6 +88,7 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     if (size == 0 && !W::kTellsLengths) return Error::kEmpty;
     if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
     if (fragmenter_.is_busy()) return Error::kBusy;
+    if (ttl > top_ttl_) top_ttl_ = ttl & W::kTtlMax;
     fragmenter_.load(bytes, size, ttl, crossed_gateway, node_->now());
     node_->set_waiting(index_);
     return Error::kOk;
@@ -118,6 +119,7 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
  private:
   friend class Swarmtalk<P>;
   using MessageNumber = typename W::MessageNumber;
+  using Ticks = typename W::Ticks;
   using Index = UintFor<bits_for(P::kChannels)>;
 
   /// `number` is the last message number used, of this channel or of any before it here.
@@ -126,6 +128,8 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     node_ = node;
     index_ = index;
     ttl_ = ttl & W::kTtlMax;
+    top_ttl_ = 0;
+    has_begun_ = false;
     timestamped_ = timestamped;
     is_open_ = true;
     for (uint8_t i = 0; i < P::kPublishers; ++i) publishers_[i].clear();
@@ -135,6 +139,20 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     header.message = number;
     header.has_delay = timestamped;
     fragmenter_.reset(header);
+  }
+
+  /// Before the first packet of a message. The first message of all gets `first` added to its
+  /// number.
+  void begin_numbers(MessageNumber first) {
+    if (has_begun_) return;
+    has_begun_ = true;
+    fragmenter_.continue_after(static_cast<MessageNumber>(fragmenter_.number() + first));
+  }
+  /// Whether a packet under our id may be one of our last messages, sent on by others: half of the
+  /// numbers are behind the last one, and copies have lost TTL.
+  bool has_flooded(MessageNumber message, uint8_t ttl) const {
+    return ttl < top_ttl_ && static_cast<MessageNumber>((fragmenter_.number() - message) &
+                                                        W::kMessageMask) <= W::kMessageMask / 2u;
   }
 
   uint8_t publishers() const {
@@ -180,7 +198,9 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
   Publisher<P> publishers_[P::kPublishers];
   Subscriber<P> subscribers_[P::kSubscribers];
   Index index_;
-  uint8_t ttl_ : P::kTtlBits == 0 ? 1 : P::kTtlBits;
+  uint8_t ttl_;
+  uint8_t top_ttl_;     // the largest that a message was given
+  bool has_begun_ : 1;  // a packet of it has left
   bool timestamped_ : 1;
   bool is_open_ : 1;  // not removed
   Fragmenter<P> fragmenter_;

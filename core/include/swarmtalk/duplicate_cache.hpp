@@ -3,9 +3,13 @@
 // Owned by the node; the reassembler keeps its own part of a message in the same record.
 //
 // A record is *open* while its message is being put together and *closed* afterwards; only a closed
-// one is given away when room is short. Closed records of one-hop messages matter for a moment only
-// (a link may repeat a packet), those of flooded messages for as long as copies may wander. Small
-// message numbers come back, so a flooded message's record also goes when its number is due again.
+// one is given away when room is short. It says "a copy" of a packet until its time is over:
+//   one hop             kOneHopDuplicateTicks, for a link that repeats; while open kAssemblyTicks
+//   flooded             kFloodTicks, while copies may wander
+//   flooded, to packets from the message's sender itself: as one hop, or not at all if only
+//                       forwarders were heard. It sends a number again for another message only.
+// Small message numbers come back, so a record also ends when its sender has begun as many other
+// messages on the channel as half of the numbers (kLater counts them): the number is due again.
 #pragma once
 
 #include <stdint.h>
@@ -25,9 +29,16 @@ class SweepTurn {
   static constexpr uint8_t kTurn = 8;
   bool is_turn() { return --left_ == 0; }
   void next_turn_in(uint8_t calls) { left_ = calls; }
+  /// Ticks since the call before.
+  uint32_t since_last(uint32_t now) {
+    const uint32_t passed = now - last_;
+    last_ = now;
+    return passed;
+  }
 
  private:
   uint8_t left_ = kTurn;
+  uint32_t last_ = 0;
 };
 template <>
 class SweepTurn<false> {
@@ -35,6 +46,7 @@ class SweepTurn<false> {
   static constexpr uint8_t kTurn = 1;
   bool is_turn() { return true; }
   void next_turn_in(uint8_t) {}
+  uint32_t since_last(uint32_t) { return 0; }
 };
 
 template <class P>
@@ -48,90 +60,154 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   using Key = RecordKey<P>;
   using KeyArgument = typename Key::Argument;
   using Entry = Record<P>;
-  using MessageNumber = typename W::MessageNumber;
+  using Mask = typename Entry::Mask;
   using Ticks = UintFor<P::kClockBits>;
-  using Stamp = typename Entry::Stamp;
   using Index = UintFor<bits_for(P::kRecords)>;
 
-  DuplicateCache() : Lookup(records_), sweep_(0) {}
+  DuplicateCache() : Lookup(records_), now_(0), sweep_(0) {
+    if (!kScans) return;
+    memset(static_cast<void*>(records_), 0xFF, sizeof(records_));  // of no node
+    Lookup::clear(records_);
+  }
   DuplicateCache(const DuplicateCache&) = delete;
   DuplicateCache& operator=(const DuplicateCache&) = delete;
 
-  /// The time of what follows, until the next call.
-  void set_now(Ticks now) {
-    tick_ = static_cast<Stamp>(now);
-    if (P::kClosedShift != 0) step_ = static_cast<Stamp>(now >> P::kClosedShift);
+  /// The time of what follows, until the next call. REQUIRES forget_all() when has_ended(now)
+  void set_now(uint32_t now) { now_ = now; }
+  /// Whether the time of everything remembered has ended since the last set_now().
+  bool has_ended(uint32_t now) const { return since_now(now) > kLongestLife; }
+  uint32_t since_now(uint32_t now) const { return now - now_; }
+  Ticks now() const { return static_cast<Ticks>(now_); }
+  void forget_all() {
+    Lookup::clear(records_);
+    sweep_ = 0;
   }
 
-  /// The message's record. @return null if it is not remembered (any more); an open one is found
-  /// even past its time (see is_expired), because somebody holds packets of it
-  SWARMTALK_HOT_APART Entry* find(KeyArgument key) {
-    Entry* const record = Lookup::find(records_, key);
-    return record == nullptr || record->is_open() || !is_expired(*record) ? record : nullptr;
+  /// Before the first message, where hashing needs numbers that nobody else knows.
+  bool needs_secret() const { return kHasSecret && Lookup::is_unused(); }
+  void set_secret(uint64_t a, uint64_t b) { Lookup::set_secret(a, b); }
+
+  /// The message's record, whether its time is over or not. @return null if there is none
+  SWARMTALK_HOT_APART Entry* find(KeyArgument key) { return Lookup::find(records_, key); }
+
+  /// Ticks since the last packet that was no copy.
+  SWARMTALK_HOT_APART Ticks age(const Entry& record) const { return since(record); }
+  /// Whether the time of a record is over, or it is free.
+  SWARMTALK_HOT_APART bool is_over(const Entry& record) const {
+    return is_over(record.flags, since(record));
+  }
+  /// Whether a packet that belongs to this record by its key is of a later message all the same.
+  /// @param direct  the packet comes from the message's sender itself, not from a forwarder
+  SWARMTALK_HOT bool is_of_later(const Entry& record, bool direct, Mask bit) const {
+    if (is_over(record)) return true;
+    const uint8_t flags = record.flags;
+    if ((flags & Entry::kFlood) == 0) return false;
+    if (!direct) {
+      return (flags & Entry::kDirect) != 0 && record.is_passed() && age(record) > kSurely;
+    }
+    if ((flags & Entry::kOpen) != 0) {  // it sends a message in one piece
+      return (flags & Entry::kDirect) != 0 && (record.is_overtaken() || age(record) > kSurely);
+    }
+    if (!record.is_overtaken() &&
+        ((record.is_done() ? record.held : record.forwarded) & bit) == 0) {
+      return false;  // a packet more of a message that was not put together
+    }
+    return (flags & Entry::kDirect) != 0 ? age(record) > kOneHopLife
+                                         : (flags & Entry::kRelayed) != 0;
+  }
+  /// Copies of a flooded message do not wander any more, as far as one can tell.
+  bool is_stale(const Entry& record) const { return since(record) > young_; }
+  /// A copy of a flooded message came by a forwarder: others may have more of them waiting. Where
+  /// its sender has gone on they are late, and the time that counts is its own.
+  void hear_copy(Entry& record) {
+    if (record.is_open() || record.is_overtaken()) return;
+    if ((record.flags & Entry::kDirect) == 0 || age(record) > 2 * kOneHopLife) {
+      renew_stamp(record);
+    }
+  }
+  /// @param packets  that wait to be sent on here; about as many wait at our neighbours
+  SWARMTALK_SHARED void set_waiting(uint16_t packets) {
+    young_ = kWanderEnds && packets > (kFloodLife - kSurely) / kWander
+                 ? kFloodLife
+                 : static_cast<Ticks>(kSurely + packets * kWander);
   }
 
-  /// Whether a record's time is over. Of an open one: a packet that comes now is of a later message
-  /// with the same number.
-  SWARMTALK_HOT bool is_expired(const Entry& record) const { return age(record) == kOver; }
-  /// Ticks since the last packet of an open message that is not expired.
-  Ticks since_last_packet(const Entry& record) const { return age(record); }
-
-  /// Ticks since a stamp that is in ticks: of an open message, or a closed one-hop message.
-  Stamp time_since(const Entry& record) const { return static_cast<Stamp>(tick_ - record.stamp); }
-
-  /// Begins a record for a message, closed, nothing forwarded or delivered; looks at the sender's
-  /// other messages on the channel on the way (see note). REQUIRES find() found none.
-  /// @param flood   copies may come by other ways, for long
-  /// @param insist  take a younger flooded message's record if there is nothing better
+  /// Begins a record for a message, closed, nothing forwarded or delivered, and counts it with its
+  /// sender's other messages on the channel.
+  /// @param own      its present record, past its time and not open; null: find() found none
+  /// @param kind     0: one hop. Entry::kFlood: copies may come by other ways, for long; with
+  ///                 Entry::kDirect or kRelayed, if it is known who sent the packet
+  /// @param insist   take a younger flooded message's record if there is nothing better
+  /// @param node     its end(Entry&) is called with an open record whose message has been passed:
+  ///                 releases what it holds, at most once a call
   /// @return null if all records are open, or too precious when not insisting
-  SWARMTALK_HOT Entry* insert(KeyArgument key, bool flood, bool insist) {
-    Choice choice = {nullptr, 0};
-    Entry* record = Lookup::first(records_, key);
-    const Entry* const stop = Lookup::stop();
+  template <class Node>
+  SWARMTALK_HOT Entry* begin(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
+    Choice choice = {own, own == nullptr ? Score{0} : kOver};
+    uint8_t looks = 0;
+    const Entry* const stop = Lookup::stop(records_);
+    Entry* record = kScans || own == nullptr ? Lookup::first(records_, key) : nullptr;
     for (; record != stop; record = Lookup::next(records_, record)) {
       record = in_register(record);
-      if (P::kMessageBits < 16 && record->key.is_same_stream(key)) note(*record, key);
-      consider(record, insist, kScans, choice);
+      if (kScans && kNumbersReturn && record->key.is_same_stream(key)) note(*record, key, node);
+      if (kScans || kNumbersReturn) {
+        if (choice.score != kOver) consider(record, insist, kScans, choice, node);
+      } else if (++looks >= kLongestChain && !record->is_open()) {
+        choice = {record, kOver};
+        break;
+      }
     }
-    if (choice.score != kOver) {
+    bool is_linked = choice.score == kOver;  // in this chain, or there are none
+    if (!is_linked) {
       Entry* const fresh = Lookup::fresh(records_);
-      if (fresh != nullptr) {
-        choice.record = fresh;
-        if (!kScans) {
-          fresh->key = key;
-          Lookup::link(records_, fresh);
-        }
-      } else if (!kScans) {
-        choose_cheapest(insist, choice);
-        if (choice.record != nullptr) replace(*choice.record, key, flood);
-        return choice.record;
+      if (fresh != nullptr) choice.record = fresh;
+      if (fresh == nullptr && !kScans) {
+        choice.record = next_to_give_away(insist);
+        if (choice.record != nullptr) Lookup::unlink(records_, choice.record);
       }
     }
     if (choice.record == nullptr) return nullptr;
-    choice.record->key = key;  // an expired one of the chain stays in it
-    renew(*choice.record, flood);
+    if (!kScans && kNumbersReturn) note_chain(key, node);
+    renew(*choice.record, key, kind);
+    if (!is_linked) Lookup::link(records_, choice.record);
     return choice.record;
   }
 
   /// Makes a closed record one of another message.
-  void replace(Entry& record, KeyArgument key, bool flood) {
+  void replace(Entry& record, KeyArgument key, uint8_t kind) {
     Lookup::unlink(records_, &record);
-    record.key = key;
+    renew(record, key, kind);
     Lookup::link(records_, &record);
-    renew(record, flood);
   }
-  /// As find() and insert() for a one-hop message that is not remembered.
+  /// As find() and begin() for a one-hop message that is not remembered.
   /// @param quickly  only if one look will do: the sender's last message on the channel is long
   /// over
-  /// @param how      Entry::kOpen or Entry::kDelivered, as with open() and close()
+  /// @param how      Entry::kOpen or Entry::kDone, as with open() and close()
   /// @return null, and nothing changed, if it is remembered, or if there is no room
-  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, bool quickly, uint8_t how, bool insist) {
+  template <class Node>
+  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, bool quickly, uint8_t how, bool insist,
+                                     Node& node) {
     Entry* record = Lookup::first(records_, key);
-    if (SWARMTALK_SELDOM(record == nullptr || !Lookup::is_alone(*record) || !is_spent(*record))) {
+    if (!kNumbersReturn) {
+      uint8_t looks = 0;
+      for (; record != nullptr; record = Lookup::next(records_, record)) {
+        if (SWARMTALK_SELDOM(record->key == key || ++looks == kLongestChain)) return nullptr;
+      }
+      record = Lookup::fresh(records_);
+      if (record == nullptr) {
+        record = next_to_give_away(insist);
+        if (SWARMTALK_SELDOM(record == nullptr)) return nullptr;
+        Lookup::unlink(records_, record);
+      }
+      record->key = key;
+      Lookup::link(records_, record);
+    } else if (SWARMTALK_SELDOM(record == nullptr || !Lookup::is_alone(*record) ||
+                                !is_spent(*record))) {
       if (quickly) return nullptr;
-      if (find(key) != nullptr) return nullptr;
+      record = find(key);
+      if (record != nullptr && (record->is_open() || !is_over(*record))) return nullptr;
       const Index hand = Lookup::hand();
-      record = insert(key, false, insist);
+      record = begin(record, key, 0, insist, node);
       if (record == nullptr) {
         Lookup::hand() = hand;
         return nullptr;
@@ -139,155 +215,204 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
     record->key = key;
     record->forwarded = 0;
-    record->flags = static_cast<uint8_t>(Entry::kKept | how);
-    record->stamp = tick_;
+    record->flags = how;
+    record->stamp = static_cast<Ticks>(now_);
     return record;
   }
   /// The record of a one-hop message that is being put together, its end not held. @return null if
   /// there is none, or if it is past its time
   SWARMTALK_HOT Entry* find_open_one_hop(const Key& key) {
     Entry* const record = Lookup::find(records_, key);
-    return record != nullptr &&
-                   (record->flags & ~Entry::kOvertaken) == (Entry::kKept | Entry::kOpen) &&
-                   time_since(*record) <= static_cast<Stamp>(P::kAssemblyTicks)
+    return record != nullptr && (record->flags & Entry::kState) == Entry::kOpen &&
+                   age(*record) <= kAssemblyLife
                ? record
                : nullptr;
   }
 
-  /// Makes a record that is there new: nothing forwarded or delivered.
-  SWARMTALK_SHARED void renew(Entry& record, bool flood) {
-    record.forwarded = 0;
-    record.flags = 0;
-    close(record, flood ? Entry::kKept | Entry::kFlood : Entry::kKept);
-  }
   /// The message is being put together, and a packet of it came.
   void open(Entry& record) {
-    record.flags = static_cast<uint8_t>(record.flags | Entry::kOpen);
-    record.stamp = tick_;
+    record.flags = static_cast<uint8_t>((record.flags & ~Entry::kDone) | Entry::kOpen);
+    renew_stamp(record);
   }
-  /// A further packet of an open message came.
-  void renew_stamp(Entry& record) { record.stamp = tick_; }
-  /// @param how  Entry::kDelivered or Entry::kGivenUp
-  void close(Entry& record, uint8_t how) {
-    record.flags = static_cast<uint8_t>((record.flags & ~Entry::kOpen) | how);
-    record.stamp = (record.flags & Entry::kFlood) != 0 ? step() : tick_;
+  /// A packet came that is no copy.
+  SWARMTALK_SHARED void renew_stamp(Entry& record) { record.stamp = static_cast<Ticks>(now_); }
+  /// It is delivered, or not to be begun again.
+  /// @param heard  its packets that have come: any other that comes is one more of it
+  SWARMTALK_SHARED void close(Entry& record, Mask heard) {
+    record.close();
+    record.held = heard;
+    renew_stamp(record);
   }
 
-  /// Looks at the next few records. @return an open one past its time, now closed as given up
-  /// (its fragments are the caller's to release), or null. Called on every packet, so that every
+  /// Looks at the next few records and frees those past their time. @return an open one of them,
+  /// whose fragments are the caller's to release, or null. Called on every packet, so that every
   /// record is looked at before its stamp wraps.
   SWARMTALK_HOT Entry* sweep() {
-    return SWARMTALK_SELDOM(Turn::is_turn()) ? sweep_some() : nullptr;
+    return !kScans && SWARMTALK_SELDOM(Turn::is_turn()) ? sweep_some() : nullptr;
   }
 
   /// Whether any record of the last minutes is of node `node`: an id to avoid.
   bool knows_node(typename W::NodeId node) const {
-    for (const Entry& record : *this) {
-      if (record.key.node() == node && record.flags != 0) return true;
+    const Entry* record = begin();
+    for (auto left = static_cast<Index>(end() - record); left != 0; --left) {
+      if (record->key.node() == node && record->flags != 0) return true;
+      record = in_register(record + 1);
     }
     return false;
   }
 
-  // The records in use.
+  // The records that have been used; without buckets, all.
   const Entry* begin() const { return records_; }
+  Entry* begin() { return records_; }
   const Entry* end() const { return Lookup::end(records_); }
-  /// Steps `hand` to the next of them, round and round. REQUIRES one
-  SWARMTALK_SHARED Entry* next_after(Index& hand) {
-    Entry* record = in_register(&records_[++hand]);
-    if (record >= end()) {
-      hand = 0;
-      record = records_;
-    }
-    return record;
+  /// The next of them, round and round. REQUIRES one
+  Entry* next_after(Entry* record) {
+    ++record;
+    return record >= end() ? records_ : record;
   }
 
  private:
+  /// age(), for code that looks at all records.
+  SWARMTALK_INLINE Ticks since(const Entry& record) const {
+    return static_cast<Ticks>(static_cast<Ticks>(now_) - record.stamp);
+  }
+  /// Steps a hand to the next record.
+  Entry* step(Index& hand) {
+    Entry* const record = next_after(&records_[hand]);
+    hand = static_cast<Index>(record - records_);
+    return record;
+  }
   SWARMTALK_ASIDE Entry* sweep_some() {
     Turn::next_turn_in(Turn::kTurn);
-    uint8_t left = kSweep * Turn::kTurn;
-    if (Turn::kTurn > 1 && end() - begin() < left) left = static_cast<uint8_t>(end() - begin());
-    for (; left != 0 && begin() != end(); --left) {
-      Entry* const record = in_register(next_after(sweep_));
-      if (!is_expired(*record)) continue;
-      if (record->is_open()) {
-        Turn::next_turn_in(1);  // the rest of this turn
-        close(*record, Entry::kGivenUp);
-        return record;
+    // All of them in a quarter of the clock's range, however seldom the calls are.
+    const auto used = static_cast<uint16_t>(end() - begin());
+    uint32_t left = Turn::kTurn;
+    if (P::kClockBits < 32) left += (Turn::since_last(now_) * used) >> (P::kClockBits - 2);
+    if (used < left) left = used;
+    for (; left != 0; --left) {
+      Entry* const record = step(sweep_);
+      if (!is_over(*record)) continue;
+      if (!record->is_open()) {
+        record->flags = 0;
+        continue;
       }
-      record->flags = 0;
+      Turn::next_turn_in(1);  // the rest of this turn
+      return record;
     }
     return nullptr;
   }
 
-  /// Records looked at per packet for their age: a table with narrow stamps has to be through
-  /// before a stamp wraps.
-  static constexpr uint8_t kSweep = P::kStampBits == 8 ? 3 : 1;
+  /// Small numbers are the next message's of the same sender soon.
+  static constexpr bool kNumbersReturn = P::kMessageBits < 16;
+  /// Messages that a record counts as one (see kMostLater).
+  static constexpr uint32_t kMessagesPerCount = kNumbersReturn && P::kMessageBits > 4
+                                                    ? UINT32_C(1) << (P::kMessageBits - 4) % 16
+                                                    : 1;
   /// Without buckets every new message looks at every record anyway.
   static constexpr bool kScans = P::kBuckets == 0;
-  /// Records of a large table that are compared to find one to give away.
+  static constexpr bool kHasSecret = Lookup::kHasSecret;
+  /// With more in one chain than chance would bring, a new one takes the place of the last.
+  static constexpr uint8_t kLongestChain = 16;
+  /// Records of a large table that are looked at to find one to give away.
   static constexpr uint8_t kCompared = 8;
 
+  // Lifetimes are whole steps, so that a record's age in steps fits a byte on a small robot.
+  static constexpr uint8_t kStepTicks = P::kClockBits == 16 ? 8 : 1;
+  static constexpr uint32_t in_steps(uint32_t ticks) {
+    return (ticks + kStepTicks - 1) / kStepTicks;
+  }
+  static constexpr Ticks whole_steps(uint32_t ticks) {
+    return static_cast<Ticks>(in_steps(ticks) * kStepTicks);
+  }
+  static constexpr Ticks kOneHopLife = whole_steps(P::kOneHopDuplicateTicks);
+  static constexpr Ticks kAssemblyLife = whole_steps(P::kAssemblyTicks);
+  static constexpr Ticks kFloodLife = whole_steps(P::kFloodTicks);
+  static constexpr Ticks kSurely = whole_steps(P::kFloodSurelyTicks);
+  /// How much longer for each packet that waits.
+  static constexpr Ticks kWander =
+      static_cast<Ticks>(kSurely < 8u * kStepTicks ? 1 : kSurely / kStepTicks / 8u * kStepTicks);
+  static constexpr bool kWanderEnds =
+      (kFloodLife - kSurely) / kWander < P::kForwardSlots;  // else all that wait may count
+  static SWARMTALK_INLINE bool is_over(uint8_t flags, Ticks passed) {
+    return flags == 0 || passed > ((flags & Entry::kFlood) != 0  ? kFloodLife
+                                   : (flags & Entry::kOpen) != 0 ? kAssemblyLife
+                                                                 : kOneHopLife);
+  }
+  static constexpr uint32_t kLongestLife =
+      P::kFloodTicks > P::kAssemblyTicks ? P::kFloodTicks : P::kAssemblyTicks;
+
   /// How willingly a record is given away: expired ones first, then one-hop ones by age, then
-  /// flooded ones by age. An age is below half of a stamp's range, so its top bit is free.
-  using Score = Stamp;
-  static constexpr Score kOneHopScore = static_cast<Score>(Score{1} << (P::kStampBits - 1));
-  /// Score, and age, of an expired one.
+  /// flooded ones by age; 0: none.
+  using Score = UintFor<bits_for(UINT32_C(3) + in_steps(kFloodLife) + in_steps(kOneHopLife))>;
+  /// Score of an expired one.
   static constexpr Score kOver = static_cast<Score>(~Score{0});
-  static constexpr Stamp kSurely = static_cast<Stamp>(P::kFloodSurelyTicks >> P::kClosedShift);
+  /// Of a flooded message: its age in steps, rounded up, and 1.
+  static Score score_of(Ticks passed) {
+    return static_cast<Score>((passed + (2u * kStepTicks - 1u)) / kStepTicks);
+  }
   struct Choice {
     Entry* record;
     Score score;
   };
 
+  /// Makes a record that is there new: nothing forwarded or delivered.
+  SWARMTALK_SHARED void renew(Entry& record, KeyArgument key, uint8_t kind) {
+    record.key = key;
+    record.forwarded = 0;
+    record.flags = kind;
+    renew_stamp(record);
+  }
+
   /// A closed one-hop message's record whose time is over.
   bool is_spent(const Entry& record) const {
     return (record.flags & (Entry::kOpen | Entry::kFlood)) == 0 &&
-           (time_since(record) > static_cast<Stamp>(P::kOneHopDuplicateTicks) || record.flags == 0);
+           (age(record) > kOneHopLife || record.flags == 0);
   }
 
-  Stamp step() const { return P::kClosedShift == 0 ? tick_ : step_; }
-
-  /// Time since a record's stamp, or kOver. Of a closed flooded message in 2^kClosedShift ticks.
-  SWARMTALK_HOT Stamp age(const Entry& record) const {
+  /// A new message of this record's sender and channel begins. After half of the numbers the
+  /// record's own is due again: its time ends. What was heard from its sender itself stays for a
+  /// while, closed: late copies are known by it, and it does not stand in that sender's way.
+  template <class Node>
+  SWARMTALK_INLINE void note(Entry& record, KeyArgument key, Node& node) {
     const uint8_t flags = record.flags;
-    if (flags == 0) return kOver;
-    Stamp limit = static_cast<Stamp>(P::kOneHopDuplicateTicks);
-    Stamp time = tick_;
-    if ((flags & Entry::kOpen) != 0) {
-      limit = static_cast<Stamp>(P::kAssemblyTicks);
-    } else if ((flags & Entry::kFlood) != 0) {
-      limit = static_cast<Stamp>(P::kFloodTicks >> P::kClosedShift);
-      time = step();
+    if (flags == 0) return;
+    if (kMessagesPerCount > 1 && record.is_overtaken() && key.number() % kMessagesPerCount != 0) {
+      return;
     }
-    time = static_cast<Stamp>(time - record.stamp);
-    return time > limit ? kOver : time;
+    const uint8_t counted = static_cast<uint8_t>(flags + Entry::kLater);
+    if (!record.is_passed()) {
+      record.flags = counted;
+      return;
+    }
+    if ((flags & Entry::kOpen) != 0) node.end(record);
+    if ((flags & Entry::kDirect) == 0) record.flags = 0;
   }
 
-  /// A new message of this record's sender and channel has begun. If the record is of a one-hop
-  /// message that is still open, that one has lost a packet. If it is of a flooded message and
-  /// older than kFloodSurelyTicks, its number may be due again: it goes if it is far ahead. (Nearer
-  /// ones are the sender's last, or, if this one came late, its next.)
-  SWARMTALK_INLINE void note(Entry& record, const Key& key) {
-    if (record.is_open()) {
-      record.flags = static_cast<uint8_t>(record.flags | Entry::kOvertaken);
-    } else if (record.key.is_far_from(key) && (record.flags & Entry::kFlood) != 0 &&
-               age(record) > kSurely) {
-      record.flags = 0;
+  /// note() for a chain.
+  template <class Node>
+  void note_chain(KeyArgument key, Node& node) {
+    Entry* record = Lookup::first(records_, key);
+    for (; record != nullptr; record = Lookup::next(records_, record)) {
+      if (record->key.is_same_stream(key)) note(*record, key, node);
     }
   }
 
   /// @param with_living  also compare records that are not expired
-  SWARMTALK_INLINE void consider(Entry* record, bool insist, bool with_living, Choice& choice) {
-    if (record->is_open()) return;
-    Score score = age(*record);
-    if (score != kOver) {
-      if (!with_living) return;
-      if ((record->flags & Entry::kFlood) == 0) {
-        score = static_cast<Score>(score | kOneHopScore);
-      } else if (!insist && score <= kSurely) {
+  template <class Node>
+  SWARMTALK_INLINE void consider(Entry* record, bool insist, bool with_living, Choice& choice,
+                                 Node& node) {
+    Score score = kOver;
+    if (is_over(*record)) {
+      if (record->is_open()) node.end(*record);
+    } else {
+      if (!with_living || record->is_open()) return;
+      const Ticks passed = age(*record);
+      score = score_of(passed);
+      if (!record->is_flood()) {
+        score = static_cast<Score>(score + (kFloodLife / kStepTicks + 1u));
+      } else if (!insist && passed <= young_) {
         return;
       }
-      ++score;
     }
     if (score > choice.score) {
       choice.record = record;
@@ -295,20 +420,27 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
   }
 
-  /// The best of the next few of a large table.
-  void choose_cheapest(bool insist, Choice& choice) {
-    choice.record = nullptr;
-    choice.score = 0;
-    for (uint8_t n = 0; n < kCompared && choice.score != kOver; ++n) {
-      consider(next_after(Lookup::hand()), insist, true, choice);
+  /// The next of a large table that is closed; a flooded message's only if the next few are all of
+  /// such, or open. The hand goes round, so it is about the oldest.
+  Entry* next_to_give_away(bool insist) {
+    Entry* chosen = nullptr;
+    Index at = Lookup::hand();
+    for (uint8_t n = 0; n < kCompared; ++n) {
+      Entry* const record = step(at);
+      if (record->is_open()) continue;
+      const bool is_precious = record->is_flood() && !is_over(*record);
+      if (is_precious && (chosen != nullptr || (!insist && age(*record) <= young_))) continue;
+      chosen = record;
+      Lookup::hand() = at;
+      if (!is_precious) break;
     }
-    if (choice.record != nullptr) Lookup::hand() = static_cast<Index>(choice.record - records_);
+    return chosen;
   }
 
+  uint32_t now_;
+  Index sweep_;            // the record looked at last for its age
+  Ticks young_ = kSurely;  // a flooded message's copies still wander: the longer, the more wait
   Entry records_[P::kRecords];
-  Stamp tick_;  // now, as stamps hold it: in ticks, and in steps of 2^kClosedShift ticks
-  Stamp step_;
-  Index sweep_;  // the record looked at last for its age
 };
 
 }  // namespace core

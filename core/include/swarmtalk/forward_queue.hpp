@@ -34,12 +34,14 @@ class RepeatsLeft {
     left_ = again ? static_cast<uint8_t>(left_ - 1) : kRepeats;
     return again;
   }
+  void begin_repeats() { left_ = kRepeats; }
   uint8_t left_ = kRepeats;
 };
 template <>
 class RepeatsLeft<0> {
  protected:
   bool repeat() { return false; }
+  void begin_repeats() {}
 };
 
 template <class P>
@@ -51,16 +53,30 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   using PacketSize = typename W::PacketSize;
   using Slot = UintFor<bits_for(P::kForwardSlots)>;
 
+  enum class Pushed : uint8_t {
+    kDone,
+    kForAnother,  // an older packet was dropped for it
+    kFull,        // it was dropped
+  };
+
   ForwardQueue() : first_(0), count_(0) {}
 
+  void clear() {
+    count_ = 0;
+    this->begin_repeats();
+  }
   bool is_empty() const { return count_ == 0; }
   Slot size() const { return count_; }
 
   /// Queues a copy of `packet` (`size` bytes, checked, TTL > 0), one hop further.
-  /// @return false if no slot is free
-  SWARMTALK_APART bool push(const uint8_t* packet, PacketSize size, const Header& header,
-                            Ticks now) {
-    if (count_ == P::kForwardSlots) return false;
+  /// Where message numbers are small, few messages of one sender on one channel may wait, and the
+  /// newest: what waits for long would be sent on when its number stands for another message.
+  Pushed push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
+    Pushed pushed = Pushed::kDone;
+    if (kFewWait && drop_oldest_of_many(packet, header.message)) {
+      pushed = Pushed::kForAnother;
+    }
+    if (count_ == P::kForwardSlots) return Pushed::kFull;
     Queued& queued = slot(count_++);
     const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
                                        : static_cast<PacketSize>(size - W::kChecksumBytes);
@@ -68,13 +84,13 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     queued.set_size(bare);
     queued.since = now;
     W::count_hop(queued.packet, header);
-    return true;
+    return pushed;
   }
 
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
-  SWARMTALK_APART void improve(const uint8_t* packet, const Header& header) {
+  void improve(const uint8_t* packet, const Header& header) {
     for (Slot n = 0; n != count_; ++n) {
       uint8_t* waiting = slot(n).packet;
       if (!W::is_same_packet(waiting, packet)) continue;
@@ -87,7 +103,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   }
 
   /// The packet that pull() gives next. REQUIRES !is_empty().
-  const uint8_t* next() const { return slots_[first_].packet; }
+  const uint8_t* next() { return slot(0).packet; }
 
   /// Bytes that pull() gives next. REQUIRES !is_empty().
   PacketSize next_bytes() const {
@@ -98,18 +114,15 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)
-  SWARMTALK_APART PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
-    Queued& queued = slots_[first_];
+  PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
+    Queued& queued = slot(0);
     const PacketSize bare = static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);
-    if (timestamped) {
+    if (timestamped && bare >= W::kHeaderBytes + W::kTimestampBytes) {
       const Ticks waited = static_cast<Ticks>(now - queued.since);
       W::set_timestamp(out, bare, W::later(W::timestamp(out, bare), waited));
     }
-    if (!this->repeat()) {
-      if (++first_ == P::kForwardSlots) first_ = 0;
-      --count_;
-    }
+    if (!this->repeat()) drop_first();
     return W::seal(out, bare);
   }
 
@@ -118,6 +131,38 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     uint8_t packet[W::kMtuBytes - W::kChecksumBytes];
     Ticks since;
   };
+  static constexpr bool kFewWait = P::kMessageBits < 16;
+  static constexpr uint16_t kMostWaiting =
+      static_cast<uint16_t>(W::kMessageMask < 8 ? 1 : W::kMessageMask / 4u);
+  /// Takes out the first packet that waits of this one's sender and channel, if messages of theirs
+  /// wait that are as many as a quarter of the numbers.
+  /// @param last  number of the packet's message
+  bool drop_oldest_of_many(const uint8_t* packet, typename W::MessageNumber last) {
+    Slot oldest = count_;
+    Slot messages = 0;
+    for (Slot n = 0; n != count_; ++n) {
+      const uint8_t* const waiting = slot(n).packet;
+      if (!W::is_same_stream(waiting, packet)) continue;
+      const auto number = W::MessageField::get(waiting);
+      if (number == last) continue;
+      last = number;
+      if (oldest == count_) oldest = n;
+      ++messages;
+    }
+    if (messages < kMostWaiting) return false;
+    if (oldest == 0) this->begin_repeats();
+    for (Queued* to = &slot(oldest); oldest != 0;) {
+      Queued* const from = &slot(--oldest);
+      *to = *from;
+      to = from;
+    }
+    drop_first();
+    return true;
+  }
+  SWARMTALK_SHARED void drop_first() {
+    if (++first_ == P::kForwardSlots) first_ = 0;
+    --count_;
+  }
   /// The nth packet that waits; n may be their count: the next free place.
   Queued& slot(Slot n) {
     using Place = UintFor<bits_for(UINT32_C(2) * P::kForwardSlots)>;

@@ -37,13 +37,11 @@ class Fragmenter {
     if (size != 0) memcpy(bytes_, bytes, size);
     size_ = static_cast<Size>(size);
     W::MessageField::put(header_, static_cast<MessageNumber>(number() + 1u));
-    W::SequenceField::put(header_, 0);
     W::TtlField::put(header_, ttl);
     W::SizeField::put(header_, static_cast<typename W::SizeField::Value>(size));
     W::GatewayField::put(header_, crossed_gateway ? 1 : 0);
     since_ = now;
-    at_ = 0;
-    is_busy_ = true;
+    rewind();
   }
 
   /// Nothing of the message has been sent. REQUIRES is_busy()
@@ -61,6 +59,7 @@ class Fragmenter {
   void rewind() {
     at_ = 0;
     W::SequenceField::put(header_, 0);
+    W::EndField::put(header_, 0);
     is_busy_ = true;
   }
 
@@ -84,9 +83,11 @@ class Fragmenter {
     PacketSize payload =
         static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const Size left = static_cast<Size>(size_ - at_);
-    is_busy_ = left > payload;
-    if (!is_busy_) payload = static_cast<PacketSize>(left);
-    W::EndField::put(header_, is_busy_ ? 0 : 1);
+    if (left <= payload) {
+      payload = static_cast<PacketSize>(left);
+      W::EndField::put(header_, 1);
+      is_busy_ = false;
+    }
     memcpy(out, header_, W::kHeaderBytes);
     uint8_t* const body = out + W::kHeaderBytes;
     if (P::kPadded) memset(body, 0, W::kBodyBytes);

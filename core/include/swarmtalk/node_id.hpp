@@ -22,28 +22,37 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
   using W = Wire<P>;
   using NodeId = typename W::NodeId;
   using Epoch = typename W::Epoch;
+  using MessageNumber = typename W::MessageNumber;
 
-  NodeIdentity() : id_(W::kNoNode), is_fixed_(false) { MyEpoch::set(0); }
+  NodeIdentity() : id_(W::kNoNode), is_fixed_(false), first_number_(0) { MyEpoch::set(0); }
 
   bool is_drawn() const { return id_ != W::kNoNode; }
   bool is_fixed() const { return is_fixed_; }
   NodeId id() const { return id_; }
   Epoch epoch() const { return MyEpoch::get(); }
-  void set_epoch(Epoch epoch) { MyEpoch::set(epoch); }
+  /// Both are cut to their fields' width, as on the wire: a packet of ours has to be known again.
+  void set_epoch(Epoch epoch) { MyEpoch::set(static_cast<Epoch>(epoch & low_bits(P::kEpochBits))); }
 
   /// Takes this id for good.
-  void fix(NodeId id) {
-    id_ = id;
+  void fix(NodeId id, const Port& port) {
+    if (id_ == W::kNoNode) draw_number(port.random(port.context));
+    id_ = static_cast<NodeId>(id & W::kNoNode);
     is_fixed_ = true;
   }
+  /// What this start of the program adds to its message numbers. After a restart under the same id
+  /// nobody takes them for the old ones: where there is an epoch that tells, and this is 0.
+  MessageNumber first_number() const { return first_number_; }
 
-  /// Draws a new id, not the present one and none that is `known` (kDraws tries, then any other).
+  /// Draws a new id, not the present one and none that is `known` (kDraws tries, then any other: it
+  /// is drawn within a pull, which has to end soon, and a collision is noticed later all the same).
   /// @param known  has knows_node(NodeId) -> bool: heard lately
   template <class Known>
   SWARMTALK_APART void draw(const Port& port, const Known& known) {
     NodeId id = id_;
     for (uint8_t tries = 0; tries < kDraws; ++tries) {
-      const NodeId drawn = static_cast<NodeId>(port.random(port.context) & W::kNoNode);
+      const uint32_t random = port.random(port.context);
+      const NodeId drawn = static_cast<NodeId>(random & W::kNoNode);
+      draw_number(random);
       if (drawn == id_ || drawn >= W::kFirstGatewayId) continue;
       id = drawn;
       if (!known.knows_node(drawn)) break;
@@ -53,9 +62,15 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
   }
 
  private:
-  static constexpr uint8_t kDraws = 8;
+  static constexpr uint8_t kDraws = 2;
+  /// From the upper half of what was drawn for the id.
+  void draw_number(uint32_t random) {
+    if (P::kEpochBits == 0) first_number_ = static_cast<MessageNumber>(random >> 16);
+  }
+
   NodeId id_;
   bool is_fixed_;
+  MessageNumber first_number_;
 };
 
 }  // namespace core

@@ -42,21 +42,21 @@ struct ProfileDefaults {
   static constexpr uint16_t kFragmentSlots = 40;  // packets waiting for the rest of their message
   static constexpr uint16_t kRecords = 24;        // messages remembered as heard or in assembly
   static constexpr uint16_t kBuckets = 0;  // hash buckets to find them, a power of 2; 0: scan
-  static constexpr uint32_t kMaxMessageBytes = UINT32_C(0xFFFFFFFF);  // cut to what the wire allows
-  static constexpr uint32_t kBufferBudgetBytes = 2048;                // for the buffers above
+  /// Cut to what the wire allows; where packets are padded, up to the end of a message's last one.
+  static constexpr uint32_t kMaxMessageBytes = UINT32_C(0xFFFFFFFF);
+  static constexpr uint32_t kBufferBudgetBytes = 2048;  // for the buffers above
   /// With buckets: more code, so that a usual packet takes half as many instructions.
   static constexpr bool kUsualPathFirst = true;
   using Counter = uint16_t;  // counts saturate at its largest value
 
   // Time, in ticks of the port's clock.
-  static constexpr uint8_t kClockBits = 16;        // width in which the node counts time
-  static constexpr uint32_t kAssemblyTicks = 100;  // a message with no new fragment: given up
+  static constexpr uint8_t kClockBits = 16;  // width in which the node counts time
+  static constexpr uint32_t kAssemblyTicks =
+      100;  // a one-hop message with no new fragment: given up
   static constexpr uint32_t kOneHopDuplicateTicks =
       8;                                              // copies of a one-hop message are recognised
-  static constexpr uint32_t kFloodSurelyTicks = 128;  // copies of a flooded message: at least...
-  static constexpr uint32_t kFloodTicks = 1000;       // ... and at most, unless its number returns
-  static constexpr uint8_t kStampBits = 8;            // width of a record's time stamp
-  static constexpr uint8_t kClosedShift = 3;  // log2 of ticks per stamp once not in assembly
+  static constexpr uint32_t kFloodSurelyTicks = 224;  // copies of a flooded message: at least...
+  static constexpr uint32_t kFloodTicks = 2000;       // ... and at most, unless its number returns
 
   static constexpr uint8_t kForwardRepeats = 0;  // further transmissions of each forwarded packet
 };
@@ -89,12 +89,19 @@ struct CheckedProfile {
   static_assert(P::kTimestampBits >= 1 ||
                     (P::kTimestampedBits == 0 && P::kTimestampedFrom > low_bits(P::kChannelBits)),
                 "timestamped channels need a timestamp: raise kTimestampBits");
+  static_assert(P::kMtuBytes <= UINT32_C(65535), "a packet has at most 65535 bytes");
+  static_assert(P::kSizeBits != 0 || P::kMaxMessageBytes <= UINT32_C(65535) ||
+                    static_cast<uint64_t>(P::kMtuBytes - kHeaderBytes - kChecksumBytes)
+                            << P::kSequenceBits <=
+                        UINT32_C(65535),
+                "a message of as many packets as kSequenceBits counts is longer than 65535 bytes: "
+                "lower kMaxMessageBytes");
   static_assert(P::kMaxMessageBytes >= 1, "a message has at least a byte: raise kMaxMessageBytes");
   static_assert(P::kChannels >= 1, "a node has at least one channel");
   static_assert(P::kChannels <= 2000, "a node has at most 2000 channels at once: lower kChannels");
-  static_assert(P::kPublishers >= 1 && P::kPublishers < 8 && P::kSubscribers >= 1 &&
-                    P::kSubscribers < 16,
-                "a channel has 1 to 7 publishers and 1 to 15 subscribers");
+  static_assert(P::kPublishers >= 1 && P::kPublishers <= 255 && P::kSubscribers >= 1 &&
+                    P::kSubscribers <= 255,
+                "a channel has 1 to 255 publishers and 1 to 255 subscribers");
   static_assert(P::kFragmentSlots >= 1, "messages of several packets need a fragment slot");
   static_assert(P::kForwardSlots >= 1, "a node forwards: give it at least one forward slot");
   static_assert(P::kRecords >= 2, "a node remembers at least two messages");
@@ -102,20 +109,12 @@ struct CheckedProfile {
                 "the number of buckets is a power of 2, or 0 to look at all records");
   static_assert(P::kClockBits == 8 || P::kClockBits == 16 || P::kClockBits == 32,
                 "the clock is counted in 8, 16 or 32 bits");
-  static_assert(P::kStampBits == 8 || P::kStampBits == 16 || P::kStampBits == 32,
-                "stamps have 8, 16 or 32 bits");
   static_assert(P::kAssemblyTicks >= 1,
                 "fragments wait at least a tick for the others: raise kAssemblyTicks");
-  static_assert(P::kAssemblyTicks < low_bits(P::kStampBits) / 2 + 1,
-                "fragments would outlive their stamps: shorten kAssemblyTicks or raise kStampBits");
-  static_assert(
-      P::kOneHopDuplicateTicks < low_bits(P::kStampBits) / 2 + 1,
-      "one-hop records would outlive their stamps: shorten kOneHopDuplicateTicks or raise "
-      "kStampBits");
-  static_assert(P::kStampBits + P::kClosedShift <= P::kClockBits,
-                "stamps are cut from the clock: raise kClockBits or lower kClosedShift");
-  static_assert((P::kFloodTicks >> P::kClosedShift) < low_bits(P::kStampBits) / 2 + 1,
-                "records would outlive their stamps: shorten kFloodTicks or raise kClosedShift");
+  static_assert(P::kAssemblyTicks <= low_bits(P::kClockBits) / 2,
+                "fragments would outlive the clock: shorten kAssemblyTicks or raise kClockBits");
+  static_assert(P::kFloodTicks <= low_bits(P::kClockBits) / 2,
+                "records would outlive the clock: shorten kFloodTicks or raise kClockBits");
   static_assert(P::kOneHopDuplicateTicks <= P::kFloodSurelyTicks &&
                     P::kFloodSurelyTicks <= P::kFloodTicks,
                 "a flooded message is remembered at least as long as a one-hop message");

@@ -52,7 +52,11 @@ class Reassembler {
     kNoSlot,         // no fragment slot: make room and try again, or release()
   };
 
-  Reassembler() : used_(0), free_(kNoSlot) {}
+  Reassembler() { forget_all(); }
+  void forget_all() {
+    used_ = 0;
+    free_ = kNoSlot;
+  }
 
   /// Begins a message, nothing held.
   void begin(Entry& record) {
@@ -63,9 +67,7 @@ class Reassembler {
 
   /// Adds a packet to a message that has been begun. @param elapsed ticks since its last packet
   SWARMTALK_HOT Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
-    if (P::kSizeBits != 0 && record.held != 0 && record.length() != fragment.size) {
-      return Outcome::kContradiction;
-    }
+    if (!is_alike(record, fragment)) return Outcome::kContradiction;
     const Mask bit = fragment.bit;
     const Mask before = record.held;
     const bool end_held = (record.flags & Entry::kEndHeld) != 0;
@@ -87,7 +89,7 @@ class Reassembler {
   static bool is_next(const Entry& record, const Fragment<P>& fragment) {
     return fragment.bit > record.held &&
            (!fragment.end || record.held == static_cast<Mask>(fragment.bit - 1u)) &&
-           (P::kSizeBits == 0 || record.held == 0 || record.length() == fragment.size);
+           is_alike(record, fragment);
   }
   /// As add(). REQUIRES is_next(), not the end.
   SWARMTALK_HOT Outcome hold_next(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
@@ -96,9 +98,9 @@ class Reassembler {
   bool has_slot() const { return free_ != kNoSlot || used_ != P::kFragmentSlots; }
 
   /// The message that `last` completed (add() answered kComplete), written to `message`
-  /// (W::kMessageBytes). Its fragments are released.
+  /// (W::kMessageBytes). Its fragments stay.
   /// @return bytes of the message; `last` gets the largest delay of all its packets until now
-  uint16_t take(Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
+  uint16_t take(const Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
     last.delay_ticks = delay_now(record, last, elapsed);
     const PacketSize payload_max = last.payload_max();
     Mask bit = 1;  // of the highest packet, which begins at byte `at`
@@ -119,11 +121,10 @@ class Reassembler {
       at = static_cast<uint16_t>(at - payload_max);
       size = payload_max;
     }
-    release(record);
     return total;
   }
 
-  /// As take(). REQUIRES is_next(), the end.
+  /// As take(), and gives them back. REQUIRES is_next(), the end.
   uint16_t take_in_order(Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
     last.delay_ticks = delay_now(record, last, elapsed);
     uint8_t* to = message + static_cast<uint16_t>(last.sequence * last.payload_max());
@@ -139,18 +140,23 @@ class Reassembler {
     return total;
   }
 
-  /// Gives back what a message holds.
+  /// Gives back what an open message holds, and closes it: it is done.
   void release(Entry& record) {
     Slot* link = &record.first;
     while (*link != kNoSlot) link = &slot_at(*link).next;
     *link = free_;
     free_ = record.first;
-    begin(record);
+    record.close();
   }
 
   // Of a mask of packets held: whether a packet before the last is missing; how many packets.
   static bool has_gap(Mask mask) { return static_cast<Mask>(mask & (mask + 1u)) != 0; }
   static uint8_t count(Mask mask) {
+    if (sizeof(Mask) == 1) {  // in pairs, fours, all eight: no loop
+      uint8_t sums = static_cast<uint8_t>(mask - (mask >> 1 & 0x55u));
+      sums = static_cast<uint8_t>((sums & 0x33u) + (sums >> 2 & 0x33u));
+      return static_cast<uint8_t>((sums + (sums >> 4)) & 0x0Fu);
+    }
     uint8_t packets = 0;
     for (; mask != 0; mask = static_cast<Mask>(mask & (mask - 1u))) ++packets;
     return packets;
@@ -161,6 +167,13 @@ class Reassembler {
     uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
     Slot next;
   };
+
+  /// Whether a packet may be of the message that is held: it tells the same size, and has a
+  /// timestamp if the others have. (Without one there is room for more, and places would differ.)
+  static bool is_alike(const Entry& record, const Fragment<P>& fragment) {
+    return record.held == 0 || ((P::kSizeBits == 0 || record.length() == fragment.size) &&
+                                !record.is_other(fragment.has_delay));
+  }
 
   /// Stores a packet of a message at `link` of its list.
   SWARMTALK_HOT Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
@@ -174,6 +187,7 @@ class Reassembler {
     place.next = link;
     link = slot;
     record.held = static_cast<Mask>(record.held | fragment.bit);
+    record.set_timestamps(fragment.has_delay);
     if (fragment.has_delay) {
       W::set_timestamp(slot_at(record.first).body, W::kBodyBytes, delay);
     }
@@ -235,9 +249,9 @@ class Reassembler {
     return waited > fragment.delay_ticks ? waited : fragment.delay_ticks;
   }
 
-  Held slots_[P::kFragmentSlots];
   Slot used_;  // slots 0..used_-1 have been used; the rest is untouched memory
   Slot free_;  // list of used ones that are free again
+  Held slots_[P::kFragmentSlots];
 };
 
 }  // namespace core

@@ -18,58 +18,64 @@ void Swarmtalk<P>::receive(Arrival& arrival) {
     wanted = false;
   }
   if (!wanted && arrival.ttl == 0) return;
-  const bool flood = arrival.ttl != 0 || arrival.to->ttl_ != 0;
+  const uint8_t kind = arrival.ttl != 0 || arrival.to->ttl_ != 0 ? kind_of(arrival) : uint8_t{0};
   const bool whole = arrival.end && arrival.sequence == 0;
-  Entry* const record = record_of(arrival.key, flood, whole);
-  if (arrival.ttl != 0) forward(arrival, record);
+  Entry* const record = record_of(arrival, kind, whole);
+  // Without a record the copies of a flooded message could not be told from it.
+  if (record == nullptr && (kind != 0 || !whole)) return count(counters_.no_memory);
+  if ((kind & (Entry::kFlood | Entry::kDirect)) == Entry::kFlood) cache_.hear_copy(*record);
+  if (arrival.ttl != 0) forward(arrival, *record);
   if (!wanted) return;
-  if (record == nullptr) {
-    if (!whole) return count(counters_.no_memory);
-  } else {
-    if (record->is_done()) return count(counters_.duplicates);
+  if (record != nullptr) {
+    if (record->is_done()) {
+      record->held = static_cast<Mask>(record->held | arrival.bit);
+      return count(counters_.duplicates);
+    }
     if (!whole || record->is_open()) return assemble(arrival, *record);
-    cache_.close(*record, Entry::kDelivered);
+    cache_.close(*record, kAllPackets);
   }
   deliver(arrival, arrival.payload, arrival.payload_bytes);
 }
 
 template <class P>
-typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(typename Key::Argument key, bool flood,
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Arrival& arrival, uint8_t kind,
                                                       bool whole) {
-  Entry* record = cache_.find(key);
+  Entry* record = cache_.find(arrival.key);
   if (record != nullptr) {
-    if (record->is_open() && cache_.is_expired(*record)) {
-      reassembler_.release(*record);
-      cache_.renew(*record, flood);
-      count(counters_.aged_out);
-    }
-    return record;
+    if (!cache_.is_of_later(*record, (kind & Entry::kDirect) != 0, arrival.bit)) return record;
+    if (record->is_open()) end(*record);
+    record->flags = 0;
   }
-  record = cache_.insert(key, flood, flood || !whole);
+  record = begin_record(record, arrival.key, kind, kind == 0 ? !whole : P::kMessageBits >= 16);
   if (record == nullptr) {
     // While all are open, one that cannot become whole makes place; for a flooded message that is
     // whole at once any does, because without a record its copies would be delivered again.
-    record = give_up_less_than(flood && whole ? kAnyWorth : 1, nullptr);
-    if (record != nullptr) cache_.replace(*record, key, flood);
+    record = give_up_less_than(kind != 0 && whole ? kAnyWorth : 1, nullptr);
+    if (record != nullptr) cache_.replace(*record, arrival.key, kind);
   }
   return record;
 }
 
 template <class P>
-void Swarmtalk<P>::forward(const Arrival& arrival, Entry* record) {
-  if (record == nullptr) {
-    count(counters_.no_memory);
-    return;
-  }
-  if ((record->forwarded & arrival.bit) != 0) {
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::begin_record(Entry* own, typename Key::Argument key,
+                                                         uint8_t kind, bool insist) {
+  if (cache_.needs_secret()) draw_secret();
+  return cache_.begin(own, key, kind, insist, *this);
+}
+
+template <class P>
+void Swarmtalk<P>::forward(const Arrival& arrival, Entry& record) {
+  if ((record.forwarded & arrival.bit) != 0) {
     forward_queue_.improve(arrival.packet(), arrival);
     return;
   }
-  if (!forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival, now())) {
-    count(counters_.forward_queue_full);
-    return;
-  }
-  record->forwarded = static_cast<Mask>(record->forwarded | arrival.bit);
+  const auto pushed =
+      forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival, cache_.now());
+  if (pushed != Pushed::kDone) count(counters_.forward_queue_full);
+  if (pushed == Pushed::kFull) return;
+  record.forwarded = static_cast<Mask>(record.forwarded | arrival.bit);
+  if (!record.is_open()) cache_.renew_stamp(record);
+  if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
   round_robin_.set_ready(0, true);
 }
 
@@ -79,12 +85,12 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
     reassembler_.begin(record);
     cache_.open(record);
     if (!is_finishable(arrival, record)) {
-      give_up(record);
+      finish(record, arrival.bit);
       count(counters_.no_memory);
       return;
     }
   }
-  const Ticks elapsed = cache_.since_last_packet(record);
+  const Ticks elapsed = cache_.age(record);
   Outcome outcome;
   do {
     outcome = reassembler_.add(record, arrival, elapsed);
@@ -101,11 +107,11 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
       count(counters_.duplicates);
       break;
     case Outcome::kContradiction:
-      give_up(record);
+      finish(record, arrival.bit);
       count(counters_.contradictions);
       break;
     case Outcome::kNoSlot:
-      give_up(record);
+      finish(record, arrival.bit);
       count(counters_.no_memory);
       break;
   }
@@ -116,7 +122,7 @@ void Swarmtalk<P>::complete(Arrival& arrival, Entry& record, Ticks elapsed) {
   uint8_t message[W::kMessageBytes];
   this->set_usual_packets(worth(record, 0));
   const uint16_t size = reassembler_.take(record, arrival, elapsed, message);
-  cache_.close(record, Entry::kDelivered);
+  finish(record, kAllPackets);
   deliver(arrival, message, size);
 }
 
@@ -133,19 +139,21 @@ void Swarmtalk<P>::deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size
 }
 
 template <class P>
-void Swarmtalk<P>::give_up(Entry& record) {
+void Swarmtalk<P>::finish(Entry& record, Mask heard) {
   reassembler_.release(record);
-  cache_.close(record, Entry::kGivenUp);
+  cache_.close(record, static_cast<Mask>(record.held | heard));
 }
 
 template <class P>
-uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) {
+bool Swarmtalk<P>::is_hopeless(const Entry& record, Mask bit) const {
+  if (record.is_flood()) return bit == 0 && cache_.is_stale(record);
   // One hop means in order: a gap is a loss, and so is the sender's next message.
-  if ((record.flags & Entry::kFlood) == 0 &&
-      ((record.flags & Entry::kOvertaken) != 0 ||
-       Reassembler<P>::has_gap(static_cast<Mask>(record.held | bit)))) {
-    return 0;
-  }
+  return record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(record.held | bit));
+}
+
+template <class P>
+uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) const {
+  if (is_hopeless(record, bit)) return 0;
   return static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
 }
 
@@ -153,7 +161,7 @@ template <class P>
 bool Swarmtalk<P>::is_finishable(const Arrival& arrival, const Entry& record) const {
   using Slots = UintFor<bits_for(UINT32_C(1) * P::kRecords * W::kMaxPackets + P::kFragmentSlots)>;
   const uint8_t packets = this->usual_packets();
-  if (packets < 2 || (record.flags & Entry::kFlood) != 0) return true;
+  if (packets < 2 || record.is_flood()) return true;
   if (arrival.bit != 1) return false;
   uint8_t messages = 0;  // that can still become whole, this one included
   Slots held = 1;
@@ -176,10 +184,10 @@ template <class P>
 typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
   Entry* victim = nullptr;
   const uint8_t enough = limit == kAnyWorth ? 3 : 0;
-  const auto start = victim_hand_;
-  uint8_t looks = 32;  // at most
+  Entry* record = victim_hand_;
+  uint8_t looks = 32;  // at most: the hand may stand behind the records in use
   do {
-    Entry* const record = cache_.next_after(victim_hand_);
+    record = in_register(cache_.next_after(record));
     if (!record->is_open() || record == kept) continue;
     const uint8_t its_worth = worth(*record, 0);
     if (its_worth < limit) {
@@ -187,9 +195,10 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, con
       limit = its_worth;
       if (limit <= enough) break;
     }
-  } while (victim_hand_ != start && --looks != 0);
+  } while (record != victim_hand_ && --looks != 0);
+  victim_hand_ = record;
   if (victim == nullptr) return nullptr;
-  give_up(*victim);
+  finish(*victim, 0);
   count(counters_.no_memory);
   return victim;
 }

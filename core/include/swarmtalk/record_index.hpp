@@ -56,28 +56,52 @@ struct RecordKey : KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 0)> {
   /// How a key is handed over: in registers where it is narrow.
   using Argument = typename Conditional<(sizeof(Bits) <= 2 && P::kEpochBits == 0), const RecordKey,
                                         const RecordKey&>::Type;
-  typename W::NodeId node() const { return static_cast<typename W::NodeId>(bits >> kNodeShift); }
-  /// Of two messages of one stream: whether this one's number is in the middle half of those ahead
-  /// of `other`'s. (Nearer ones are just before or just after it.)
-  bool is_far_from(const RecordKey& other) const {
-    constexpr Bits kQuarter =
-        static_cast<Bits>(((W::kMessageMask >> 2) + Bits{1}) << kMessageShift);
-    return static_cast<Bits>((bits - other.bits - kQuarter) & kMessageBitsMask) <
-           static_cast<Bits>(2 * kQuarter);
+  typename W::MessageNumber number() const {
+    return static_cast<typename W::MessageNumber>(bits >> kMessageShift & W::kMessageMask);
   }
-  /// Bucket of the key. Small message numbers are left out, so that all messages of a sender and
-  /// channel are in one chain (at most 2^kMessageBits of them).
-  uint16_t bucket() const {
+  typename W::NodeId node() const { return static_cast<typename W::NodeId>(bits >> kNodeShift); }
+  /// What tells the key's bucket. Small message numbers are left out, so that all messages of a
+  /// sender and channel are in one chain (at most 2^kMessageBits of them).
+  Bits hashed() const {
+    return P::kMessageBits < 16 ? bits & static_cast<Bits>(~kMessageBitsMask) : bits;
+  }
+};
+
+/// From a key to its bucket: the upper bits of a product with a large odd number depend on all
+/// bits. Where keys are wide enough for an attacker to choose many of one bucket, the numbers are
+/// secret, one for each part of the key (multiply-add-shift hashing: whatever keys are chosen
+/// beforehand, two share a bucket about as seldom as if buckets were drawn).
+template <class P, bool kSecret>
+class BucketOf {
+ protected:
+  static constexpr bool kHasSecret = true;
+  void set_secret(uint64_t a, uint64_t b) {
+    factor_ = a | 1;
+    epoch_factor_ = b | 1;
+  }
+  uint16_t bucket(const RecordKey<P>& key) const {
+    return static_cast<uint16_t>((key.hashed() * factor_ + key.get() * epoch_factor_) >>
+                                 (64 - bits_for(P::kBuckets - 1u)));
+  }
+
+ private:
+  uint64_t factor_ = 0;
+  uint64_t epoch_factor_ = 0;
+};
+template <class P>
+class BucketOf<P, false> {
+ protected:
+  static constexpr bool kHasSecret = false;
+  void set_secret(uint64_t, uint64_t) {}
+  static uint16_t bucket(const RecordKey<P>& key) {
     constexpr uint8_t kBucketBits = P::kBuckets < 2 ? 1 : bits_for(P::kBuckets - 1u);
-    const Bits seed = P::kMessageBits < 16 ? bits & static_cast<Bits>(~kMessageBitsMask) : bits;
-    // The upper bits of a product with a large odd number (2^n / golden ratio) depend on all bits.
-    if (sizeof(Bits) <= 4 && P::kEpochBits == 0) {
+    if (sizeof(key.bits) <= 4 && P::kEpochBits == 0) {  // 2^32, or 2^64, / golden ratio
       return static_cast<uint16_t>(
-          static_cast<uint32_t>(static_cast<uint32_t>(seed) * UINT32_C(0x9E3779B1)) >>
+          static_cast<uint32_t>(static_cast<uint32_t>(key.hashed()) * UINT32_C(0x9E3779B1)) >>
           (32 - kBucketBits));
     }
     const uint64_t mixed =
-        (seed ^ (static_cast<uint64_t>(this->get()) << 48)) * UINT64_C(0x9E3779B97F4A7C15);
+        (key.hashed() ^ (static_cast<uint64_t>(key.get()) << 48)) * UINT64_C(0x9E3779B97F4A7C15);
     return static_cast<uint16_t>(mixed >> (64 - kBucketBits));
   }
 };
@@ -104,46 +128,81 @@ struct KnownLength<false> {
   uint16_t length() const { return 0; }
 };
 
+/// Whether the packets held have timestamps, where that may differ.
+template <bool kPresent>
+struct TimestampMark {
+  bool has_timestamps_;
+  void set_timestamps(bool has) { has_timestamps_ = has; }
+  bool is_other(bool has) const { return has != has_timestamps_; }
+};
+template <>
+struct TimestampMark<false> {
+  void set_timestamps(bool) {}
+  bool is_other(bool) const { return false; }
+};
+
 /// What a node remembers of a message: the cache's part, and the reassembler's (held, first).
 template <class P>
-struct Record : RecordLink<P, (P::kBuckets > 0)>, KnownLength<!P::kPadded> {
+struct Record : RecordLink<P, (P::kBuckets > 0)>,
+                KnownLength<!P::kPadded>,
+                TimestampMark<Wire<P>::kKindsMayMix> {
   using Mask = typename Wire<P>::PacketMask;
-  using Stamp = UintFor<P::kStampBits>;
+  using Stamp = UintFor<P::kClockBits>;
   using Slot = UintFor<bits_for(P::kFragmentSlots)>;
 
   enum : uint8_t {
-    kKept = 1,  // in every record in use; flags of 0: expired
+    kRelayed = 1,  // of a flooded message, begun with a packet that a forwarder had sent
     kOpen = 2,
-    kDelivered = 4,
-    kGivenUp = 8,  // lost a packet for want of memory or time: not to be begun again
-    kFlood = 16,
-    kOvertaken = 32,  // its sender was heard beginning another message on the channel since
-    kEndHeld = 64,    // the highest packet held is the message's last
+    kDone = 4,     // of a closed one: delivered, or given up and not to be begun again
+    kEndHeld = 4,  // of an open one: the highest packet held is the message's last
+    kFlood = 8,
+    kDirect = 16,  // of a flooded message, begun with a packet that its sender itself had sent
+    kLater = 32,   // times how many messages its sender has begun on the channel since: 0 to 7
+    kState = 31,   // all but that count
   };
+  /// Half of the numbers is one more than is counted: in messages, or in groups of them where there
+  /// are more.
+  static constexpr uint8_t kMostLater =
+      static_cast<uint8_t>(P::kMessageBits >= 4 ? 7 : (1u << (P::kMessageBits - 1)) - 1u);
   RecordKey<P> key;
-  uint8_t flags;
+  uint8_t flags;   // 0: free
   Mask forwarded;  // one bit per packet
-  Mask held;       // dito; undefined while not open, like `first`
-  Stamp stamp;     // tick of the last packet; of a closed flooded message in 2^kClosedShift ticks
-  Slot first;      // list of fragments, highest sequence first
+  Mask held;       // the same; of a closed one that is done: the packets heard. Else undefined
+  Stamp stamp;     // tick of the last packet that was no copy
+  Slot first;      // list of fragments, highest sequence first; undefined while not open
 
+  void close() { flags = static_cast<uint8_t>((flags & ~kOpen) | kDone); }
   bool is_open() const { return (flags & kOpen) != 0; }
   /// Delivered, or not to be.
-  bool is_done() const { return (flags & (kDelivered | kGivenUp)) != 0; }
+  bool is_done() const { return (flags & (kOpen | kDone)) == kDone; }
+  bool is_flood() const { return (flags & kFlood) != 0; }
+  /// Its sender was heard beginning another message on the channel since.
+  bool is_overtaken() const { return flags >= kLater; }
+  /// It was heard beginning as many as are counted.
+  bool is_passed() const { return flags >= static_cast<uint8_t>(kMostLater * kLater); }
 };
 
 /// Chains. Indices in the table are stored plus 1, so that an empty table is all zeros.
 template <class P, bool kScan>
-class RecordIndex {
+class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
+  using Hash = BucketOf<P, (P::kMessageBits >= 16)>;
+
  public:
+  static constexpr bool kHasSecret = Hash::kHasSecret;
+  using Hash::set_secret;
   using Index = UintFor<bits_for(P::kRecords)>;
   using Entry = Record<P>;
   static constexpr Index kNone = P::kRecords;
 
-  explicit RecordIndex(Entry*) : used_(0), hand_(0) { memset(heads_, 0, sizeof(heads_)); }
+  explicit RecordIndex(Entry* records) { clear(records); }
+  void clear(Entry*) {
+    used_ = 0;
+    hand_ = 0;
+    memset(heads_, 0, sizeof(heads_));
+  }
 
   SWARMTALK_HOT Entry* find(Entry* records, const RecordKey<P>& key) {
-    const Index head = heads_[key.bucket()];
+    const Index head = heads_[Hash::bucket(key)];
     if (head == 0) return nullptr;
     Entry* record = &records[head - 1];
     while (!(record->key == key)) {
@@ -153,12 +212,12 @@ class RecordIndex {
     return record;
   }
   void link(Entry* records, Entry* record) {
-    Index& head = heads_[record->key.bucket()];
+    Index& head = heads_[Hash::bucket(record->key)];
     record->next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
     head = static_cast<Index>(record - records + 1);
   }
   void unlink(Entry* records, Entry* record) {
-    Index& head = heads_[record->key.bucket()];
+    Index& head = heads_[Hash::bucket(record->key)];
     const Index i = static_cast<Index>(record - records);
     if (head == i + 1) {
       head = record->next_ == kNone ? Index{0} : static_cast<Index>(record->next_ + 1);
@@ -169,17 +228,18 @@ class RecordIndex {
     records[before].next_ = record->next_;
   }
   Entry* first(Entry* records, const RecordKey<P>& key) const {
-    const Index head = heads_[key.bucket()];
+    const Index head = heads_[Hash::bucket(key)];
     return head == 0 ? nullptr : &records[head - 1];
   }
   Entry* next(Entry* records, const Entry* record) const {
     return record->next_ == kNone ? nullptr : &records[record->next_];
   }
   /// What follows the last one of a walk from first().
-  static const Entry* stop() { return nullptr; }
+  static const Entry* stop(const Entry*) { return nullptr; }
   const Entry* end(const Entry* records) const { return records + used_; }
   /// A record that has never been used, or null.
   Entry* fresh(Entry* records) { return used_ < P::kRecords ? &records[used_++] : nullptr; }
+  bool is_unused() const { return used_ == 0; }
   /// Whether no record follows in the chain.
   bool is_alone(const Entry& record) const { return record.next_ == kNone; }
   /// The record given away last: those after it are the oldest, roughly.
@@ -191,16 +251,40 @@ class RecordIndex {
   Index hand_;
 };
 
-/// No table: all records in use are looked at.
+/// No table: all records in use are looked at. On AVR all, free ones too, which is what the search
+/// costs there at worst anyway, and less code.
 template <class P>
 class RecordIndex<P, true> {
  public:
   using Entry = Record<P>;
 
+#ifdef __AVR__
+  explicit RecordIndex(Entry*) {}
+  SWARMTALK_SHARED void clear(Entry* records) {
+    for (UintFor<bits_for(P::kRecords)> left = P::kRecords; left != 0; --left)
+      (records++)->flags = 0;
+  }
+  const Entry* end(const Entry* records) const {
+    return records + P::kRecords;
+  }
+  Entry* fresh(Entry*) {
+    return nullptr;
+  }
+#else
   explicit RecordIndex(Entry* records) : end_(records) {}
+  void clear(Entry* records) {
+    end_ = records;
+  }
+  const Entry* end(const Entry*) const {
+    return end_;
+  }
+  Entry* fresh(Entry* records) {
+    return end_ == records + P::kRecords ? nullptr : end_++;
+  }
+#endif
 
   Entry* find(Entry* records, typename RecordKey<P>::Argument key) {
-    const Entry* const stop = end_;
+    const Entry* const stop = end(records);
     for (Entry* record = records; record != stop; record = in_register(record + 1)) {
       if (record->key == key) return record;
     }
@@ -208,19 +292,32 @@ class RecordIndex<P, true> {
   }
   void link(Entry*, Entry*) {}
   void unlink(Entry*, Entry*) {}
-  Entry* first(Entry* records, const RecordKey<P>&) const { return records; }
-  Entry* next(Entry*, Entry* record) const { return record + 1; }
-  const Entry* stop() const { return end_; }
-  const Entry* end(const Entry*) const { return end_; }
-  Entry* fresh(Entry* records) { return end_ == records + P::kRecords ? nullptr : end_++; }
+  Entry* first(Entry* records, const RecordKey<P>&) const {
+    return records;
+  }
+  Entry* next(Entry*, Entry* record) const {
+    return record + 1;
+  }
+  const Entry* stop(const Entry* records) const {
+    return end(records);
+  }
   UintFor<bits_for(P::kRecords)>& hand() {  // for code that is not reached
     static UintFor<bits_for(P::kRecords)> none;
     return none;
   }
-  bool is_alone(const Entry&) const { return false; }
+  bool is_alone(const Entry&) const {
+    return false;
+  }
+  static constexpr bool kHasSecret = false;
+  bool is_unused() const {
+    return false;
+  }
+  void set_secret(uint64_t, uint64_t) {}
+#ifndef __AVR__
 
  private:
   Entry* end_;  // behind the records in use
+#endif
 };
 
 }  // namespace core

@@ -70,8 +70,8 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
 
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
   explicit Swarmtalk(const Port& port)
-      : port_{port.clock, port.random, port.context}, last_error_(Error::kOk) {
-    used_channels_ = 0;
+      : port_{port.clock, port.random, port.context}, last_error_(Error::kOk), used_channels_(0) {
+    victim_hand_ = cache_.begin();
   }
   Swarmtalk(const Swarmtalk&) = delete;
   Swarmtalk& operator=(const Swarmtalk&) = delete;
@@ -101,12 +101,11 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
   SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
-    const Ticks time = begin_call();
+    if (!forward_queue_.is_empty()) forget_stale(time());
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
-    return source == 0 ? pull_forwarded(out, time)
-                       : pull_own(channels_[source - 1], source, out, time);
+    return source == 0 ? pull_forwarded(out) : pull_own(channels_[source - 1], source, out);
   }
 
   /// Bytes of the packet that pull_packet() gives next; 0: nothing waits. A link asks first whether
@@ -137,15 +136,16 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     return identity_.id();
   }
   /// Fixes the id: it does not change by itself any more; collisions are still counted.
-  void set_node_id(NodeId id) { identity_.fix(id); }
+  void set_node_id(NodeId id) { identity_.fix(id, port_); }
   /// Distinguishes this start of the program from earlier ones (profiles with epoch bits).
   void set_epoch(uint16_t epoch) { identity_.set_epoch(static_cast<Epoch>(epoch)); }
 
   const Counters<P>& counters() const { return counters_; }
-  Ticks now() const { return static_cast<Ticks>(port_.clock(port_.context)); }
+  Ticks now() const { return static_cast<Ticks>(time()); }
 
  private:
   friend class Channel<P>;
+  friend class DuplicateCache<P>;
   using Header = typename W::Header;
   using PacketSize = typename W::PacketSize;
   using Cache = DuplicateCache<P>;
@@ -153,11 +153,13 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   using Entry = Record<P>;
   using Mask = typename W::PacketMask;
   using Outcome = typename Reassembler<P>::Outcome;
+  using Pushed = typename ForwardQueue<P>::Pushed;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
   static constexpr uint16_t kSources = P::kChannels + 1;
   static constexpr bool kUsualPathFirst = P::kBuckets > 0 && P::kUsualPathFirst;
   using Source = typename RoundRobin<kSources>::Source;
   using MessageNumber = typename W::MessageNumber;
+  static constexpr Mask kAllPackets = static_cast<Mask>(~Mask{0});
 
   /// A packet on its way through the node.
   struct Arrival : Fragment<P> {
@@ -167,17 +169,37 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     const uint8_t* packet() const { return this->payload - W::kHeaderBytes; }
   };
 
+  SWARMTALK_SHARED uint32_t time() const { return port_.clock(port_.context); }
   SWARMTALK_INLINE void count(typename P::Counter& counter) { counters_.count(counter); }
 
-  /// @return the time of this call; what is over by now is given up
-  SWARMTALK_HOT Ticks begin_call() {
-    const Ticks time = now();
-    cache_.set_now(time);
+  /// What is over by now is given up.
+  SWARMTALK_HOT void begin_call() {
+    const uint32_t now = time();
+    if (SWARMTALK_SELDOM(cache_.has_ended(now))) forget_all(now);
+    cache_.set_now(now);
+    if (P::kBuckets == 0) cache_.set_waiting(forward_queue_.size());  // else told when it changes
     Entry* const record = cache_.sweep();
-    if (record == nullptr) return time;
-    reassembler_.release(*record);
+    if (record != nullptr) end(*record);
+  }
+  /// After a pause in which nothing was heard.
+  SWARMTALK_ASIDE void forget_all(uint32_t now) {
+    forget_stale(now);
+    cache_.forget_all();
+    reassembler_.forget_all();
+  }
+  /// What waits to be sent on for longer than the clock can count would say a wrong delay, and be
+  /// taken for messages of today.
+  void forget_stale(uint32_t time) {
+    if (P::kClockBits == 32 || cache_.since_now(time) >> (P::kClockBits % 32) == 0) return;
+    forward_queue_.clear();
+    if (P::kBuckets != 0) cache_.set_waiting(0);
+    round_robin_.set_ready(0, false);
+  }
+  /// An open message's time is over.
+  SWARMTALK_SHARED void end(Entry& record) {
+    reassembler_.release(record);
+    record.held = 0;
     count(counters_.aged_out);
-    return time;
   }
 
   // --- channels -----------------------------------------------------------------------------
@@ -212,8 +234,10 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
         timestamped != (id >= P::kTimestampedFrom)) {
       return Error::kWrongTimestamps;
     }
+    const Channel<P>* channel = &channels_[used_channels_];
     for (ChannelIndex i = used_channels_; i-- != 0;) {
-      const bool is_open = channels_[i].is_open_;
+      channel = in_register(channel - 1);
+      const bool is_open = channel->is_open_;
       if (ids_[i] == id) {
         place = i;
         return is_open ? Error::kAlreadyOpen : Error::kOk;
@@ -226,8 +250,9 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
 
   /// @return null if this node does not have it
   Channel<P>* find_channel(ChannelId id) {
-    for (ChannelIndex i = 0; i < used_channels_; ++i) {
-      if (ids_[i] == id && channels_[i].is_open_) return &channels_[i];
+    Channel<P>* channel = channels_;
+    for (ChannelIndex i = 0; i != used_channels_; ++i, channel = in_register(channel + 1)) {
+      if (ids_[i] == id && channel->is_open_) return channel;
     }
     return nullptr;
   }
@@ -236,27 +261,34 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   }
 
   // --- sending ------------------------------------------------------------------------------
-  SWARMTALK_APART PacketSize pull_forwarded(uint8_t* out, Ticks time) {
+  PacketSize pull_forwarded(uint8_t* out) {
     const uint8_t* packet = forward_queue_.next();
     bool timestamped = W::is_timestamped(packet);
     if (!W::kMarksTimestamps) {
       const Channel<P>* channel = find_channel(W::ChannelField::get(packet));
       timestamped = channel != nullptr && channel->timestamped_;
+      // It may have come before the channel was opened like this, without room for a timestamp.
+      if (!P::kPadded &&
+          forward_queue_.next_bytes() < W::kHeaderBytes + W::kTimestampBytes + W::kChecksumBytes) {
+        timestamped = false;
+      }
     }
-    const PacketSize size = forward_queue_.pull(timestamped, time, out);
+    const PacketSize size = forward_queue_.pull(timestamped, now(), out);
+    if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
     if (forward_queue_.is_empty()) round_robin_.set_ready(0, false);
     count(counters_.packets_forwarded);
     return size;
   }
 
-  SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out,
-                                      Ticks time) {
+  SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
     ensure_id();
     Fragmenter<P>& message = channel.fragmenter_;
     // A change of id never splits a message.
-    if (message.is_untouched()) message.set_sender(identity_.id(), identity_.epoch());
-    const PacketSize size = message.next(channel.timestamped_, time, out);
-    if (W::ttl(out) > 0) remember_own(out);
+    if (message.is_untouched()) {
+      message.set_sender(identity_.id(), identity_.epoch());
+      channel.begin_numbers(identity_.first_number());
+    }
+    const PacketSize size = message.next(channel.timestamped_, now(), out);
     if (!message.is_busy()) {
       round_robin_.set_ready(source, false);
       count(counters_.messages_sent);
@@ -265,23 +297,20 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
     return size;
   }
 
-  /// Others will send this on: their copies are echoes, also under an id that we gave up since.
-  void remember_own(const uint8_t* packet) {
-    const Key key(packet);
-    Entry* record = cache_.find(key);
-    if (record == nullptr) {
-      record = cache_.insert(key, true, true);
-      if (record == nullptr) return;
-      cache_.close(*record, Entry::kDelivered);
-    }
-    record->forwarded =
-        static_cast<Mask>(record->forwarded | W::bit_of(W::SequenceField::get(packet)));
-  }
-
   void ensure_id() const {
     if (!identity_.is_drawn()) draw_id();
   }
   void draw_id() const { identity_.draw(port_, cache_); }
+
+  /// An attacker who knew them could choose names of messages that make each search long.
+  SWARMTALK_ASIDE void draw_secret() {
+    uint64_t words[2] = {0, 0};
+    for (uint64_t& word : words) {
+      word = static_cast<uint64_t>(port_.random(port_.context)) << 32;
+      word |= port_.random(port_.context);
+    }
+    cache_.set_secret(words[0], words[1]);
+  }
 
   // --- receiving ----------------------------------------------------------------------------
   /// Fills in what the packet holds of its message, and checks lengths and numbers against each
@@ -304,30 +333,38 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
       return false;
     }
     arrival.bit = W::bit_of(arrival.sequence);
+    // Where nothing marks timestamps, who does not have the channel cannot know: it only forwards.
+    const bool is_of_either_kind =
+        !W::kMarksTimestamps && P::kTimestampBits != 0 && arrival.to == nullptr;
+    if (P::kSizeBits != 0) {
+      return fits_size(arrival, arrival.has_delay, body_bytes) ||
+             (is_of_either_kind && body_bytes >= W::kTimestampBytes &&
+              fits_size(arrival, true, static_cast<PacketSize>(body_bytes - W::kTimestampBytes)));
+    }
+    if (W::kLimitsPlaces && !is_of_either_kind &&
+        !W::is_within_message(arrival.sequence, arrival.end, arrival.has_delay, body_bytes)) {
+      return false;
+    }
     if (P::kPadded) return true;
-    if (P::kSizeBits != 0) return fits_size(arrival);
     return arrival.end ? arrival.sequence == 0 || body_bytes != 0
                        : body_bytes == arrival.payload_max();
   }
-  static bool fits_size(const Arrival& arrival) {
-    const uint16_t limit = arrival.has_delay ? W::kTimedMessageBytes : W::kMessageBytes;
+  static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes) {
+    const uint16_t limit = timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
     if (arrival.size > limit) return false;
-    const PacketSize payload_max = arrival.payload_max();
+    const PacketSize payload_max = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
     const uint16_t packets = W::packets_for(arrival.size, payload_max);
     if (arrival.end != (arrival.sequence + 1u == packets) || arrival.sequence >= packets) {
       return false;
     }
-    return arrival.payload_bytes ==
+    return payload_bytes ==
            (arrival.end ? arrival.size - arrival.sequence * payload_max : payload_max);
   }
 
   /// Our own packet come back, or somebody else under our id: neither is received.
   SWARMTALK_HOT bool is_own(const Arrival& arrival) {
     if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
-    const bool same_epoch = arrival.epoch == identity_.epoch();
-    const Entry* const record = cache_.find(arrival.key);
-    if (same_epoch &&
-        (P::kEpochBits != 0 || (record != nullptr && (record->forwarded & arrival.bit) != 0))) {
+    if (is_echo(arrival)) {
       count(counters_.own_echoes);
       return true;
     }
@@ -336,7 +373,26 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
       draw_id();
       count(counters_.id_changes);
     }
-    return same_epoch;
+    return P::kEpochBits == 0 || arrival.epoch == identity_.epoch();
+  }
+  /// Whether a packet under an id of ours is one that we have sent: others sent it on.
+  bool is_echo(const Arrival& arrival) const {
+    if (P::kEpochBits != 0) return arrival.epoch == identity_.epoch();
+    return arrival.to != nullptr && arrival.to->has_flooded(arrival.message, arrival.ttl);
+  }
+  /// Of a flooded message's packet: whether its sender itself has sent it (nothing is off its TTL
+  /// yet), or a forwarder, or nobody knows.
+  static uint8_t kind_of(const Arrival& arrival) {
+    uint8_t sent_ttl = arrival.ttl;
+    if (P::kHopsBits != 0) {
+      sent_ttl = static_cast<uint8_t>(sent_ttl + (arrival.hops != 0 ? 1 : 0));
+    } else if (!P::kHopsFromTtl || arrival.to == nullptr || arrival.to->ttl_ < arrival.ttl) {
+      return Entry::kFlood;
+    } else {
+      sent_ttl = arrival.to->ttl_;
+    }
+    return sent_ttl == arrival.ttl ? Entry::kFlood | Entry::kDirect
+                                   : Entry::kFlood | Entry::kRelayed;
   }
 
   SWARMTALK_ASIDE Error receive_any(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
@@ -369,6 +425,8 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// @return false, and nothing changed, for all others
   template <bool kQuickly>
   SWARMTALK_HOT bool receive_usual(const uint8_t* bytes, uint16_t size, const Sensing& sensing);
+  template <bool kQuickly>
+  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, uint8_t how, bool insist);
   SWARMTALK_HOT bool read_usual(Arrival& arrival, const uint8_t* bytes, uint16_t size);
   template <bool kQuickly>
   SWARMTALK_HOT bool assemble_usual(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
@@ -382,15 +440,19 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
   SWARMTALK_HOT void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
-  SWARMTALK_HOT_APART Entry* record_of(typename Key::Argument key, bool flood, bool whole);
-  /// Queues a packet to be sent on, once. Without a record copies could not be told apart: not
-  /// then.
-  SWARMTALK_APART void forward(const Arrival& arrival, Entry* record);
-  SWARMTALK_HOT_APART void assemble(Arrival& arrival, Entry& record);
-  /// Kept out of the callers' frames: the message lies on the stack.
+  SWARMTALK_HOT Entry* record_of(const Arrival& arrival, uint8_t kind, bool whole);
+  /// DuplicateCache::begin; a message that its sender has passed is given up.
+  SWARMTALK_HOT Entry* begin_record(Entry* own, typename Key::Argument key, uint8_t kind,
+                                    bool insist);
+  /// Queues a packet to be sent on, once.
+  void forward(const Arrival& arrival, Entry& record);
+  SWARMTALK_HOT void assemble(Arrival& arrival, Entry& record);
+  /// The message lies on the stack.
   void complete(Arrival& arrival, Entry& record, Ticks elapsed);
   SWARMTALK_HOT void deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size);
-  void give_up(Entry& record);
+  /// An open message is delivered, or given up.
+  /// @param heard  packets of it that have come beside those held, or 0
+  void finish(Entry& record, Mask heard);
   /// Whether memory will do for the one-hop message that this packet begins: if all that are begun
   /// go on at one pace and have the usual number of packets. Where nothing is lost that completes
   /// up to a fifth more than to begin whatever there is a slot for; where packets are lost, and
@@ -400,24 +462,27 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
   /// with each packet held. To finish what has come farthest takes the least memory for a message.
   /// @param bit  a packet that would be held as well, or 0; it is not counted
-  static uint8_t worth(const Entry& record, Mask bit);
+  uint8_t worth(const Entry& record, Mask bit) const;
+  /// Whether an open message cannot become whole any more, as far as one can tell.
+  SWARMTALK_INLINE bool is_hopeless(const Entry& record, Mask bit) const;
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
   /// `limit`; of any worth, the next that holds few packets. @return it, now closed, or null
   static constexpr uint8_t kAnyWorth = 255;
   Entry* give_up_less_than(uint8_t limit, const Entry* kept);
 
+  // The small ones first: AVR reaches 64 bytes behind an address at no cost.
   Port port_;
   mutable NodeIdentity<P> identity_;
   RoundRobin<kSources> round_robin_;
+  Error last_error_;
+  ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
+  Entry* victim_hand_;          // the record that was looked at last for a victim
+  ChannelId ids_[P::kChannels];
+  Counters<P> counters_;
   Cache cache_;
   Reassembler<P> reassembler_;
   ForwardQueue<P> forward_queue_;
-  Counters<P> counters_;
-  ChannelId ids_[P::kChannels];
   Channel<P> channels_[P::kChannels];
-  ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
-  typename Cache::Index victim_hand_ = 0;
-  Error last_error_;
 };
 
 }  // namespace core

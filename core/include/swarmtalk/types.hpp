@@ -73,16 +73,22 @@ constexpr uint32_t low_bits(uint8_t bits) {
   return bits >= 32 ? UINT32_C(0xFFFFFFFF) : (UINT32_C(1) << bits) - 1;
 }
 
-/// A word with only bit `place` set. AVR shifts one bit at a time: one loop there, for all.
-template <class Word>
-SWARMTALK_SHARED inline Word one_bit(uint8_t place) {
 #ifdef __AVR__
+/// AVR shifts one bit at a time: one loop for all.
+template <class Word>
+SWARMTALK_SHARED inline Word shifted_bit(uint8_t place) {
   Word bit = 1;
   for (; place != 0; --place) bit = static_cast<Word>(bit << 1);
   return bit;
-#else
-  return static_cast<Word>(Word{1} << place);
+}
 #endif
+/// A word with only bit `place` set.
+template <class Word>
+SWARMTALK_INLINE Word one_bit(uint8_t place) {
+#ifdef __AVR__
+  if (!__builtin_constant_p(place)) return shifted_bit<Word>(place);
+#endif
+  return static_cast<Word>(Word{1} << place);
 }
 
 /// What a call came to. Expected failures only; the caller has to look.

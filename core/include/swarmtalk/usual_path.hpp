@@ -31,11 +31,17 @@ SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t si
   W::decode(bytes, reception);
   reception.has_delay = arrival.has_delay;
   reception.delay_ticks = arrival.delay_ticks;
-  if (cache_.begin_one_hop(arrival.key, kQuickly, Entry::kDelivered, false) == nullptr) {
-    return false;
-  }
+  if (begin_one_hop<kQuickly>(arrival.key, Entry::kDone, false) == nullptr) return false;
   deliver_usual(reception, sensing, *to, arrival.payload, arrival.payload_bytes);
   return true;
+}
+
+template <class P>
+template <bool kQuickly>
+SWARMTALK_HOT typename Swarmtalk<P>::Entry* Swarmtalk<P>::begin_one_hop(const Key& key, uint8_t how,
+                                                                        bool insist) {
+  if (SWARMTALK_SELDOM(cache_.needs_secret())) draw_secret();
+  return cache_.begin_one_hop(key, kQuickly, how, insist, *this);
 }
 
 template <class P>
@@ -54,7 +60,7 @@ SWARMTALK_HOT bool Swarmtalk<P>::assemble_usual(const Arrival& arrival, const ui
   Entry* record = cache_.find_open_one_hop(arrival.key);
   if (SWARMTALK_SELDOM(record == nullptr)) {
     if (arrival.end || !reassembler_.has_slot()) return false;
-    record = cache_.begin_one_hop(arrival.key, kQuickly, Entry::kOpen, true);
+    record = begin_one_hop<kQuickly>(arrival.key, Entry::kOpen, true);
     if (record == nullptr) return false;
     reassembler_.begin(*record);
   } else if (SWARMTALK_SELDOM(!reassembler_.is_next(*record, arrival))) {
@@ -63,7 +69,7 @@ SWARMTALK_HOT bool Swarmtalk<P>::assemble_usual(const Arrival& arrival, const ui
     complete_usual(*arrival.to, bytes, size, sensing, *record);
     return true;
   }
-  const Outcome outcome = reassembler_.hold_next(*record, arrival, cache_.time_since(*record));
+  const Outcome outcome = reassembler_.hold_next(*record, arrival, cache_.age(*record));
   if (SWARMTALK_SELDOM(outcome == Outcome::kNoSlot)) return false;
   cache_.renew_stamp(*record);
   return true;
@@ -78,8 +84,8 @@ SWARMTALK_ASIDE void Swarmtalk<P>::complete_usual(Channel<P>& to, const uint8_t*
   if (!read_usual(arrival, bytes, size)) return;  // it was sound a moment ago
   uint8_t message[W::kMessageBytes];
   const uint16_t message_bytes =
-      reassembler_.take_in_order(record, arrival, cache_.time_since(record), message);
-  cache_.close(record, Entry::kDelivered);
+      reassembler_.take_in_order(record, arrival, cache_.age(record), message);
+  cache_.close(record, kAllPackets);
   deliver_usual(arrival, sensing, to, message, message_bytes);
 }
 

@@ -59,23 +59,38 @@ struct Wire {
   static constexpr Timestamp kTimestampMax = static_cast<Timestamp>(low_bits(P::kTimestampBits));
 
   static constexpr uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
-  /// Longest message that the sequence number and the size field allow, for `payload` per packet.
-  static constexpr uint16_t longest_message(uint16_t payload) {
-    return static_cast<uint16_t>(
-        smaller(smaller(static_cast<uint32_t>(payload) << P::kSequenceBits, P::kMaxMessageBytes),
-                P::kSizeBits == 0 ? UINT32_C(65535) : low_bits(P::kSizeBits)));
+  static constexpr uint32_t larger(uint32_t a, uint32_t b) { return a < b ? b : a; }
+  /// What sequence number, size field and profile allow, for `payload` per packet.
+  static constexpr uint32_t allowed_bytes(uint16_t payload) {
+    return smaller(smaller(static_cast<uint32_t>(payload) << P::kSequenceBits, P::kMaxMessageBytes),
+                   P::kSizeBits == 0 ? UINT32_C(65535) : low_bits(P::kSizeBits));
   }
-  static constexpr uint16_t kMessageBytes = longest_message(kPayloadBytes);
-  static constexpr uint16_t kTimedMessageBytes = longest_message(kTimedPayloadBytes);
+  /// Where packets are padded, a message arrives as whole packets: `bytes` up to the end of the
+  /// last of them, or the most that 65535 bytes hold.
+  static constexpr uint16_t as_it_arrives(uint32_t bytes, uint16_t payload) {
+    return static_cast<uint16_t>(
+        P::kPadded ? payload * smaller((bytes + payload - 1) / payload, UINT32_C(65535) / payload)
+                   : bytes);
+  }
+  static constexpr uint16_t kTimedStep = kTimedPayloadBytes == 0 ? 1 : kTimedPayloadBytes;
+  static constexpr uint16_t kTimedWanted =
+      as_it_arrives(allowed_bytes(kTimedPayloadBytes), kTimedStep);
+  /// Longest message that is sent or put together, without timestamps and with them. A timestamped
+  /// one is never longer, so the first is what a buffer for any message holds.
+  static constexpr uint16_t kMessageBytes =
+      as_it_arrives(larger(allowed_bytes(kPayloadBytes), kTimedWanted), kPayloadBytes);
+  static constexpr uint16_t kTimedMessageBytes =
+      kTimedWanted <= kMessageBytes
+          ? kTimedWanted
+          : static_cast<uint16_t>(kMessageBytes / kTimedStep * kTimedStep);
   static constexpr uint16_t packets_for(uint16_t size, uint16_t payload) {
     return static_cast<uint16_t>(size == 0 ? 1
                                            : (static_cast<uint32_t>(size) + payload - 1) / payload);
   }
-  static constexpr uint16_t kMaxPackets =
-      packets_for(kTimedMessageBytes, kTimedPayloadBytes == 0 ? 1 : kTimedPayloadBytes) >
-              packets_for(kMessageBytes, kPayloadBytes)
-          ? packets_for(kTimedMessageBytes, kTimedPayloadBytes == 0 ? 1 : kTimedPayloadBytes)
-          : packets_for(kMessageBytes, kPayloadBytes);
+  static constexpr uint16_t kMaxPackets = packets_for(kTimedMessageBytes, kTimedStep) >
+                                                  packets_for(kMessageBytes, kPayloadBytes)
+                                              ? packets_for(kTimedMessageBytes, kTimedStep)
+                                              : packets_for(kMessageBytes, kPayloadBytes);
   static_assert(kMaxPackets <= 32, "a message has at most 32 packets: lower kMaxMessageBytes");
   /// One bit per packet of a message.
   using PacketMask = UintFor<kMaxPackets>;
@@ -84,14 +99,30 @@ struct Wire {
   }
   using MessageSize = UintFor<bits_for(kMessageBytes)>;
 
+  /// Whether sequence numbers go beyond the longest message, of either kind, and no size field
+  /// tells.
+  static constexpr bool kLimitsPlaces =
+      P::kSizeBits == 0 &&
+      (kMessageBytes < static_cast<uint32_t>(kPayloadBytes) << P::kSequenceBits ||
+       kTimedMessageBytes < static_cast<uint32_t>(kTimedPayloadBytes) << P::kSequenceBits);
+  /// Whether a packet of `payload_bytes`, of a full one's length unless it is the end, lies within
+  /// the longest message of its kind; after one that is not the end something follows.
+  static bool is_within_message(Sequence sequence, bool end, bool timestamped,
+                                PacketSize payload_bytes) {
+    const uint32_t limit = timestamped ? kTimedMessageBytes : kMessageBytes;
+    const uint16_t payload = timestamped ? kTimedPayloadBytes : kPayloadBytes;
+    const uint32_t behind = static_cast<uint32_t>(sequence) * payload + payload_bytes;
+    return end ? behind <= limit : behind < limit;
+  }
+
   /// What the profile's numbers cost in buffers: packets to forward, fragments, send buffers,
   /// records.
-  static constexpr uint32_t kBufferBytes =
-      static_cast<uint32_t>(P::kForwardSlots) * P::kMtuBytes +
-      static_cast<uint32_t>(P::kFragmentSlots) * (kBodyBytes + 1u) +
-      static_cast<uint32_t>(P::kChannels) * kMessageBytes +
-      static_cast<uint32_t>(P::kRecords) *
-          ((P::kNodeBits + P::kMessageBits + P::kChannelBits + P::kEpochBits + P::kStampBits) / 8u +
+  static constexpr uint64_t kBufferBytes =
+      static_cast<uint64_t>(P::kForwardSlots) * P::kMtuBytes +
+      static_cast<uint64_t>(P::kFragmentSlots) * (kBodyBytes + 1u) +
+      static_cast<uint64_t>(P::kChannels) * kMessageBytes +
+      static_cast<uint64_t>(P::kRecords) *
+          ((P::kNodeBits + P::kMessageBits + P::kChannelBits + P::kEpochBits + P::kClockBits) / 8u +
            4u);
   static_assert(
       kBufferBytes <= P::kBufferBudgetBytes,
@@ -199,6 +230,13 @@ struct Wire {
   static constexpr bool kMarksTimestamps =
       P::kTimestampedBits != 0 || P::kTimestampedFrom != kNoTimestampedChannels;
 
+  /// Whether packets of one message may come with a timestamp and without, and do harm: from
+  /// somebody who means it; or because the channel was opened anew, where places end differently.
+  static constexpr bool kKindsMayMix =
+      P::kTimestampedBits != 0 ||
+      (P::kTimestampBits != 0 && P::kTimestampedFrom == kNoTimestampedChannels &&
+       (!P::kPadded || kLimitsPlaces));
+
   /// A copy one hop further: TTL down, hops up (staying at its largest value), all else kept.
   /// REQUIRES ttl of the packet > 0.
   static void count_hop(uint8_t* packet, const Header& header) {
@@ -221,6 +259,10 @@ struct Wire {
       if (a[i] != b[i]) return false;
     }
     return ((a[kWhole] ^ b[kWhole]) & kRest) == 0 && EpochField::get(a) == EpochField::get(b);
+  }
+  /// Whether two packets are of one sender and channel.
+  static bool is_same_stream(const uint8_t* a, const uint8_t* b) {
+    return NodeField::is_same(a, b) && ChannelField::is_same(a, b) && EpochField::is_same(a, b);
   }
   static uint8_t ttl(const uint8_t* packet) { return TtlField::get(packet); }
 

@@ -81,6 +81,44 @@ TEST(Channel, LetsAnotherPublisherBeFirstEachTime) {
   }
 }
 
+/// As many as there can be.
+struct Crowded : Kilobot {
+  static constexpr uint8_t kPublishers = 255;
+  static constexpr uint8_t kSubscribers = 255;
+};
+
+TEST(Channel, TellsEachOf255PublishersAndSubscribersOnce) {
+  testing::TestNode<Crowded> node(1);
+  testing::TestNode<Crowded> other(2);
+  auto* channel = node.node.new_channel(0, 0, false);
+  int heard[255] = {};
+  int sent[255] = {};
+  Publisher<Crowded>* last = nullptr;
+  const auto add = [](void* count) { ++*static_cast<int*>(count); };
+  for (int i = 0; i < 255; ++i) {
+    last = channel->new_publisher(add, &sent[i]);
+    ASSERT_NE(last, nullptr);
+    ASSERT_NE(channel->new_subscriber(
+                  1,
+                  [](void* count, const uint8_t*, uint16_t, const Reception<Crowded>&) {
+                    ++*static_cast<int*>(count);
+                  },
+                  &heard[i]),
+              nullptr);
+  }
+  EXPECT_EQ(channel->new_publisher(add, nullptr), nullptr);
+  EXPECT_EQ(channel->new_subscriber(1, nullptr, nullptr), nullptr);
+  other.open(0);
+  for (int message = 1; message <= 300; ++message) {
+    ASSERT_EQ(last->send(pattern(1).data(), 1), Error::kOk);
+    node.pull();
+    ASSERT_EQ(std::count(sent, sent + 255, message), 255) << "message " << message;
+  }
+  other.publisher->send(pattern(1).data(), 1);
+  node.hear(other.pull());
+  EXPECT_EQ(std::count(heard, heard + 255, 1), 255);
+}
+
 TEST(Channel, KeepsTheIdAMessageBeganWith) {
   testing::TestNode<Several> node;
   node.open(0);

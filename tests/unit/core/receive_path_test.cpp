@@ -69,25 +69,30 @@ TEST(ReceivePath, DeliversAOneHopMessageWithoutARecordWhileEveryRecordIsOpen) {
   EXPECT_EQ(sut.node.counters().no_memory, 0) << "nothing had to make place";
 }
 
-/// The bound of docs/decisions/0012: a copy is known as long as fewer other flooded messages came
-/// in between than there are records that are not open.
-TEST(ReceivePath, KnowsAFloodsCopyUntilAsManyOthersCameAsRecordsAreNotOpen) {
+/// The bound of docs/decisions/0033: copies are known of as many flooded messages as there are
+/// records that are not open, and of no more at a time: the next ones are not taken up.
+TEST(ReceivePath, TakesUpAsManyFloodsAsItCanTellCopiesOf) {
   for (uint16_t open : {uint16_t{0}, uint16_t{5}, uint16_t{19}}) {
     const uint16_t closed = static_cast<uint16_t>(Kilobot::kRecords - open);
-    for (uint16_t others : {static_cast<uint16_t>(closed - 1), closed}) {
-      TestNode<Kilobot> sut(99);
-      sut.open(0);
-      for (uint16_t sender = 1; sender <= open; ++sender) sut.hear(packet_of(sender, 10, 0));
-      const Bytes flooded = packet_of(100, 5, 3);
-      sut.hear(flooded);
-      for (uint16_t other = 1; other <= others; ++other) {
-        sut.port.now += 8;  // a record's age is counted in steps of eight ticks
-        sut.hear(packet_of(static_cast<uint16_t>(100 + other), 5, 3));
-      }
-      const size_t before = sut.received.size();
-      sut.hear(flooded);
-      EXPECT_EQ(sut.received.size() - before, others < closed ? 0u : 1u) << open << " " << others;
+    TestNode<Kilobot> sut(99);
+    sut.open(0);
+    for (uint16_t sender = 1; sender <= open; ++sender) sut.hear(packet_of(sender, 10, 3));
+    for (uint16_t other = 0; other < closed; ++other) {
+      sut.hear(packet_of(static_cast<uint16_t>(100 + other), 5, 3));
     }
+    EXPECT_EQ(sut.received.size(), closed);
+    for (uint16_t other = 0; other < closed; ++other) {
+      sut.hear(packet_of(static_cast<uint16_t>(100 + other), 5, 3));
+    }
+    EXPECT_EQ(sut.received.size(), closed) << "copies";
+    const auto refused = sut.node.counters().no_memory;
+    sut.hear(packet_of(200, 5, 3));
+    const bool one_open_made_place = open != 0;
+    EXPECT_EQ(sut.received.size(), closed + (one_open_made_place ? 1u : 0u)) << open;
+    EXPECT_EQ(sut.node.counters().no_memory, refused + 1);
+    sut.port.now += 1000;  // copies do not wander any more
+    sut.hear(packet_of(201, 5, 3));
+    EXPECT_EQ(sut.received.size(), closed + (one_open_made_place ? 2u : 1u)) << open;
   }
 }
 

@@ -40,14 +40,6 @@ TEST(RecordKey, OfOneStreamDiffersInTheNumberAlone) {
   EXPECT_FALSE(sut.is_same_stream(key<Kilobot>(254, 15, 14)));
 }
 
-TEST(RecordKey, TellsNumbersFarFromAnother) {
-  const auto sut = key<Kilobot>(7, 12, 3);
-  for (uint32_t number = 0; number < 16; ++number) {
-    const uint32_t ahead = (12 - number) % 16;
-    EXPECT_EQ(sut.is_far_from(key<Kilobot>(7, number, 3)), ahead >= 4 && ahead < 12) << number;
-  }
-}
-
 struct FewBuckets : Kilobot {
   static constexpr uint16_t kRecords = 20;
   static constexpr uint16_t kBuckets = 2;

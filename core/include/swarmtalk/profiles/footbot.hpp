@@ -36,8 +36,6 @@ struct Footbot : ProfileDefaults {
   static constexpr uint32_t kAssemblyTicks = 100;
   static constexpr uint32_t kFloodSurelyTicks = 64;
   static constexpr uint32_t kFloodTicks = 4000;
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
 };
 
 }  // namespace core

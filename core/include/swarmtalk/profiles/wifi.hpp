@@ -39,10 +39,8 @@ struct Wifi : ProfileDefaults {
   static constexpr uint8_t kClockBits = 32;
   static constexpr uint32_t kAssemblyTicks = UINT32_C(2000000);          // 2 s
   static constexpr uint32_t kOneHopDuplicateTicks = UINT32_C(60000000);  // 1 minute
-  static constexpr uint32_t kFloodSurelyTicks = UINT32_C(600000000);     // 10 minutes
-  static constexpr uint32_t kFloodTicks = UINT32_C(600000000);
-  static constexpr uint8_t kStampBits = 32;
-  static constexpr uint8_t kClosedShift = 0;
+  static constexpr uint32_t kFloodSurelyTicks = UINT32_C(60000000);      // 1 minute
+  static constexpr uint32_t kFloodTicks = UINT32_C(600000000);           // 10 minutes
 };
 
 }  // namespace core

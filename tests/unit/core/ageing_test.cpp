@@ -1,0 +1,181 @@
+// What a node forgets while time passes: with few calls, without any, and in the very call in which
+// something new comes under an old name. Message numbers have 4 bits, so names do come back.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "swarmtalk/profiles/classic2020.hpp"
+#include "swarmtalk/profiles/footbot.hpp"
+#include "swarmtalk/profiles/kilobot.hpp"
+#include "tests/unit/core/test_node.hpp"
+
+namespace swarmtalk::core {
+namespace {
+
+using testing::Bytes;
+using testing::pattern;
+using testing::TestNode;
+using ::testing::ValuesIn;
+using Packets = std::vector<Bytes>;
+
+/// A sender's messages of whole packets, each with bytes of its own.
+template <class P>
+class Sender {
+ public:
+  Sender(uint16_t id, uint32_t ttl) : node_(id) { node_.open(0, ttl); }
+  Packets next(size_t packets) {
+    bytes_ = pattern(packets * Wire<P>::kPayloadBytes, ++seed_);
+    node_.publisher->send(bytes_.data(), static_cast<uint16_t>(bytes_.size()));
+    return node_.pull_all();
+  }
+  /// The next one with the number of the last.
+  Packets next_of_same_number(size_t packets) {
+    for (uint32_t number = 0; number < Wire<P>::kMessageMask; ++number) next(1);
+    return next(packets);
+  }
+  const Bytes& bytes() const { return bytes_; }  // of the last message
+
+ private:
+  TestNode<P> node_;
+  Bytes bytes_;
+  uint8_t seed_ = 0;
+};
+
+/// Of 20 senders' messages of two packets the first packets come, `pause` ticks before the second
+/// packets of later messages with the same numbers.
+/// @param call_every  ticks; the node is called meanwhile. 0: it is not
+/// @return messages put together
+template <class P>
+size_t joined(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_message) {
+  TestNode<P> receiver(99);
+  receiver.port.now = 5000;
+  receiver.open(0, ttl);
+  std::vector<Bytes> last;
+  for (uint16_t id = 1; id <= 20; ++id) {
+    Sender<P> sender(id, ttl);
+    const Packets before = sender.next(2);
+    receiver.hear(before[0]);
+    last.push_back(same_message ? before[1] : sender.next_of_same_number(2)[1]);
+  }
+  const uint32_t end = receiver.port.now + pause;
+  if (call_every != 0) {
+    for (; end - receiver.port.now > call_every; receiver.pull()) receiver.port.now += call_every;
+  }
+  receiver.port.now = end;
+  for (const Bytes& packet : last) receiver.hear(packet);
+  return receiver.received.size();
+}
+
+/// Whether a message of one packet is delivered `pause` ticks after another one of the same name.
+template <class P>
+bool comes_through(uint32_t ttl, uint32_t pause) {
+  TestNode<P> receiver(99);
+  receiver.port.now = 5000;
+  receiver.open(0, ttl);
+  Sender<P> sender(1, ttl);
+  receiver.hear(sender.next(1)[0]);
+  receiver.port.now += pause;
+  receiver.hear(sender.next_of_same_number(1)[0]);
+  return receiver.received.size() == 2;
+}
+
+/// What is tested with each profile.
+struct Node {
+  const char* profile;
+  size_t (*joined)(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_message);
+  bool (*comes_through)(uint32_t ttl, uint32_t pause);
+};
+template <class P>
+constexpr Node node_of(const char* profile) {
+  return {profile, &joined<P>, &comes_through<P>};
+}
+
+struct Pause {
+  Node node;
+  uint32_t ttl;
+  uint32_t ticks;
+};
+std::string name_of(const ::testing::TestParamInfo<Pause>& info) {
+  return std::string(info.param.node.profile) + std::to_string(info.param.ticks) + "Ticks";
+}
+std::ostream& operator<<(std::ostream& out, const Pause& pause) {
+  return out << pause.ticks << " ticks";
+}
+std::vector<Pause> pauses(uint32_t ttl, const std::vector<uint32_t>& ticks) {
+  std::vector<Pause> all;
+  for (const Node& node : {node_of<Kilobot>("Kilobot"), node_of<Footbot>("Footbot"),
+                           node_of<Classic2020>("Classic2020")}) {
+    for (const uint32_t each : ticks) all.push_back({node, ttl, each});
+  }
+  return all;
+}
+
+class AgeingWithFewCalls : public ::testing::TestWithParam<Pause> {};
+TEST_P(AgeingWithFewCalls, JoinsNoFragmentsOfTwoMessages) {
+  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 100, false), 0u);
+}
+INSTANTIATE_TEST_SUITE_P(OneHop, AgeingWithFewCalls, ValuesIn(pauses(0, {256, 320, 512})), name_of);
+INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithFewCalls, ValuesIn(pauses(3, {4096, 4160, 8192})),
+                         name_of);
+
+// 65,600 is 64 more than a clock of 16 bits can tell.
+class AgeingWithoutCalls : public ::testing::TestWithParam<Pause> {};
+TEST_P(AgeingWithoutCalls, JoinsNoFragmentsOfTwoMessages) {
+  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 0, false), 0u);
+}
+TEST_P(AgeingWithoutCalls, TakesNoNewMessageForACopy) {
+  EXPECT_TRUE(GetParam().node.comes_through(GetParam().ttl, GetParam().ticks));
+}
+INSTANTIATE_TEST_SUITE_P(OneHop, AgeingWithoutCalls, ValuesIn(pauses(0, {65600, 70000, 1000000})),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithoutCalls, ValuesIn(pauses(3, {65600, 70000, 1000000})),
+                         name_of);
+
+class YoungFragments : public ::testing::TestWithParam<Pause> {};
+TEST_P(YoungFragments, AreJoined) {
+  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 10, true), 20u);
+}
+INSTANTIATE_TEST_SUITE_P(OneHop, YoungFragments, ValuesIn(pauses(0, {50})), name_of);
+INSTANTIATE_TEST_SUITE_P(Flood, YoungFragments, ValuesIn(pauses(3, {50})), name_of);
+
+/// Hears the first packet of a message and, after its time, all of the next one of that name.
+/// @param calls  of the node before, so that what it does every few calls falls on any of them
+template <class P>
+void expect_successor(uint32_t ttl, size_t packets, int calls) {
+  SCOPED_TRACE("TTL " + std::to_string(ttl) + ", " + std::to_string(packets) + " packets, " +
+               std::to_string(calls) + " calls");
+  TestNode<P> receiver(99);
+  receiver.port.now = 5000;
+  receiver.open(0, ttl);
+  Sender<P> sender(1, ttl);
+  receiver.hear(sender.next(2)[0]);
+  for (int call = 0; call < calls; ++call) receiver.pull();
+  receiver.port.now += ttl == 0 ? 406 : 5014;  // longer than the first packet is kept
+  for (const Bytes& packet : sender.next_of_same_number(packets)) receiver.hear(packet);
+  ASSERT_EQ(receiver.received.size(), 1u);
+  EXPECT_EQ(receiver.received[0].bytes, sender.bytes());
+}
+template <class P>
+void expect_successors() {
+  for (const uint32_t ttl : {0u, 3u}) {
+    for (const size_t packets : {1u, 2u}) {
+      for (int calls = 0; calls < 16; ++calls) expect_successor<P>(ttl, packets, calls);
+    }
+  }
+}
+
+TEST(Ageing, DeliversTheMessageThatBeginsAsItsPredecessorExpiresKilobot) {
+  expect_successors<Kilobot>();
+}
+TEST(Ageing, DeliversTheMessageThatBeginsAsItsPredecessorExpiresFootbot) {
+  expect_successors<Footbot>();
+}
+TEST(Ageing, DeliversTheMessageThatBeginsAsItsPredecessorExpiresClassic2020) {
+  expect_successors<Classic2020>();
+}
+
+}  // namespace
+}  // namespace swarmtalk::core
