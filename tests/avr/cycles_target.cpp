@@ -1,128 +1,106 @@
-// Runs the library's calls on an emulated ATmega328P and brackets each with writes to GPIOR1: the
-// number of the situation, then 0. cycles.cpp counts the cycles between. The packets are made here.
-#include <avr/interrupt.h>
-#include <avr/sleep.h>
+// A node with the Kilobot's profile on an emulated ATmega328P, which does what the host writes into
+// its mailbox: hears a packet, pulls one, sends a message. The calls that are measured stand
+// between two writes to GPIOR1; the host (emulated_node.cpp) counts the cycles between.
+#include <avr/io.h>
 #include <string.h>
 
-#include "tests/avr/bare_robot.hpp"
+#include "swarmtalk/profiles/kilobot.hpp"
+#include "swarmtalk/swarmtalk.hpp"
+#include "tests/avr/mailbox.hpp"
 
 namespace {
 
 using namespace swarmtalk;
 using Profile = core::Kilobot;
-using W = core::Wire<Profile>;
 
-uint16_t ticks = 100;
+volatile avr::Mailbox mailbox;
+
 uint32_t clock_ticks(void*) {
-  return ticks;
+  return mailbox.ticks;
 }
-uint32_t draw(void*) {
-  return 5;
+uint32_t draw(void*) {  // as cheap as can be: it counts as the platform's, not as the library's
+  mailbox.random = mailbox.random + UINT32_C(0x9E3779B9);
+  return mailbox.random >> 16;
 }
 
 core::Swarmtalk<Profile> node(core::Port{&clock_ticks, &draw, nullptr});
-core::Publisher<Profile>* publisher;
-uint8_t packet[9];
+core::Publisher<Profile>* publishers[2];
+uint8_t packet[core::Wire<Profile>::kMtuBytes];
 volatile uint8_t sink;
+volatile bool has_sent;  // so node_id() draws none
 
 void on_message(void*, const uint8_t* bytes, uint16_t, const core::Reception<Profile>&) {
   sink = bytes[0];
 }
+void on_sent(void*) {
+  has_sent = true;
+}
 
-void make(uint8_t from, uint8_t message, uint8_t sequence, bool end, uint8_t channel, uint8_t ttl) {
-  packet[0] = from;
-  packet[1] = static_cast<uint8_t>(message << 4 | sequence << 1 | (end ? 1 : 0));
-  packet[2] = static_cast<uint8_t>(channel << 4 | ttl);
-  memset(packet + 3, sequence, 5);
-  W::seal(packet, 8);
-}
-void hear(uint8_t situation) {
-  GPIOR1 = situation;
-  node.on_packet(packet, 9, core::DistanceSensing{50});
-  GPIOR1 = 0;
-}
-void pull(uint8_t situation) {
-  GPIOR1 = situation;
-  node.pull_packet(packet);
-  GPIOR1 = 0;
-}
-void pass(uint16_t passed) {  // a robot's calls go on meanwhile
-  for (uint16_t i = 0; i < passed; i += 16) {
-    ticks += 16;
-    pull(1);
+void start() {
+  const uint8_t id = mailbox.fixed_id;
+  if (id != avr::kDrawnId) {
+    node.set_node_id(id);
+    has_sent = true;
   }
+  for (uint8_t i = 0; i < 2; ++i) {
+    const uint8_t number = mailbox.channels[i].id;
+    core::Channel<Profile>* const channel =
+        node.new_channel(number, mailbox.channels[i].ttl, number >= Profile::kTimestampedFrom);
+    publishers[i] = channel->new_publisher(&on_sent, nullptr);
+    channel->new_subscriber(100, &on_message, nullptr);
+  }
+}
+
+void hear() {
+  for (uint8_t i = 0; i < sizeof packet; ++i) packet[i] = mailbox.packet[i];
+  const core::DistanceSensing sensing{mailbox.distance};
+  GPIOR1 = 1;
+  const core::Error error = node.on_packet(packet, sizeof packet, sensing);
+  GPIOR1 = 0;
+  mailbox.result = static_cast<uint8_t>(error);
+}
+
+void pull() {
+  GPIOR1 = 1;
+  const uint8_t size = static_cast<uint8_t>(node.pull_packet(packet));
+  GPIOR1 = 0;
+  mailbox.result = size;
+  for (uint8_t i = 0; i < sizeof packet; ++i) mailbox.packet[i] = packet[i];
+}
+
+void send() {
+  uint8_t message[core::Wire<Profile>::kMessageBytes];
+  memset(message, mailbox.message[1], sizeof message);
+  message[0] = mailbox.message[0];
+  mailbox.result = static_cast<uint8_t>(
+      publishers[mailbox.channel]->send(message, mailbox.size, mailbox.ttl, false));
 }
 
 }  // namespace
 
 int main() {
-  node.set_node_id(250);
-  core::Channel<Profile>* const one_hop = node.new_channel(0, 0, false);
-  publisher = one_hop->new_publisher(nullptr, nullptr);
-  one_hop->new_subscriber(100, &on_message, nullptr);
-  node.new_channel(1, 5, false)->new_subscriber(100, &on_message, nullptr);
-  uint8_t message[40];
-  memset(message, 7, sizeof message);
-
-  pull(1);
-  publisher->send(message, 5);
-  pull(2);
-  publisher->send(message, 40);
-  for (uint8_t i = 0; i < 8; ++i) pull(3);
-
-  make(1, 1, 0, true, 1, 0);
-  hear(4);
-  make(2, 1, 0, true, 5, 3);  // a channel that is not ours, to be forwarded
-  hear(5);
-  pull(6);
-  for (uint8_t i = 0; i < 8; ++i) {
-    make(3, 1, i, i == 7, 1, 0);
-    hear(i == 7 ? 7 : 8);
-  }
-  // Every slot and every record taken by unfinished messages of others.
-  for (uint8_t from = 10; from < 30; ++from) {
-    for (uint8_t i = 0; i < 2; ++i) {
-      make(from, 2, i, false, 1, 0);
-      hear(8);
+  const uint16_t address = reinterpret_cast<uint16_t>(&mailbox);
+  GPIOR0 = static_cast<uint8_t>(address);
+  GPIOR0 = static_cast<uint8_t>(address >> 8);
+  mailbox.counters = reinterpret_cast<uint16_t>(&node.counters());
+  for (;;) {
+    mailbox.own_id = has_sent ? node.node_id() : avr::kDrawnId;
+    GPIOR2 = 1;
+    switch (mailbox.command) {
+      case avr::Command::kStart:
+        start();
+        break;
+      case avr::Command::kHear:
+        hear();
+        break;
+      case avr::Command::kPull:
+        pull();
+        break;
+      case avr::Command::kSend:
+        send();
+        break;
+      case avr::Command::kNone:
+        break;
     }
   }
-  make(40, 1, 0, true, 1, 0);
-  hear(9);
-  make(41, 1, 0, false, 1, 0);
-  hear(10);
-  make(10, 2, 2, false, 1, 0);  // goes on with one begun: another has to go
-  hear(11);
-  pass(400);
-  // A full forward queue, and a copy with more TTL of the packet that came last.
-  for (uint8_t from = 50; from < 60; ++from) {
-    make(from, 3, 0, true, 5, 3);
-    hear(5);
-  }
-  make(59, 3, 0, true, 5, 9);
-  hear(12);
-  for (uint8_t from = 60; from < 80; ++from) {
-    make(from, 3, 0, true, 1, 0);
-    hear(9);
-  }
-  pass(400);
-  // One-hop messages begun by many, most slots taken, and messages usually have 8 packets: whether
-  // one more would become whole takes a look at each.
-  for (uint8_t i = 0; i < 2; ++i) {
-    make(80, 1, i, i == 1, 0, 0);
-    hear(8);
-  }
-  for (uint8_t from = 81; from < 97; ++from) {
-    for (uint8_t i = 0; i < 2; ++i) {
-      make(from, 2, i, false, 0, 0);
-      hear(8);
-    }
-  }
-  for (uint8_t i = 0; i < 8; ++i) {
-    make(97, 1, i, i == 7, 0, 0);
-    hear(8);
-  }
-  make(98, 2, 0, false, 0, 0);
-  hear(13);
-  cli();
-  sleep_mode();  // ends the emulation
 }

@@ -45,9 +45,9 @@ void SkipRepair::scan(avr_t* avr) {
   }
 }
 
-void SkipRepair::execute(avr_t* avr) const {
+bool SkipRepair::execute(avr_t* avr) const {
   const auto found = replaced_.find(avr->pc);
-  if (found == replaced_.end() || word_at(avr->flash, avr->pc) != kMarker) return;
+  if (found == replaced_.end() || word_at(avr->flash, avr->pc) != kMarker) return false;
   const std::uint16_t opcode = found->second;
   const bool is_subtraction = (opcode & 0x0100) != 0;
   const unsigned low = 24 + ((opcode >> 3) & 6u);
@@ -64,6 +64,7 @@ void SkipRepair::execute(avr_t* avr) const {
   avr->sreg[S_Z] = after == 0;
   avr->sreg[S_S] = avr->sreg[S_N] ^ avr->sreg[S_V];
   avr->cycle += 1;  // it takes two cycles, the invalid one counts for one
+  return true;
 }
 
 void SkipRepair::undo(std::uint8_t* flash) const {

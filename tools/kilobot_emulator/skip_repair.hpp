@@ -1,7 +1,8 @@
 // SkipRepair: mends one mistake of simavr 1.6. Behind an instruction that may skip the next one, it
 // takes "adiw" and "sbiw" with constants that end in 12 to 15 for an instruction of two words and
 // skips one word too many. Such instructions are replaced in the emulated flash by an invalid one,
-// for which simavr calls its logger; there they are executed by hand. Owned by Mcu.
+// for which simavr calls its logger; there they are executed by hand. Owned by what owns
+// the processor.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,8 @@ class SkipRepair {
   /// Looks for such places; again after the program has written to its flash.
   void scan(avr_t* avr);
 
-  /// Executes the replaced instruction at the program counter, if there is one.
-  void execute(avr_t* avr) const;
+  /// Executes the replaced instruction at the program counter. @return false if there is none
+  bool execute(avr_t* avr) const;
 
   /// Puts the original instructions into a copy of the flash.
   void undo(std::uint8_t* flash) const;
