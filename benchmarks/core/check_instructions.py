@@ -10,14 +10,7 @@ it was measured with, and with another one only the ratios are held.
 import json
 import sys
 
-from core_table import instructions
-
-SHORT, LONG = 1600, 8000
-
-
-def per_packet(program: str, situation: str) -> float:
-    return (instructions(program, situation, LONG)
-            - instructions(program, situation, SHORT)) / (LONG - SHORT)
+from core_table import QUICK, measured
 
 
 def main() -> int:
@@ -26,16 +19,16 @@ def main() -> int:
         budget = json.load(file)
     names = set(budget["instructions"]) | set(budget["most_times"])
     names |= {base for base, _ in budget["most_times"].values()}
-    measured = {name: per_packet(program, name) for name in sorted(names)}
+    cost = {name: each for name, each, _ in measured(program, sorted(names), *QUICK)}
     failed = False
     factor = 1 + budget["tolerance_percent"] / 100
     for name, limit in budget["instructions"].items():
-        print(f"{name}: {measured[name]:.1f} instructions per packet, budget {limit}")
-        if measured[name] > limit * factor and compiler.split(".")[0] == budget["compiler"]:
+        print(f"{name}: {cost[name]:.1f} instructions per packet, budget {limit}")
+        if cost[name] > limit * factor and compiler.split(".")[0] == budget["compiler"]:
             print(f"  more than {budget['tolerance_percent']} % above its budget")
             failed = True
     for name, (base, most) in budget["most_times"].items():
-        ratio = measured[name] / measured[base]
+        ratio = cost[name] / cost[base]
         print(f"{name}: {ratio:.2f} times {base}, at most {most}")
         failed = failed or ratio > most
     return 1 if failed else 0

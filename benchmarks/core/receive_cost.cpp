@@ -1,66 +1,27 @@
 // Work for callgrind: receives `packets` packets in one of several situations, built beforehand, so
 // that the difference between two run lengths is the cost of receiving alone.
-//   receive_cost SITUATION PACKETS     prints how many messages were delivered
-// Situations: idle, send1, send8 (pull_packet); kilobot1, kilobot8 (the Kilobot's own memory);
+//   receive_cost SITUATION[:SEED] PACKETS     prints how many messages were delivered
+// Situations here: idle, send1, send8 (pull_packet); kilobot1, kilobot8 (the Kilobot's own memory);
 // single, eight, senders2, senders100, full3000 (memory for all: hash table, 4000 fragments).
+// Floods and copies are in flood_cost.cpp, the wifi profile in wifi_cost.cpp; the words for each
+// are in core_table.py.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "swarmtalk/profiles/kilobot.hpp"
-#include "swarmtalk/swarmtalk.hpp"
+#include "benchmarks/core/measured_node.hpp"
 
 namespace {
 
 using namespace swarmtalk::core;
+using namespace swarmtalk::core::cost;
 
-/// The paper's nine bytes with sum-8, and memory for thousands of packets.
-struct Large : Kilobot {
-  static constexpr uint16_t kFragmentSlots = 4000;
-  static constexpr uint16_t kRecords = 4096;
-  static constexpr uint16_t kBuckets = 4096;
-  static constexpr uint32_t kAssemblyTicks = 30000;
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
-  static constexpr uint32_t kBufferBudgetBytes = 1u << 20;
-};
-
-uint32_t ticks = 1000;
-uint64_t delivered = 0;
-Port port() {
-  return Port{[](void*) { return ticks; }, [](void*) { return 4u; }, nullptr};
-}
-
-using Packet = std::vector<uint8_t>;
-
-/// One round of packets: each sender's message, the senders interleaved packet by packet.
-template <class P>
-std::vector<Packet> round_of(uint32_t senders, uint32_t packets, uint32_t number) {
-  std::vector<std::vector<Packet>> by_sender(senders);
-  for (uint32_t sender = 0; sender < senders; ++sender) {
-    auto node = std::make_unique<Swarmtalk<P>>(port());
-    node->set_node_id(static_cast<uint8_t>(sender + 1));
-    auto* publisher = node->new_channel(0, 0, false)->new_publisher(nullptr, nullptr);
-    for (uint32_t skipped = 0; skipped <= number; ++skipped) {
-      std::vector<uint8_t> message(packets * 5, static_cast<uint8_t>(sender));
-      publisher->send(message.data(), static_cast<uint16_t>(message.size()));
-      by_sender[sender].clear();
-      while (node->has_packet()) {
-        Packet packet(P::kMtuBytes);
-        node->pull_packet(packet.data());
-        by_sender[sender].push_back(packet);
-      }
-    }
-  }
-  std::vector<Packet> round;
-  for (uint32_t n = 0; n < packets; ++n) {
-    for (auto& sent : by_sender) round.push_back(sent[n]);
-  }
-  return round;
-}
+struct Large : MemoryForAll {};  // local to this file: code for these situations alone
 
 template <class P>
 class Receiver {
@@ -87,10 +48,7 @@ class Receiver {
 
   /// @param step  ticks that pass per round
   void receive(uint32_t packets, uint32_t senders, uint32_t length, uint32_t step) {
-    std::vector<std::vector<Packet>> rounds;
-    for (uint32_t number = 0; number < 16; ++number) {
-      rounds.push_back(round_of<P>(senders, length, number));
-    }
+    const std::vector<Round> rounds = rounds_of<P>(16, senders, length * Wire<P>::kPayloadBytes, 0);
     Swarmtalk<P>& node = *node_;
     const DistanceSensing sensing{50};
     for (uint32_t received = 0, round = 0; received < packets; ++round) {
@@ -118,12 +76,26 @@ class Receiver {
   std::unique_ptr<Swarmtalk<P>> node_;
 };
 
+constexpr const char* kHere[] = {"idle",   "send1", "send8",    "kilobot1",   "kilobot8",
+                                 "single", "eight", "senders2", "senders100", "full3000"};
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  const std::string situation = argv[1];
+  std::string situation = argv[1];
+  const size_t colon = situation.find(':');
+  if (colon != std::string::npos) {
+    random_state = std::strtoull(&situation[colon + 1], nullptr, 10);
+    situation.resize(colon);
+  }
   const auto packets = static_cast<uint32_t>(std::atoi(argv[2]));
+  const auto is_here = [&](const char* name) { return situation == name; };
+  if (std::none_of(std::begin(kHere), std::end(kHere), is_here)) {
+    if (!run_flood(situation, packets) && !run_wifi(situation, packets)) return 2;
+    std::printf("%llu\n", static_cast<unsigned long long>(delivered));
+    return 0;
+  }
   auto kilobot = std::make_unique<Receiver<Kilobot>>();
   auto large = std::make_unique<Receiver<Large>>();
   if (situation == "idle") kilobot->send(packets, 0);
