@@ -262,22 +262,44 @@ def edge_following(log: Log) -> dict:
 
 
 class Sent:
-    """What each robot has sent on each channel; who starts anew numbers anew."""
+    """What each robot has sent on each channel; who starts anew numbers anew.
+
+    A robot's first number is drawn. What is received is nearly always what its sender has sent
+    last, so the first number is the one by which that holds most often: `learn` what was received,
+    then begin again (`rewind`) and ask for its `place`.
+    """
 
     def __init__(self):
-        self.times = collections.defaultdict(list)  # (robot, channel): us
-        self.before = collections.Counter()         # dito: how many in earlier lives
+        self.times = collections.defaultdict(list)   # (robot, channel): us
+        self.before = collections.Counter()          # the same: how many in earlier lives
+        self.lives = collections.Counter()           # robot: how often it has started
+        self.ahead = collections.defaultdict(collections.Counter)  # by how much numbers run ahead
+
+    def rewind(self):
+        self.times.clear()
+        self.before.clear()
+        self.lives.clear()
 
     def restart(self, robot: int):
-        """From now on the robot's messages begin with number 1."""
+        """From now on the robot's messages have other numbers."""
+        self.lives[robot] += 1
         for key, times in self.times.items():
             if key[0] == robot:
                 self.before[key] = len(times)
 
+    def count(self, key: tuple) -> int:
+        """Messages of a channel in this life."""
+        return len(self.times[key]) - self.before[key]
+
+    def learn(self, key: tuple, number: int):
+        if self.count(key) > 0:
+            self.ahead[*key, self.lives[key[0]]][(number - self.count(key)) % MESSAGE_NUMBERS] += 1
+
     def place(self, key: tuple, number: int) -> int | None:
         """Which of a channel's messages, from 0, has a number: the latest such."""
-        count = len(self.times[key]) - self.before[key]
-        k = count - (count - number) % MESSAGE_NUMBERS
+        count = self.count(key)
+        ahead = self.ahead[*key, self.lives[key[0]]].most_common(1)
+        k = count - (count + (ahead[0][0] if ahead else 0) - number) % MESSAGE_NUMBERS
         return self.before[key] + k - 1 if k >= 1 else None
 
 
@@ -308,8 +330,17 @@ def messages(log: Log) -> dict:
     sent = Sent()
     latency, ages, delivered, last = [], [], set(), {}
     order = {"start": 0, "sent": 1, "received": 2}
-    for e in sorted((e for e in log.events if e["event"] in order),
-                    key=lambda e: (e["t"], order[e["event"]])):
+    events = sorted((e for e in log.events if e["event"] in order),
+                    key=lambda e: (e["t"], order[e["event"]]))
+    for e in events:
+        if e["event"] == "start":
+            sent.restart(e["robot"])
+        elif e["event"] == "sent":
+            sent.times[e["robot"], e["channel"]].append(e["t"])
+        elif (e["node"], e["robot"]) in senders:
+            sent.learn((senders[e["node"], e["robot"]], e["channel"]), e["message"])
+    sent.rewind()
+    for e in events:
         if e["event"] == "start":
             sent.restart(e["robot"])
             continue
