@@ -101,7 +101,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   SWARMTALK_HOT bool is_of_later(const Entry& record, bool direct, Mask bit) const {
     if (is_over(record)) return true;
     const uint8_t flags = record.flags;
-    if ((flags & Entry::kFlood) == 0) return false;
+    if (!kNumbersReturn || (flags & Entry::kFlood) == 0) return false;
     if (!direct) {
       return (flags & Entry::kDirect) != 0 && record.is_passed() && age(record) > kSurely;
     }

@@ -274,6 +274,24 @@ TEST(Swarmtalk, FindsATwinFartherOffWithinHalfOfTheNumbers) {
   EXPECT_EQ(b.node.counters().id_collisions, 8);
 }
 
+/// Where numbers do not return, its sender repeats a message when it sends it again.
+TEST(Swarmtalk, TakesAMessageSentAgainForACopyThoughAForwarderWasHeardFirst) {
+  auto origin = std::make_unique<TestNode<Wifi>>(uint16_t{1});
+  auto between = std::make_unique<TestNode<Wifi>>(uint16_t{2});
+  auto hearer = std::make_unique<TestNode<Wifi>>(uint16_t{3});
+  Channel<Wifi>* const channel = origin->open(0, 3);
+  between->open(0, 3);
+  hearer->open(0, 3);
+  origin->publisher->send(pattern(5).data(), 5);
+  between->hear(origin->pull());
+  hearer->hear(between->pull());
+  ASSERT_EQ(hearer->received.size(), 1u);
+  ASSERT_EQ(channel->send_again(), Error::kOk);
+  hearer->hear(origin->pull());
+  EXPECT_EQ(hearer->received.size(), 1u);
+  EXPECT_EQ(hearer->node.counters().duplicates, 1u);
+}
+
 TEST(Swarmtalk, CountsDamage) {
   auto a = make<Kilobot>(1);
   EXPECT_EQ(a->hear(Bytes{1, 2, 3}), Error::kBadPacket);
