@@ -5,13 +5,13 @@
 #include <limits>
 #include <utility>
 
-#include "daemon/config_gateways.hpp"
-#include "daemon/logging.hpp"
-#include "daemon/monotonic_ns.hpp"
-#include "daemon/node_id_rule.hpp"
-#include "daemon/privileges.hpp"
-#include "daemon/prometheus.hpp"
-#include "daemon/station_factory.hpp"
+#include "daemon/common/logging.hpp"
+#include "daemon/common/monotonic_ns.hpp"
+#include "daemon/config/config_gateways.hpp"
+#include "daemon/config/node_id_rule.hpp"
+#include "daemon/host/privileges.hpp"
+#include "daemon/operator/prometheus.hpp"
+#include "daemon/station/station_factory.hpp"
 
 namespace swarmtalk::daemon {
 namespace {

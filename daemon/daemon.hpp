@@ -9,19 +9,19 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/capture.hpp"
-#include "daemon/clients.hpp"
-#include "daemon/config_parser.hpp"
-#include "daemon/hub.hpp"
-#include "daemon/kilobot_control.hpp"
-#include "daemon/listening_socket.hpp"
-#include "daemon/metrics_file.hpp"
-#include "daemon/operator.hpp"
-#include "daemon/pose_socket.hpp"
-#include "daemon/service_manager.hpp"
-#include "daemon/socket_watch.hpp"
-#include "daemon/station.hpp"
-#include "daemon/status_report.hpp"
+#include "daemon/config/config_parser.hpp"
+#include "daemon/host/listening_socket.hpp"
+#include "daemon/host/service_manager.hpp"
+#include "daemon/host/socket_watch.hpp"
+#include "daemon/hub/hub.hpp"
+#include "daemon/kilobot/kilobot_control.hpp"
+#include "daemon/operator/capture.hpp"
+#include "daemon/operator/metrics_file.hpp"
+#include "daemon/operator/operator.hpp"
+#include "daemon/operator/status_report.hpp"
+#include "daemon/pose/pose_socket.hpp"
+#include "daemon/session/clients.hpp"
+#include "daemon/station/station.hpp"
 
 namespace swarmtalk::daemon {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "daemon/config_parser.hpp"
+#include "daemon/common/logging.hpp"
+#include "daemon/common/printable.hpp"
+#include "daemon/config/config_parser.hpp"
 #include "daemon/daemon.hpp"
-#include "daemon/logging.hpp"
-#include "daemon/printable.hpp"
 
 namespace {
 

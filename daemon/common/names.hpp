@@ -1,0 +1,18 @@
+// What may name a channel or a link, and the number that a channel's name alone gives.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace swarmtalk::daemon {
+
+inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
+
+/// 1 to kMaxNameBytes bytes without control characters: what may name a channel or a link.
+bool is_legal_name(std::string_view name);
+
+/// 0x8000 | 15 bits of the name's 32-bit FNV-1a hash, upper half folded onto the lower.
+std::uint16_t hashed_channel(std::string_view name);
+
+}  // namespace swarmtalk::daemon

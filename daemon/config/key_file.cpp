@@ -1,0 +1,125 @@
+#include "daemon/config/key_file.hpp"
+
+#include <fcntl.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr std::size_t kMaxKeyFileBytes = 256;
+constexpr std::size_t kKeyDigits = 2 * frame::SwarmKey::kBytes;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  int get() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+std::string user_name(uid_t uid) {
+  const passwd* const user = getpwuid(uid);
+  return user == nullptr ? std::to_string(uid) : user->pw_name;
+}
+
+std::string octal(mode_t mode) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "%04o", mode & 07777u);
+  return text.data();
+}
+
+void check_owner_and_mode(const std::string& path, const struct stat& status) {
+  if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + " is no file");
+  if (status.st_uid != 0 && status.st_uid != geteuid()) {
+    throw std::runtime_error(path + " belongs to " + user_name(status.st_uid) +
+                             ", who could change the key; run: chown " + user_name(geteuid()) +
+                             " " + path);
+  }
+  if ((status.st_mode & 077) != 0) {
+    throw std::runtime_error(path + " has mode " + octal(status.st_mode) +
+                             ", so others can reach the key; run: chmod 600 " + path);
+  }
+}
+
+int digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  const std::size_t begin = std::min(text.find_first_not_of(kBlanks), text.size());
+  text.remove_prefix(begin);
+  while (!text.empty() && kBlanks.find(text.back()) != std::string_view::npos) {
+    text.remove_suffix(1);
+  }
+  if (text.size() != kKeyDigits) return nullptr;
+  std::array<std::uint8_t, frame::SwarmKey::kBytes> bytes;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const int high = digit(text[2 * i]);
+    const int low = digit(text[2 * i + 1]);
+    if (high < 0 || low < 0) return nullptr;
+    bytes[i] = static_cast<std::uint8_t>(high << 4 | low);
+  }
+  auto key = std::make_shared<const frame::SwarmKey>(
+      std::span<const std::uint8_t, frame::SwarmKey::kBytes>(bytes));
+  explicit_bzero(bytes.data(), bytes.size());
+  return key;
+}
+
+// A file of zeros is what somebody writes to try it out, and forgets.
+bool is_secret(const frame::SwarmKey& key) {
+  const auto* const begin = key.bytes();
+  return std::any_of(begin, begin + frame::SwarmKey::kBytes,
+                     [&](std::uint8_t byte) { return byte != *begin; });
+}
+
+}  // namespace
+
+std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.get() < 0) {
+    const int error = errno;
+    const std::string remedy =
+        error == ENOENT
+            ? "make one with `swarmtalk-cli keygen " + path + "` and copy it to every robot"
+            : "give it to the daemon: chown " + user_name(geteuid()) + " " + path;
+    throw std::runtime_error(path + " cannot be read: " + std::strerror(error) + "; " + remedy);
+  }
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0) throw std::runtime_error(path + ": " + std::strerror(errno));
+  check_owner_and_mode(path, status);
+  std::array<char, kMaxKeyFileBytes> text;
+  const ssize_t got = read(file.get(), text.data(), text.size());
+  auto key = got < 0 ? nullptr : parse_key({text.data(), static_cast<std::size_t>(got)});
+  explicit_bzero(text.data(), text.size());
+  if (key != nullptr && is_secret(*key)) return key;
+  if (key != nullptr) {
+    throw std::runtime_error(path +
+                             " holds one byte 32 times, which is no secret; make a key with "
+                             "`swarmtalk-cli keygen FILE`");
+  }
+  throw std::runtime_error(path +
+                           " holds no key (64 hexadecimal digits); make one with `swarmtalk-cli "
+                           "keygen FILE`");
+}
+
+}  // namespace swarmtalk::daemon

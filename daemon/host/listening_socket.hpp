@@ -1,0 +1,50 @@
+// ListeningSocket: the daemon's place in the file system. Opened once at start, before privileges
+// are dropped; closed at the end, when it removes what it made and nothing else.
+//
+// Two daemons that start at once cannot both win: who serves a path holds a lock on PATH.lock. A
+// socket that a dead daemon left behind is taken over, one that answers is never touched.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+
+#include "daemon/config/config.hpp"
+#include "daemon/config/config_error.hpp"
+
+namespace swarmtalk::daemon {
+
+class ListeningSocket {
+ public:
+  /// The socket that systemd passed to this process, if it did; else a new one at config.path.
+  /// @throws ConfigError  one line naming the key and the remedy: served by a living daemon, no
+  ///   such folder, no permission, not a socket, no such group
+  static ListeningSocket open(const SocketConfig& config, const KeyLines& lines);
+
+  ListeningSocket(ListeningSocket&& other) noexcept;
+  ListeningSocket& operator=(ListeningSocket&&) = delete;
+  ~ListeningSocket();
+
+  /// The file is gone: makes a new one, with a new descriptor. @pre !is_from_systemd()
+  /// @throws ConfigError  and the old descriptor stays
+  void restore(const SocketConfig& config, const KeyLines& lines);
+
+  int descriptor() const { return descriptor_; }
+  const std::string& path() const { return path_; }
+  bool is_from_systemd() const { return lock_ < 0; }
+
+ private:
+  ListeningSocket() = default;
+
+  void lock(const KeyLines& lines);
+  void bind_new(const SocketConfig& config, const KeyLines& lines);
+  void remove_stale(const KeyLines& lines) const;
+
+  std::string path_;
+  int descriptor_ = -1;
+  int lock_ = -1;  // -1: systemd's socket, or moved from
+  dev_t device_ = 0;
+  ino_t inode_ = 0;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,66 @@
+#include "daemon/host/service_manager.hpp"
+
+#include <systemd/sd-daemon.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <utility>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr std::chrono::microseconds kStatusPeriod = std::chrono::seconds(5);
+
+}  // namespace
+
+ServiceManager::ServiceManager(boost::asio::io_context& io, std::function<std::string()> status)
+    : status_(std::move(status)), timer_(io) {
+  if (std::getenv("NOTIFY_SOCKET") == nullptr) return;
+  period_ = kStatusPeriod;
+  std::uint64_t watchdog_us = 0;
+  if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
+    period_ = std::min(period_, std::chrono::microseconds(watchdog_us / 2));
+  }
+}
+
+void ServiceManager::ready() {
+  if (period_.count() == 0) return;
+  told_ = status_();
+  sd_notify(0, ("READY=1\nSTATUS=" + told_).c_str());
+  wait();
+}
+
+void ServiceManager::reloading() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const auto now_us = static_cast<unsigned long long>(now.tv_sec) * 1000000u +
+                      static_cast<unsigned long long>(now.tv_nsec) / 1000u;
+  sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%llu", now_us);
+}
+
+void ServiceManager::stopping() {
+  sd_notify(0, "STOPPING=1");
+}
+
+void ServiceManager::wait() {
+  timer_.expires_after(period_);
+  timer_.async_wait([this](const boost::system::error_code& error) {
+    if (error) return;
+    tick();
+    wait();
+  });
+}
+
+void ServiceManager::tick() {
+  const std::string status = status_();
+  if (status == told_) {
+    sd_notify(0, "WATCHDOG=1");
+    return;
+  }
+  told_ = status;
+  sd_notify(0, ("WATCHDOG=1\nSTATUS=" + told_).c_str());
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,205 @@
+#include "daemon/operator/operator.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "daemon/common/logging.hpp"
+#include "daemon/common/printable.hpp"
+#include "daemon/config/key_file.hpp"
+#include "daemon/config/node_id_rule.hpp"
+#include "daemon/operator/prometheus.hpp"
+#include "daemon/station/link_factory.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+bool is_same(const std::shared_ptr<const frame::SwarmKey>& a,
+             const std::shared_ptr<const frame::SwarmKey>& b) {
+  if (a == nullptr || b == nullptr) return a == b;
+  return std::memcmp(a->bytes(), b->bytes(), frame::SwarmKey::kBytes) == 0;
+}
+
+std::shared_ptr<const frame::SwarmKey> find(const LinkKeys& keys, const std::string& link) {
+  const auto found = keys.find(link);
+  return found == keys.end() ? nullptr : found->second;
+}
+
+std::string joined(const std::vector<std::string>& keys) {
+  std::string text;
+  for (const std::string& key : keys) text += (text.empty() ? "" : ", ") + key;
+  return text;
+}
+
+bool has_prefix(const std::vector<std::string>& keys, const std::string& prefix) {
+  return std::any_of(keys.begin(), keys.end(),
+                     [&](const std::string& key) { return key.starts_with(prefix); });
+}
+
+template <typename List>
+std::string listed(const List& words) {
+  std::string text;
+  for (const char* word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+  return text;
+}
+
+}  // namespace
+
+LinkKeys load_keys(const Config& config, const KeyLines& lines) {
+  LinkKeys keys;
+  for (const LinkConfig& link : config.links) {
+    if (link.key_file.empty()) continue;
+    try {
+      keys[link.name] = load_key(link.key_file);
+    } catch (const std::exception& error) {
+      throw lines.error("links." + link.name + ".key_file", error.what());
+    }
+  }
+  return keys;
+}
+
+Operator::Operator(Parts parts, std::function<ParsedConfig()> load)
+    : parts_(std::move(parts)), load_(std::move(load)) {}
+
+std::shared_ptr<const frame::SwarmKey> Operator::key_of(const std::string& link) const {
+  return find(parts_.keys, link);
+}
+
+void Operator::reload_on_signal() {
+  ipc::Reloaded ignored;
+  reload("SIGHUP", ignored);
+}
+
+std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& reply) {
+  ConfigChanges changes;
+  try {
+    const ParsedConfig fresh = load_();
+    LinkKeys keys = load_keys(fresh.config, fresh.lines);
+    changes = compare(parts_.config.lines, fresh.lines);
+    if (has_prefix(changes.applied, "node.id")) {
+      const auto id = resolve_node_id(fresh.config.node, fresh.lines);
+      const auto refusal = parts_.hub.set_node_id(id);
+      if (refusal) throw fresh.lines.error("node.id", refusal->text);
+    }
+    for (Station* station : parts_.hub.stations()) {
+      const auto key = find(keys, station->name());
+      if (is_same(find(parts_.keys, station->name()), key)) continue;
+      station->link().set_key(key);
+      const std::string changed = "links." + station->name() + ".key_file";
+      if (!has_prefix(changes.applied, changed)) changes.applied.push_back(changed);  // new content
+    }
+    parts_.keys = std::move(keys);
+    apply(fresh, changes);
+  } catch (const std::exception& error) {
+    log_of("daemon")->error("{}: configuration not reloaded, nothing is changed: {}", who,
+                            error.what());
+    return Refusal{ipc::ERROR_CONFIGURATION, std::string("nothing is changed: ") + error.what(),
+                   std::nullopt};
+  }
+  for (const std::string& key : changes.applied) reply.add_applied(key);
+  for (const std::string& key : changes.need_restart) reply.add_needs_restart(key);
+  log_of("daemon")->info(
+      "{}: configuration reloaded; {}", who,
+      changes.applied.empty() ? "nothing new applies" : "now applies: " + joined(changes.applied));
+  if (!changes.need_restart.empty()) {
+    log_of("daemon")->warn("configuration: these need a restart: {}", joined(changes.need_restart));
+  }
+  return std::nullopt;
+}
+
+void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
+  Config& config = parts_.config.config;
+  const auto is_changed = [&](const char* prefix) { return has_prefix(changes.applied, prefix); };
+  if (is_changed("node.pose") && fresh.config.node.pose != config.node.pose) {
+    if (const auto& pose = fresh.config.node.pose) {
+      parts_.poses.set(pose->x_m, pose->y_m, pose->theta_rad, std::nullopt);
+    } else {
+      parts_.poses.forget(*config.node.pose);
+    }
+  }
+  parts_.poses.set_max_age_ms(fresh.config.node.pose_max_age_ms);
+  if (is_changed("channels.")) parts_.names.configure(fresh.config.channels);
+  if (is_changed("channels.") || is_changed("reserved.")) {
+    parts_.hub.set_reserved(fresh.config.reserved);
+  }
+  if (is_changed("log.")) {
+    daemon::set_log_level("", fresh.config.log_level);
+    for (const auto& [subsystem, level] : fresh.config.log_levels) {
+      daemon::set_log_level(subsystem, level);
+    }
+  }
+  parts_.metrics.configure(fresh.config.metrics);
+  for (const LinkConfig& link : fresh.config.links) {
+    if (!is_changed(("links." + link.name + ".").c_str())) continue;
+    for (Station* station : parts_.hub.stations()) {
+      if (station->name() != link.name) continue;
+      station->link().set_pacing(pacing_of(link));
+      station->link().set_air_rate(link.air_rate_mbps);
+      station->link().set_beacon(std::chrono::milliseconds(link.beacon_ms));
+      station->set_virtual_range(link.virtual_range);
+    }
+  }
+  config.node = fresh.config.node;
+  config.channels = fresh.config.channels;
+  config.limits = fresh.config.limits;
+  config.log_level = fresh.config.log_level;
+  config.log_levels = fresh.config.log_levels;
+  config.metrics = fresh.config.metrics;
+  config.reserved = fresh.config.reserved;
+  // What needs a restart stays different until then, so that the next reload tells it again.
+  KeyLines lines = fresh.lines;
+  for (const std::string& key : changes.need_restart) lines.keep_value(key, parts_.config.lines);
+  parts_.config.lines = std::move(lines);
+}
+
+std::optional<Refusal> Operator::set_log_level(const std::string& who,
+                                               const ipc::SetLogLevel& request) {
+  if (!request.has_level()) return std::nullopt;
+  if (!daemon::set_log_level(request.subsystem(), request.level())) {
+    return Refusal{ipc::ERROR_BAD_ARGUMENT,
+                   "subsystems are " + listed(kSubsystems) + "; levels are " + listed(kLogLevels),
+                   std::nullopt};
+  }
+  log_of("daemon")->info("{}: log level of {} is now {}", who,
+                         request.has_subsystem() ? request.subsystem() : "all subsystems",
+                         request.level());
+  return std::nullopt;
+}
+
+void Operator::fill_log_levels(ipc::LogLevels& reply) {
+  for (const auto& [subsystem, level] : log_levels()) {
+    ipc::LogLevel& entry = *reply.add_levels();
+    entry.set_subsystem(subsystem);
+    entry.set_level(level);
+  }
+}
+
+std::optional<Refusal> Operator::set_node_id(const std::string& who,
+                                             std::optional<std::uint32_t> node_id) {
+  if (node_id && (*node_id < kNodeIdLimits.least || *node_id > kNodeIdLimits.most)) {
+    return Refusal{ipc::ERROR_BAD_ARGUMENT, "a node id is 1 to 65534, or automatic", std::nullopt};
+  }
+  std::optional<std::uint16_t> id;
+  if (node_id) id = static_cast<std::uint16_t>(*node_id);
+  if (auto refusal = parts_.hub.set_node_id(id)) return refusal;
+  ipc::Hello hello;
+  parts_.status.fill_hello(hello);
+  log_of("daemon")->info("{}: node id is now {}{}", who, hello.node_id(), id ? "" : " (automatic)");
+  return std::nullopt;
+}
+
+void Operator::start_capture(const std::string& who, CaptureListener& listener) {
+  parts_.capture.add(listener);
+  log_of("daemon")->info("{}: captures all frames", who);
+}
+
+void Operator::stop_capture(CaptureListener& listener) {
+  parts_.capture.remove(listener);
+}
+
+void Operator::fill_metrics(ipc::Metrics& reply) {
+  ipc::Status status;
+  parts_.status.fill_status(status);
+  reply.set_text(prometheus_text(status));
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,67 @@
+#include "daemon/session/client_input.hpp"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr int kReadsOfBells = 4;  // more wake us again
+
+}  // namespace
+
+bool ClientInput::begin_ring(std::size_t capacity_bytes) {
+  ipc::RingMemory memory = ipc::RingMemory::create(capacity_bytes);
+  if (!memory.is_valid()) return false;
+  ring_.emplace(std::move(memory));
+  return true;
+}
+
+ClientInput::Result ClientInput::read_socket(int socket, std::span<std::uint8_t> room,
+                                             std::size_t& got) {
+  for (;;) {
+    const ssize_t count = recv(socket, room.data(), room.size(), 0);
+    if (count > 0) {
+      got = static_cast<std::size_t>(count);
+      return Result::kBytes;
+    }
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Result::kNothing;
+    end_reason_ = count == 0 ? "it closed the connection" : std::strerror(errno);
+    return Result::kEnded;
+  }
+}
+
+// What the client wrote into the ring before its end is still read.
+ClientInput::Result ClientInput::wake(int socket) {
+  if (!ring_) return Result::kNothing;
+  std::array<std::uint8_t, 256> bells;
+  for (int i = 0; i < kReadsOfBells && end_reason_.empty(); ++i) {
+    std::size_t got = 0;
+    if (read_socket(socket, bells, got) != Result::kBytes) break;
+    const auto is_bell = [](std::uint8_t byte) { return byte == ipc::kBell; };
+    if (!std::all_of(bells.begin(), bells.begin() + got, is_bell)) return Result::kBroken;
+    if (got < bells.size()) break;
+  }
+  return Result::kNothing;
+}
+
+ClientInput::Result ClientInput::read(int socket, std::span<std::uint8_t> room, std::size_t& got) {
+  if (!ring_) return read_socket(socket, room, got);
+  const std::optional<std::size_t> count = ring_->read(room);
+  if (!count) return Result::kBroken;
+  got = *count;
+  if (got > 0) return Result::kBytes;
+  return end_reason_.empty() ? Result::kNothing : Result::kEnded;
+}
+
+bool ClientInput::sleep() {
+  return !ring_ || (end_reason_.empty() && ring_->sleep());
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,197 @@
+#include "daemon/session/clients.hpp"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cstring>
+#include <tuple>
+
+#include "daemon/common/logging.hpp"
+#include "daemon/host/peer.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kAcceptsPerTurn = 16;
+constexpr int kMostListed = 128;            // clients in a status, so that it fits a frame
+constexpr std::size_t kRefusedAtOnce = 16;  // refused clients that still read why
+constexpr auto kHelloTimeout = std::chrono::seconds(10);
+constexpr auto kAcceptRetry = std::chrono::seconds(1);
+
+}  // namespace
+
+Clients::Clients(boost::asio::io_context& io, Hub& hub_ref, PoseKeeper& poses_ref,
+                 const LimitsConfig& limits_ref, DaemonCounters& counters_ref, StatusSource& status)
+    : SessionHost(hub_ref, poses_ref, limits_ref, counters_ref),
+      io_(io),
+      status_(status),
+      listener_(io),
+      accept_timer_(io),
+      silence_timer_(io) {}
+
+Clients::~Clients() {
+  close_all("swarmtalkd ends");
+}
+
+void Clients::listen(int listening) {
+  const int duplicate = fcntl(listening, F_DUPFD_CLOEXEC, 0);
+  if (duplicate < 0) throw std::runtime_error(std::string("listening: ") + std::strerror(errno));
+  boost::system::error_code ignored;
+  if (listener_.is_open()) listener_.close(ignored);
+  listener_.assign(duplicate);
+  wait_acceptable();
+}
+
+void Clients::wait_acceptable() {
+  listener_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                       [this](const boost::system::error_code& error) {
+                         if (!error) on_acceptable();
+                       });
+}
+
+void Clients::on_acceptable() {
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    const int descriptor =
+        accept4(listener_.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor >= 0) {
+      add(descriptor);
+      continue;
+    }
+    if (errno == EAGAIN || errno == EWOULDBLOCK) break;
+    if (errno == ECONNABORTED || errno == EINTR) continue;
+    if (const auto silent = accept_log_.pass(Clock::now())) {
+      log_of("client")->error("cannot accept a client: {}; trying again every second",
+                              std::strerror(errno));
+    }
+    return retry_accept_later();
+  }
+  wait_acceptable();
+}
+
+// Out of descriptors or memory: waiting for the socket again would spin.
+void Clients::retry_accept_later() {
+  accept_timer_.expires_after(kAcceptRetry);
+  accept_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) on_acceptable();
+  });
+}
+
+void Clients::add(int descriptor) {
+  const bool is_full = size() >= limits.clients;
+  if (is_full) {
+    ++counters.clients_refused;
+    if (const auto silent = refused_log_.pass(Clock::now())) {
+      log_of("client")->warn(
+          "client refused ({}): limits.clients is {} ({} more since the last line)",
+          peer_of(descriptor), limits.clients, *silent);
+    }
+    if (refused_ >= kRefusedAtOnce) {
+      ::close(descriptor);
+      return;
+    }
+  } else {
+    ++counters.clients_accepted;
+    log_of("client")->debug("client connected ({})", peer_of(descriptor));
+  }
+  const int bytes = static_cast<int>(limits.socket_buffer_bytes);
+  setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+  auto session = std::make_shared<Session>(io_, descriptor, *this);
+  sessions_.emplace(session.get(), session);
+  watch_silent();
+  if (is_full) {
+    ++refused_;
+    session->refuse_connection({ipc::ERROR_LIMIT,
+                                "this daemon serves " + std::to_string(limits.clients) +
+                                    " clients at most; end one, or raise clients under [limits]",
+                                limits.clients});
+    return;
+  }
+  session->start();
+}
+
+void Clients::close_all(const std::string& reason) {
+  boost::system::error_code ignored;
+  if (listener_.is_open()) listener_.close(ignored);
+  accept_timer_.cancel();
+  silence_timer_.cancel();
+  while (!sessions_.empty()) {
+    const std::shared_ptr<Session> session = sessions_.begin()->second;
+    session->close(reason);
+  }
+  to_flush_.clear();
+}
+
+void Clients::fill(google::protobuf::RepeatedPtrField<ipc::ClientStatus>& statuses) const {
+  for (const auto& [session, shared] : sessions_) {
+    if (session->has_greeted()) session->fill(*statuses.Add());
+  }
+  std::sort(statuses.begin(), statuses.end(), [](const auto& a, const auto& b) {
+    return std::make_tuple(~a.queued_bytes(), a.pid()) <
+           std::make_tuple(~b.queued_bytes(), b.pid());
+  });
+  while (statuses.size() > kMostListed) statuses.RemoveLast();
+}
+
+void Clients::schedule_flush(const std::shared_ptr<Session>& session) {
+  to_flush_.push_back(session);
+  if (std::exchange(is_flush_posted_, true)) return;
+  boost::asio::post(io_, [this] { flush_all(); });
+}
+
+void Clients::flush_all() {
+  is_flush_posted_ = false;
+  flushing_.swap(to_flush_);
+  for (const auto& session : flushing_) session->flush();
+  flushing_.clear();
+}
+
+void Clients::on_closed(Session& session, const std::string& reason, bool is_malformed) {
+  if (is_malformed) {
+    ++counters.clients_malformed;
+    if (const auto silent = malformed_log_.pass(Clock::now())) {
+      log_of("client")->warn("client '{}' ({}) closed: {} ({} more since the last line)",
+                             session.client_name(), session.peer(), reason, *silent);
+    }
+  } else {
+    log_of("client")->debug("client '{}' ({}) closed: {}", session.client_name(), session.peer(),
+                            reason);
+  }
+  if (session.is_refused()) --refused_;
+  sessions_.erase(&session);
+}
+
+void Clients::watch_silent() {
+  if (std::exchange(is_watching_silent_, true)) return;
+  silence_timer_.expires_after(kHelloTimeout);
+  silence_timer_.async_wait([this](const boost::system::error_code& error) {
+    is_watching_silent_ = false;
+    if (!error) close_silent();
+  });
+}
+
+void Clients::close_silent() {
+  const auto now = Clock::now();
+  std::vector<std::shared_ptr<Session>> silent;
+  bool is_any_new = false;
+  for (const auto& [session, shared] : sessions_) {
+    if (session->has_greeted()) continue;
+    if (now - session->connected_at() >= kHelloTimeout)
+      silent.push_back(shared);
+    else
+      is_any_new = true;
+  }
+  for (const auto& session : silent) {
+    if (!session->is_refused()) ++counters.clients_silent;
+    session->close(session->is_refused() ? "it was refused and did not hang up within 10 s"
+                                         : "it did not say Hello within 10 s");
+  }
+  if (is_any_new) watch_silent();
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,78 @@
+// Clients: all connected sessions. Accepts them up to the limit, flushes those that have something
+// to write when a turn of the event loop ends, and closes those that never say Hello.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "daemon/common/log_limiter.hpp"
+#include "daemon/session/session.hpp"
+
+namespace swarmtalk::daemon {
+
+/// What a session tells about the daemon as a whole.
+class StatusSource {
+ public:
+  virtual ~StatusSource() = default;
+  virtual void fill_hello(ipc::Hello& hello) = 0;
+  virtual void fill_status(ipc::Status& status) = 0;
+  virtual void fill_neighbours(ipc::Neighbours& reply) = 0;
+};
+
+class Clients final : public SessionHost {
+ public:
+  /// All references must outlive this object.
+  Clients(boost::asio::io_context& io, Hub& hub, PoseKeeper& poses, const LimitsConfig& limits,
+          DaemonCounters& counters, StatusSource& status);
+  ~Clients() override;
+
+  /// Begins to accept, on this socket only. @param listening  a listening, non-blocking Unix stream
+  /// socket, duplicated
+  void listen(int listening);
+
+  /// Takes on one connected, non-blocking socket; owns it.
+  void add(int descriptor);
+
+  void close_all(const std::string& reason);
+
+  /// Those that are served.
+  std::size_t size() const { return sessions_.size() - refused_; }
+
+  /// One entry for each that is served, those with most to read first; at most 128.
+  void fill(google::protobuf::RepeatedPtrField<ipc::ClientStatus>& statuses) const;
+
+  void schedule_flush(const std::shared_ptr<Session>& session) override;
+  void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
+  void fill_hello(ipc::Hello& hello) override { status_.fill_hello(hello); }
+  void fill_status(ipc::Status& status) override { status_.fill_status(status); }
+  void fill_neighbours(ipc::Neighbours& list) override { status_.fill_neighbours(list); }
+
+ private:
+  void wait_acceptable();
+  void on_acceptable();
+  void retry_accept_later();
+  void flush_all();
+  void watch_silent();
+  void close_silent();
+
+  boost::asio::io_context& io_;
+  StatusSource& status_;
+  boost::asio::posix::stream_descriptor listener_;
+  boost::asio::steady_timer accept_timer_;
+  boost::asio::steady_timer silence_timer_;
+  std::unordered_map<Session*, std::shared_ptr<Session>> sessions_;
+  std::size_t refused_ = 0;  // of sessions_: those that still read why
+  std::vector<std::shared_ptr<Session>> to_flush_;
+  std::vector<std::shared_ptr<Session>> flushing_;
+  LogLimiter malformed_log_;
+  LogLimiter refused_log_;
+  LogLimiter accept_log_;
+  bool is_flush_posted_ = false;
+  bool is_watching_silent_ = false;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,108 @@
+#include "daemon/station/link_factory.hpp"
+
+#include <stdexcept>
+
+#include "drivers/raw_l2.hpp"
+#include "drivers/replay.hpp"
+#include "drivers/udp.hpp"
+#include "kilobot_bridge/kilobot_link.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+kilobot_bridge::KilobotLinkConfig kilobot_link_config(const KilobotConfig& config,
+                                                      frame::ProfileId profile) {
+  kilobot_bridge::KilobotLinkConfig link;
+  link.downlink = config.downlink;
+  link.uplink = config.uplink;
+  link.uplink_form =
+      config.is_text ? kilobot_bridge::UplinkForm::kText : kilobot_bridge::UplinkForm::kFrames;
+  link.profile = profile;
+  link.pacing.copies = config.copies;
+  link.pacing.baud = config.baud;
+  link.pacing.time_scale = config.time_scale;
+  link.has_single = config.ohc_single;
+  link.settle = std::chrono::milliseconds(config.settle_ms);
+  return link;
+}
+
+std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfig& config,
+                                    frame::ProfileId profile, std::size_t max_packet_bytes) {
+  switch (config.type) {
+    case LinkType::kRawL2: {
+      drivers::RawL2Config raw;
+      raw.interface = config.interface;
+      raw.ethertype = config.ethertype;
+      raw.profile = profile;
+      raw.max_packet_bytes = max_packet_bytes;
+      raw.pacer = pacing_of(config);
+      raw.receive_buffer_bytes = config.receive_buffer_bytes;
+      return std::make_unique<drivers::RawL2Link>(io, raw);
+    }
+    case LinkType::kUdp: {
+      drivers::UdpConfig udp;
+      if (!config.address.empty()) udp.address = config.address;
+      if (config.port != 0) udp.port = config.port;
+      udp.interface = config.interface;
+      udp.profile = profile;
+      udp.max_packet_bytes = max_packet_bytes;
+      udp.pacer = pacing_of(config);
+      udp.receive_buffer_bytes = config.receive_buffer_bytes;
+      return std::make_unique<drivers::UdpLink>(io, udp);
+    }
+    case LinkType::kKilobot:
+      return std::make_unique<kilobot_bridge::KilobotLink>(
+          io, kilobot_link_config(config.kilobot, profile));
+    case LinkType::kReplay:
+      break;
+  }
+  drivers::ReplayConfig replay;
+  replay.capture_path = config.file;
+  replay.output_path = config.output;
+  replay.pace = config.is_fastest ? drivers::ReplayPace::kFastest : drivers::ReplayPace::kRecorded;
+  replay.ethertype = config.ethertype;
+  replay.profile = profile;
+  replay.max_packet_bytes = max_packet_bytes;
+  return std::make_unique<drivers::ReplayLink>(io, replay);
+}
+
+// The key that a driver's complaint is most likely about.
+std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
+  const std::string section = "links." + config.name;
+  if (complaint.find("permission to use port") != std::string::npos ||
+      complaint.find("the port is taken") != std::string::npos) {
+    return section + ".port";
+  }
+  if (config.type == LinkType::kKilobot) {
+    const std::string quoted = "'" + config.kilobot.downlink + "'";
+    return section + (complaint.find(quoted) != std::string::npos ? ".downlink" : ".uplink");
+  }
+  if (!config.interface.empty() && complaint.find(config.interface) != std::string::npos) {
+    return section + ".interface";
+  }
+  if (!config.address.empty() && complaint.find(config.address) != std::string::npos) {
+    return section + ".address";
+  }
+  if (!config.output.empty() && complaint.find(config.output) != std::string::npos) {
+    return section + ".output";
+  }
+  return config.type == LinkType::kReplay ? section + ".file" : section;
+}
+
+}  // namespace
+
+drivers::PacerConfig pacing_of(const LinkConfig& config) {
+  return {config.rate_hz, config.burst_frames, std::chrono::microseconds(config.jitter_us)};
+}
+
+std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,
+                                         const KeyLines& lines, frame::ProfileId profile,
+                                         std::size_t max_packet_bytes) {
+  try {
+    return open(io, config, profile, max_packet_bytes);
+  } catch (const std::exception& error) {
+    throw lines.error(blamed_key(config, error.what()), error.what());
+  }
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,437 @@
+// NodeStation: a Station on a core node of profile P. It owns the link, answers its pulls from the
+// node, measures distance and bearing of what it hears, and turns the node's callbacks into calls
+// of the hub.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "daemon/common/number_table.hpp"
+#include "daemon/message/gateway_origin.hpp"
+#include "daemon/pose/pose_keeper.hpp"
+#include "daemon/pose/ranging.hpp"
+#include "daemon/station/node_identity.hpp"
+#include "daemon/station/station.hpp"
+#include "swarmtalk/swarmtalk.hpp"
+
+namespace swarmtalk::daemon {
+
+/// What core is told of a range. The hub gets the range itself: some profiles know no bearing, and
+/// count in millimetres.
+template <class Sensing>
+Sensing sensing_of(const Range& range);
+template <>
+inline core::PoseSensing sensing_of(const Range& range) {
+  return {range.distance_m, range.bearing_rad, 0};
+}
+template <>
+inline core::DistanceSensing sensing_of(const Range& range) {
+  return {range.distance_mm()};
+}
+template <>
+inline core::RangeBearingSensing sensing_of(const Range& range) {
+  return {range.distance_mm(), range.bearing_rad};
+}
+
+template <class P>
+class NodeStation final : public Station, public drivers::LinkUser {
+ public:
+  /// All references must outlive the station. @param link  not yet started
+  NodeStation(std::string name, ProfileName profile, std::unique_ptr<drivers::Link> link,
+              NodeIdentity& identity, const PoseKeeper& poses, StationUser& user)
+      : name_(std::move(name)),
+        profile_(profile),
+        identity_(identity),
+        poses_(poses),
+        user_(user),
+        node_(std::make_unique<Node>(core::Port{&clock_ticks, &random, this})),
+        link_(std::move(link)) {
+    adopt_node_id();
+    node_->set_epoch(static_cast<std::uint16_t>(identity.epoch()));
+  }
+
+  void start() override { link_->start(*this); }
+
+  const std::string& name() const override { return name_; }
+  const char* profile() const override { return profile_.text; }
+  NodeIdentity& identity() override { return identity_; }
+  const StationLimits& limits() const override { return kLimits; }
+  bool is_up() const override { return link_->is_up(); }
+  std::size_t message_bytes_that_fit(bool is_timestamped) const override {
+    const std::size_t packet_bytes = link_->packet_limit_bytes();
+    if (packet_bytes >= W::kMtuBytes) {
+      return kLimits.message_bytes(is_timestamped);
+    }
+    if (P::kPadded) return 0;  // every packet has its full length
+    // All packets of a message but the last are of the profile's full length, so only a message of
+    // one packet fits.
+    const std::size_t around =
+        W::kHeaderBytes + W::kChecksumBytes + (is_timestamped ? W::kTimestampBytes : 0);
+    return packet_bytes < around ? 0 : packet_bytes - around;
+  }
+  drivers::Link& link() override { return *link_; }
+  drivers::Counters counters() const override;
+  std::vector<Neighbour> neighbours(Neighbour::Time now) const override {
+    return neighbours_.list(now);
+  }
+
+  bool open_channel(std::uint16_t number, bool is_timestamped) override {
+    auto entry = std::make_unique<Entry>();
+    entry->station = this;
+    entry->number = number;
+    entry->is_timestamped = is_timestamped;
+    if (!attach(*entry)) return false;
+    entries_[number] = std::move(entry);
+    return true;
+  }
+
+  void close_channel(std::uint16_t number) override {
+    node_->remove_channel(entries_[number]->channel);
+    entries_[number].reset();
+  }
+
+  void set_listening(std::uint16_t number, bool is_listening) override {
+    Entry& entry = *entries_[number];
+    if (entry.is_listening == is_listening) return;
+    entry.is_listening = is_listening;
+    if (is_listening) {
+      subscribe(entry);
+    } else if (!entry.channel->is_busy()) {
+      reattach(entry);  // core has no other way to unsubscribe; when busy, the hub drops the rest
+    }
+  }
+
+  SendResult send(std::uint16_t number, std::span<const std::uint8_t> payload, std::uint8_t ttl,
+                  const GatewayOrigin* origin, std::uint64_t waited_us,
+                  std::uint32_t& message_number) override {
+    Entry& entry = *entries_[number];
+    const bool is_marked = origin != nullptr && kLimits.marks_gateways;
+    if (is_marked) {
+      crossing_.clear();
+      append_origin(*origin, crossing_);
+      crossing_.insert(crossing_.end(), payload.begin(), payload.end());
+      payload = crossing_;
+    }
+    // Ours is behind while the message goes over other links only: this one was down, say.
+    std::uint32_t& last = numbers_[number];
+    if (P::kMessageBits == 32 && message_number > last + 1 && !entry.channel->is_busy()) {
+      last = message_number - 1;
+      entry.channel->continue_after(static_cast<typename W::MessageNumber>(last));
+    }
+    const auto waited = static_cast<Ticks>(
+        std::min<std::uint64_t>(waited_us / kTickUs<P>, std::numeric_limits<Ticks>::max()));
+    const core::Error error = entry.channel->publish(
+        payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, is_marked, waited);
+    if (error == core::Error::kBusy) return SendResult::kBusy;
+    if (error != core::Error::kOk) return SendResult::kRefused;
+    message_number = ++last;
+    link_->wake();
+    return SendResult::kSent;
+  }
+
+  bool send_again(std::uint16_t number) override {
+    if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
+    link_->wake();
+    return true;
+  }
+
+  void cancel(std::uint16_t number) override {
+    Entry& entry = *entries_[number];
+    if (!entry.channel->is_busy()) return;
+    // Nobody has heard of the number: skipping it would look like a loss.
+    if (entry.channel->is_unbegun() && numbers_[number] > 0) --numbers_[number];
+    reattach(entry);
+  }
+
+  void adopt_node_id() override {
+    node_->set_node_id(static_cast<typename W::NodeId>(identity_.id()));
+  }
+
+  void set_virtual_range(const VirtualRange& range) override { virtual_range_ = range; }
+
+  // LinkUser
+  std::size_t pull_packet(std::span<std::uint8_t> out) override {
+    if (out.size() < node_->next_packet_bytes()) return 0;
+    // The next message may be handed to the node in here: at the same time.
+    pulled_at_ = std::chrono::steady_clock::now();
+    const std::size_t size_bytes = node_->pull_packet(out.data());
+    pulled_at_.reset();
+    return size_bytes;
+  }
+  std::size_t next_packet_bytes() override { return node_->next_packet_bytes(); }
+  void on_packet(std::span<const std::uint8_t> packet,
+                 const drivers::FrameReception& frame) override;
+  void on_frame(const drivers::FrameReception& frame) override;
+  void on_link_state() override { user_.on_link_state(*this); }
+  std::size_t last_messages(std::span<frame::LastMessage> out) override;
+  void on_last_message(const frame::LastMessage& last,
+                       const drivers::FrameReception& frame) override;
+  bool is_own_frame(const frame::FrameHeader& header) override {
+    return header.epoch == identity_.epoch() && identity_.was(header.node);
+  }
+  frame::FrameHeader frame_header() override {
+    frame::FrameHeader header;
+    header.profile = profile_.id;
+    header.node = identity_.id();
+    header.epoch = identity_.epoch();
+    header.pose = poses_.on_air(std::chrono::steady_clock::now());
+    return header;
+  }
+
+ private:
+  using Node = core::Swarmtalk<P>;
+  using W = core::Wire<P>;
+  using Ticks = typename W::Ticks;
+
+  struct Entry {
+    NodeStation* station = nullptr;
+    std::uint16_t number = 0;
+    bool is_timestamped = false;
+    bool is_listening = false;
+    core::Channel<P>* channel = nullptr;
+    core::Publisher<P>* publisher = nullptr;
+    std::uint32_t* left = nullptr;  // its place in left_, once a message has left
+  };
+
+  static constexpr StationLimits kLimits = limits_of_profile<P>();
+  using Distance = typename P::Sensing::Distance;
+  static constexpr Distance kNoLimit = std::numeric_limits<Distance>::has_infinity
+                                           ? std::numeric_limits<Distance>::infinity()
+                                           : std::numeric_limits<Distance>::max();
+
+  static std::uint32_t clock_ticks(void* station) {
+    return static_cast<NodeStation*>(station)->now_ticks();
+  }
+  /// While a packet is being received, the time when the kernel took it: what it waited for us then
+  /// counts in its delay. Never goes back, as a node's clock must not.
+  std::uint32_t now_ticks() {
+    latest_ = std::max(latest_, time_of_call());
+    const auto time = latest_.time_since_epoch();
+    return static_cast<std::uint32_t>(
+        std::chrono::duration_cast<std::chrono::microseconds>(time).count() / kTickUs<P>);
+  }
+  drivers::MonotonicTime time_of_call() const {
+    if (frame_ != nullptr) return frame_->received_at;
+    return pulled_at_ ? *pulled_at_ : std::chrono::steady_clock::now();
+  }
+  static std::uint32_t random(void*) { return random_bits(); }
+
+  bool attach(Entry& entry) {
+    // TTL 0: each message brings its own.
+    entry.channel = node_->new_channel(entry.number, 0, entry.is_timestamped);
+    if (entry.channel == nullptr) return false;
+    // From another place in the node its count might begin elsewhere: a gap that is no loss.
+    if (P::kMessageBits == 32) {
+      entry.channel->continue_after(static_cast<typename W::MessageNumber>(numbers_[entry.number]));
+    }
+    entry.publisher = entry.channel->new_publisher(&on_core_sent, &entry);
+    if (entry.is_listening) subscribe(entry);
+    return true;
+  }
+  void reattach(Entry& entry) {
+    node_->remove_channel(entry.channel);
+    attach(entry);  // into the slot that has just become free
+  }
+  void subscribe(Entry& entry) {
+    entry.channel->new_subscriber(kNoLimit, &on_core_message, &entry);
+  }
+
+  static void on_core_sent(void* context) {
+    auto* entry = static_cast<Entry*>(context);
+    NodeStation& station = *entry->station;
+    if (P::kMessageBits == 32) station.note_left(*entry);
+    station.user_.on_sent(station, entry->number);
+  }
+  void note_left(Entry& entry) {
+    if (entry.left == nullptr) entry.left = &left_[entry.number];
+    *entry.left = numbers_[entry.number];
+  }
+  static void on_core_message(void* context, const std::uint8_t* bytes, std::uint16_t size,
+                              const core::Reception<P>& reception) {
+    static_cast<Entry*>(context)->station->hand_up(bytes, size, reception);
+  }
+  void hand_up(const std::uint8_t* bytes, std::uint16_t size, const core::Reception<P>& reception);
+  std::uint8_t hops_of(const core::Reception<P>& reception) const;
+  std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
+  Range range_of(const drivers::FrameReception& frame) const;
+  bool is_out_of_range(const Range& range) const;
+
+  std::string name_;
+  ProfileName profile_;
+  NodeIdentity& identity_;
+  const PoseKeeper& poses_;
+  StationUser& user_;
+  NumberTable<std::unique_ptr<Entry>> entries_;      // open channels
+  NumberTable<std::uint32_t> numbers_;               // last message sent on a channel
+  std::map<std::uint16_t, std::uint32_t> left_;      // the last of each channel that left whole
+  std::uint16_t told_channel_ = 0;                   // the last that a beacon told of
+  std::unique_ptr<Node> node_;                       // megabytes, most of them untouched
+  std::vector<std::uint8_t> crossing_;               // reused
+  const drivers::FrameReception* frame_ = nullptr;   // in which the packet in hand came
+  std::optional<drivers::MonotonicTime> pulled_at_;  // while a packet is pulled
+  drivers::MonotonicTime latest_{};                  // that the node was told
+  Range range_ = Range::unknown();                   // of its transmitter
+  std::uint64_t bad_origins_ = 0;
+  bool is_namesake_told_ = false;  // of the frame in hand
+  Neighbours neighbours_;
+  VirtualRange virtual_range_;
+  std::uint64_t packets_too_far_ = 0;
+  std::uint64_t packets_unknown_distance_ = 0;
+  std::unique_ptr<drivers::Link> link_;  // last: it calls the others until it is gone
+};
+
+template <class P>
+Range NodeStation<P>::range_of(const drivers::FrameReception& frame) const {
+  if (frame.distance_m) {
+    return {*frame.distance_m, std::numeric_limits<float>::quiet_NaN()};
+  }
+  if (!frame.pose || !poses_.is_usable(*frame.pose)) return Range::unknown();
+  return range_to(poses_.valid(std::chrono::steady_clock::now()), frame.pose);
+}
+
+template <class P>
+void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
+                               const drivers::FrameReception& frame) {
+  range_ = range_of(frame);
+  if (is_out_of_range(range_)) {
+    ++(std::isnan(range_.distance_m) ? packets_unknown_distance_ : packets_too_far_);
+    return;
+  }
+  const auto collisions = node_->counters().id_collisions;
+  frame_ = &frame;
+  node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
+                   sensing_of<typename P::Sensing>(range_));
+  frame_ = nullptr;
+  if (node_->has_packet()) link_->wake();  // one to forward
+  if (node_->counters().id_collisions == collisions) return;
+  is_namesake_told_ = true;
+  user_.on_namesake(*this);
+}
+
+template <class P>
+void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
+  const Range range = range_of(frame);
+  const auto found = neighbours_.heard(frame, range, is_out_of_range(range));
+  if (found.older != nullptr) user_.on_duplicate(*this, *found.older, *found.younger);
+  const bool is_told = std::exchange(is_namesake_told_, false);
+  const bool is_namesake =
+      frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
+  if (is_namesake && !is_told) user_.on_namesake(*this);
+}
+
+// In turns: there may be more channels than a beacon has room for.
+template <class P>
+std::size_t NodeStation<P>::last_messages(std::span<frame::LastMessage> out) {
+  const std::size_t count = std::min(out.size(), left_.size());
+  auto next = left_.upper_bound(told_channel_);
+  for (std::size_t i = 0; i < count; ++i, ++next) {
+    if (next == left_.end()) next = left_.begin();
+    out[i] = {next->first, next->second};
+    told_channel_ = next->first;
+  }
+  return count;
+}
+
+template <class P>
+void NodeStation<P>::on_last_message(const frame::LastMessage& last,
+                                     const drivers::FrameReception& frame) {
+  if (P::kMessageBits != 32 || is_out_of_range(range_of(frame))) return;
+  MessageHead head;
+  head.channel = last.channel;
+  head.sender = frame.transmitter;
+  head.epoch = frame.transmitter_epoch & 0xFFFFu;  // as a packet carries it
+  head.number = last.number;
+  head.has_wide_number = true;
+  head.drops = {frame.kernel_drops, node_->counters().no_memory};
+  user_.on_last_message(*this, head);
+}
+
+template <class P>
+bool NodeStation<P>::is_out_of_range(const Range& range) const {
+  if (virtual_range_.limit_m == 0.0) return false;
+  if (std::isnan(range.distance_m)) return virtual_range_.drops_unknown;
+  return static_cast<double>(range.distance_m) > virtual_range_.limit_m;
+}
+
+template <class P>
+void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
+                             const core::Reception<P>& reception) {
+  std::span<const std::uint8_t> payload(bytes, size);
+  MessageHead head;
+  head.crossed_gateway =
+      reception.crossed_gateway ||
+      (!kLimits.marks_gateways && kLimits.first_gateway_id <= std::uint16_t{reception.node});
+  if (reception.crossed_gateway) {
+    head.origin = take_origin(payload);
+    if (!head.origin) {
+      ++bad_origins_;
+      return;
+    }
+  }
+  const auto stamp = frame_->received_at.time_since_epoch();
+  head.channel = reception.channel;
+  head.sender = reception.node;
+  head.epoch = reception.epoch;
+  head.number = reception.message;
+  head.distance_m = range_.distance_m;
+  head.bearing_rad = range_.bearing_rad;
+  head.sender_pose = frame_->pose;
+  head.hops = hops_of(reception);
+  head.ttl = reception.ttl;
+  head.received_at_ns = static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(stamp).count());
+  head.has_wide_number = P::kMessageBits == 32;
+  head.drops = {frame_->kernel_drops, node_->counters().no_memory};
+  head.buffering_delay_us = delay_us(reception);
+  head.is_time_known = frame_->is_time_known;
+  user_.on_message(*this, head, payload);
+}
+
+// Where packets count no hops, one that its origin transmitted is all that can be told.
+template <class P>
+std::uint8_t NodeStation<P>::hops_of(const core::Reception<P>& reception) const {
+  const bool is_direct = reception.hops == core::kHopsUnknown && P::kHopsBits == 0 &&
+                         frame_->transmitter != 0 && frame_->transmitter == reception.node;
+  return is_direct ? std::uint8_t{0} : reception.hops;
+}
+
+// Until the kernel's stamp; what has passed since, whoever hands the message on adds.
+template <class P>
+std::optional<std::uint32_t> NodeStation<P>::delay_us(const core::Reception<P>& reception) const {
+  if (!reception.has_delay) return std::nullopt;
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(std::uint64_t{reception.delay_ticks} * kTickUs<P>, UINT32_MAX));
+}
+
+template <class P>
+drivers::Counters NodeStation<P>::counters() const {
+  const core::Counters<P>& c = node_->counters();
+  return {
+      {"node_packets_forwarded", c.packets_forwarded},
+      {"node_messages_sent", c.messages_sent},
+      {"node_messages_received", c.messages_received},
+      {"node_bad_packets", c.bad_packets},
+      {"node_bad_checksums", c.bad_checksums},
+      {"node_unknown_channels", c.unknown_channels},
+      {"node_duplicates", c.duplicates},
+      {"node_own_echoes", c.own_echoes},
+      {"node_forward_queue_full", c.forward_queue_full},
+      {"node_no_memory", c.no_memory},
+      {"node_aged_out", c.aged_out},
+      {"node_contradictions", c.contradictions},
+      {"node_id_collisions", c.id_collisions},
+      {"node_bad_origins", bad_origins_},
+      {"neighbours_evicted", neighbours_.evicted()},
+      {"packets_too_far", packets_too_far_},
+      {"packets_unknown_distance", packets_unknown_distance_},
+  };
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,159 @@
+#include "daemon/hub/loss_tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr LossTracker::Source kSource{7, 3, 1};
+
+class Tracker : public testing::Test {
+ protected:
+  Loss note(std::uint32_t number, DropTotals drops = {}) {
+    return tracker_.note(kSource, number, drops);
+  }
+  Loss note_last(std::uint32_t number, DropTotals drops = {}) {
+    return tracker_.note_last(kSource, number, drops);
+  }
+  LossTracker tracker_{4};
+};
+
+TEST_F(Tracker, FirstMessageOfASourceFindsNothing) {
+  EXPECT_EQ(note(1000), Loss{});
+}
+
+TEST_F(Tracker, PutsAnUnexplainedGapDownToTheAir) {
+  note(1);
+  EXPECT_EQ(note(2), Loss{});
+  EXPECT_EQ(note(6).air, 3u);
+}
+
+TEST_F(Tracker, BeaconTellsOfMessagesThatNoOtherFollowed) {
+  note(1);
+  EXPECT_EQ(note_last(1), Loss{});
+  EXPECT_EQ(note_last(4).air, 3u);
+  EXPECT_EQ(note_last(4), Loss{}) << "once";
+  EXPECT_EQ(note(5), Loss{}) << "nor again by the next message";
+  EXPECT_EQ(note(7).air, 1u);
+}
+
+TEST_F(Tracker, MessageThatABeaconCountedAsLostMayComeLate) {
+  note(1);
+  EXPECT_EQ(note_last(3).air, 2u);
+  EXPECT_EQ(note(3).late, 1u);
+  EXPECT_EQ(note(3).late, 0u);
+  EXPECT_EQ(note(2).late, 1u);
+  EXPECT_EQ(note_last(5).air, 2u);
+  EXPECT_EQ(note(6), Loss{});
+  EXPECT_EQ(note(5).late, 1u);
+  EXPECT_EQ(note(4).late, 1u);
+}
+
+TEST_F(Tracker, BeaconThatWasOvertakenFindsNothing) {
+  note(9);
+  EXPECT_EQ(note_last(8), Loss{});
+  EXPECT_EQ(note(10), Loss{});
+}
+
+TEST_F(Tracker, FirstBeaconOfASourceIsWhereCountingBegins) {
+  EXPECT_EQ(note_last(9), Loss{});
+  EXPECT_EQ(note(12).air, 2u);
+}
+
+TEST_F(Tracker, BeaconPutsLossDownToTheKernelToo) {
+  note(1, {5, 0});
+  EXPECT_EQ(note_last(3, {6, 0}), (Loss{.air = 1, .kernel = 1}));
+}
+
+TEST_F(Tracker, CountsAcrossTheWrapOfNumbers) {
+  note(0xFFFFFFFE);
+  EXPECT_EQ(note(1).air, 2u);
+}
+
+TEST_F(Tracker, PutsAGapDownToTheKernelAsFarAsItDropped) {
+  note(1, {5, 0});
+  const Loss loss = note(6, {7, 0});
+  EXPECT_EQ(loss.kernel, 2u);
+  EXPECT_EQ(loss.air, 2u);
+}
+
+TEST_F(Tracker, PutsOneDropDownToOneGapOnly) {
+  const LossTracker::Source other{7, 4, 1};
+  note(1);
+  tracker_.note(other, 1, {});
+  EXPECT_EQ(note(3, {1, 0}).kernel, 1u);
+  EXPECT_EQ(tracker_.note(other, 3, {1, 0}).air, 1u);
+}
+
+TEST_F(Tracker, DoesNotBlameDropsFromBeforeTheGap) {
+  note(1, {0, 0});
+  note(2, {9, 0});  // the nine were of others
+  EXPECT_EQ(note(4, {9, 0}).air, 1u);
+}
+
+TEST_F(Tracker, PutsTheRestOfAGapDownToMemory) {
+  note(1);
+  const Loss loss = note(10, {3, 4});
+  EXPECT_EQ(loss.kernel, 3u);
+  EXPECT_EQ(loss.daemon, 4u);
+  EXPECT_EQ(loss.air, 1u);
+}
+
+TEST_F(Tracker, TellsAMessageThatCameLateOnce) {
+  note(1);
+  EXPECT_EQ(note(4).air, 2u);
+  EXPECT_EQ(note(3).late, 1u);
+  EXPECT_EQ(note(3).late, 0u);
+  EXPECT_EQ(note(4), Loss{});
+  EXPECT_EQ(note(5), Loss{});
+}
+
+TEST_F(Tracker, DoesNotTakeANumberFromBeforeTheFirstForLate) {
+  note(10);
+  EXPECT_EQ(note(9), Loss{});
+}
+
+TEST_F(Tracker, FollowsASenderWhoseCountStartsElsewhere) {
+  note(5);
+  EXPECT_EQ(note(0x80000000), Loss{});
+  EXPECT_EQ(note(0x80000002).air, 1u);
+}
+
+TEST_F(Tracker, ForgetsTheLongestUnheardWhenFull) {
+  for (std::uint16_t sender = 1; sender <= 5; ++sender) tracker_.note({7, sender, 1}, 1, {});
+  EXPECT_EQ(tracker_.size(), 4u);
+  EXPECT_EQ(tracker_.evicted(), 1u);
+  EXPECT_EQ(tracker_.note({7, 1, 1}, 9, {}), Loss{});
+  EXPECT_EQ(tracker_.note({7, 5, 1}, 3, {}).air, 1u);
+}
+
+TEST_F(Tracker, CountsNothingWhileNobodySubscribes) {
+  note(1);
+  tracker_.forget(7);
+  EXPECT_EQ(note(9), Loss{});
+}
+
+TEST_F(Tracker, ReceivedAndLostAddUpInAnyOrder) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    LossTracker tracker(1);
+    std::mt19937 random(seed);
+    std::vector<std::uint32_t> numbers;
+    for (std::uint32_t i = 2; i < 3000; ++i) {
+      if (random() % 4 != 0) numbers.push_back(i);
+    }
+    for (auto block = numbers.begin(); numbers.end() - block >= 50; block += 50) {
+      std::shuffle(block, block + 50, random);
+    }
+    numbers.insert(numbers.begin(), 1);
+    numbers.push_back(3000);
+    Loss sum;
+    for (const std::uint32_t number : numbers) sum += tracker.note(kSource, number, {});
+    EXPECT_EQ(numbers.size() + sum.air - sum.late, 3000u) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon

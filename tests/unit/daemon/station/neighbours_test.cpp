@@ -1,0 +1,116 @@
+// The neighbour table in virtual time.
+#include "daemon/station/neighbours.hpp"
+
+#include <gtest/gtest.h>
+
+namespace swarmtalk::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+class NeighboursTest : public testing::Test {
+ protected:
+  Neighbours::Duplicate hear(std::uint16_t node, std::uint32_t epoch, std::uint32_t counter,
+                             std::uint64_t hardware = 1) {
+    drivers::FrameReception frame;
+    frame.transmitter = node;
+    frame.transmitter_epoch = epoch;
+    frame.frame_counter = counter;
+    frame.hardware = hardware;
+    frame.received_at = now_ += 1us;
+    return table_.heard(frame, Range{2.0f, 0.5f}, false);
+  }
+  std::vector<Neighbour> list() { return table_.list(now_); }
+
+  Neighbours table_;
+  Neighbours::Time now_{1000s};
+};
+
+TEST_F(NeighboursTest, ListsThoseHeardLatelyById) {
+  hear(9, 1, 1);
+  now_ += 3s;
+  hear(4, 1, 1);
+  ASSERT_EQ(list().size(), 2u);
+  EXPECT_EQ(list()[0].node, 4);
+  EXPECT_EQ(list()[1].range.distance_m, 2.0f);
+  now_ += 8s;
+  ASSERT_EQ(list().size(), 1u) << "robot 9 was heard 11 s ago";
+}
+
+TEST_F(NeighboursTest, GapsInTheCountOfFramesAreLoss) {
+  hear(9, 1, 100);
+  EXPECT_EQ(list()[0].loss(), 0.0) << "what was before the first is not known";
+  hear(9, 1, 101);
+  hear(9, 1, 104);
+  EXPECT_EQ(list()[0].frames_lost, 2u);
+  EXPECT_DOUBLE_EQ(list()[0].loss(), 0.4);
+}
+
+TEST_F(NeighboursTest, LossOfLongAgoIsForgotten) {
+  hear(9, 1, 1);
+  hear(9, 1, 11);
+  for (std::uint32_t i = 12; i < 30; ++i) {
+    now_ += 1s;
+    hear(9, 1, i);
+  }
+  EXPECT_EQ(list()[0].loss(), 0.0);
+  EXPECT_EQ(list()[0].frames_lost, 9u);
+}
+
+TEST_F(NeighboursTest, FramesHeardTwiceOrLateAreNoLoss) {
+  hear(9, 1, 1);
+  hear(9, 1, 3);
+  hear(9, 1, 2);
+  hear(9, 1, 3);
+  EXPECT_EQ(list()[0].frames_lost, 1u);
+}
+
+TEST_F(NeighboursTest, TwoRobotsUnderOneIdAreToldOnce) {
+  hear(7, 1, 1, 0xA);
+  EXPECT_EQ(hear(7, 2, 1, 0xB).older, nullptr) << "it may have restarted";
+  const auto found = hear(7, 1, 2, 0xA);
+  ASSERT_NE(found.older, nullptr);
+  EXPECT_EQ(found.older->hardware, 0xAu);
+  EXPECT_EQ(found.younger->hardware, 0xBu);
+  EXPECT_EQ(hear(7, 2, 2, 0xB).older, nullptr);
+  EXPECT_EQ(hear(7, 1, 3, 0xA).older, nullptr);
+  EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
+}
+
+TEST_F(NeighboursTest, DuplicateIsNoneWhenTheOtherIsGone) {
+  hear(7, 1, 1, 0xA);
+  hear(7, 2, 1, 0xB);
+  hear(7, 1, 2, 0xA);
+  now_ += 11s;
+  hear(7, 2, 2, 0xB);
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_FALSE(list()[0].is_duplicate);
+}
+
+TEST_F(NeighboursTest, RestartedRobotIsNoDuplicate) {
+  hear(7, 1, 1, 0xA);
+  hear(7, 2, 1, 0xC);  // with another interface even
+  hear(7, 2, 2, 0xC);
+  EXPECT_FALSE(list()[0].is_duplicate);
+}
+
+TEST_F(NeighboursTest, RobotHeardOverTwoInterfacesIsNoDuplicate) {
+  hear(7, 1, 1, 0xA);
+  hear(7, 1, 1, 0xB);
+  hear(7, 1, 2, 0xA);
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_FALSE(list()[0].is_duplicate);
+}
+
+TEST_F(NeighboursTest, LongestUnheardMakesPlaceAndIsCounted) {
+  for (std::size_t i = 0; i <= Neighbours::kMost; ++i) {
+    hear(static_cast<std::uint16_t>(i + 1), 1, 1);
+    now_ += 1ms;
+  }
+  EXPECT_EQ(list().size(), Neighbours::kMost);
+  EXPECT_EQ(list()[0].node, 2);
+  EXPECT_EQ(table_.evicted(), 1u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
