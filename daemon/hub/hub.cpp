@@ -85,7 +85,6 @@ void Hub::unadvertise(Publisher& publisher) {
   }
   if (publisher.in_flight == nullptr) return;
   publisher.in_flight->owner = nullptr;
-  publisher.in_flight->client = nullptr;
   publisher.in_flight = nullptr;
 }
 
@@ -108,7 +107,7 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   }
   Publication& publication = new_publication();
   publication.owner = &publisher;
-  publication.client = publisher.client;
+  publication.client = publisher.client->serial();
   publication.number = number;
   publication.payload.assign(payload);
   publication.ttl = static_cast<std::uint8_t>(hops);
@@ -290,7 +289,9 @@ void Hub::deliver_locally(Publication& publication, std::size_t station, Channel
                           std::uint32_t number) {
   if (std::exchange(publication.is_heard_locally, true)) return;
   if (publication.rule == nullptr && !rules_.empty()) cross_own(publication, channel, number);
-  const auto is_other = [&](const Subscription* s) { return s->client != publication.client; };
+  const auto is_other = [&](const Subscription* s) {
+    return s->client->serial() != publication.client;
+  };
   if (std::none_of(channel.subscriptions.begin(), channel.subscriptions.end(), is_other)) return;
   MessageRef message = pool_.take();
   message->payload.assign(publication.payload);
@@ -378,12 +379,12 @@ void Hub::on_message(Station& station, const MessageHead& head,
   message->is_local = false;
   message->crossed_gateway = head.crossed_gateway;
   message->origin = head.origin;
-  deliver(*channel, message, nullptr);
+  deliver(*channel, message, 0);
 }
 
-void Hub::deliver(Channel& channel, const MessageRef& message, const HubClient* except) {
+void Hub::deliver(Channel& channel, const MessageRef& message, std::uint64_t except) {
   for (Subscription* subscription : channel.subscriptions) {
-    if (except != nullptr && subscription->client == except) continue;
+    if (except != 0 && subscription->client->serial() == except) continue;
     const float distance_m = message->distance_m;
     if (subscription->max_distance_m && distance_m > *subscription->max_distance_m) {
       ++counters_.deliveries_too_far;

@@ -31,9 +31,9 @@ namespace swarmtalk::daemon {
 
 /// What is known of one accepted message on its way out, without its bytes.
 struct PublicationHead {
-  Publisher* owner = nullptr;   // none: the client is gone; the message leaves all the same
-  HubClient* client = nullptr;  // who must not hear it; compared only
-  std::uint64_t number = 0;     // the client's
+  Publisher* owner = nullptr;  // none: the client is gone; the message leaves all the same
+  std::uint64_t client = 0;    // serial of who must not hear it, gone or not; 0: nobody
+  std::uint64_t number = 0;    // the client's
   std::uint8_t ttl = 0;
   std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
   std::uint32_t copies = 1;
@@ -207,7 +207,7 @@ class Hub final : public StationUser {
             std::uint8_t ttl);
   void make_room(const GatewayRule& rule, Channel& channel);
   void count_copy(const Publication& publication);
-  void deliver(Channel& channel, const MessageRef& message, const HubClient* except);
+  void deliver(Channel& channel, const MessageRef& message, std::uint64_t except);
   void note_losses(Channel& channel, const Station& station, const MessageHead& head);
   void note_drops(const Station& station, const DropTotals& drops);
   void add_loss(Channel& channel, const Loss& lost);

@@ -20,7 +20,14 @@ struct Subscription;
 /// Called by the hub at any time; must not call back into the hub.
 class HubClient {
  public:
+  HubClient() = default;
+  HubClient(const HubClient&) = delete;
+  HubClient& operator=(const HubClient&) = delete;
   virtual ~HubClient() = default;
+
+  /// Which client this is, also when it is gone and its memory is another's. Never 0.
+  std::uint64_t serial() const { return serial_; }
+
   virtual void on_message(Subscription& subscription, const MessageRef& message) = 0;
   virtual void on_sent(Publisher& publisher, std::uint64_t publish_number) = 0;
   /// A publication that had been accepted could not be sent after all.
@@ -28,6 +35,11 @@ class HubClient {
                          const Refusal& refusal) = 0;
   /// The last link that carries a channel of its subscriptions has gone down. Once for all of them.
   virtual void on_links_down(const Refusal& /*why*/) {}
+
+ private:
+  static inline std::uint64_t last_serial_ = 0;  // all on the daemon's thread
+
+  std::uint64_t serial_ = ++last_serial_;
 };
 
 /// Which channel a client means. Name first; number when there is no name.

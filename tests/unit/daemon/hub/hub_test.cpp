@@ -180,6 +180,32 @@ TEST_F(HubTest, MessageOfAClientThatIsGoneStillLeaves) {
   EXPECT_TRUE(b_.sent.empty());
 }
 
+TEST_F(HubTest, PublisherThatLeavesDoesNotHearWhatStillWaited) {
+  auto& a = publisher(a_, 1);
+  auto& b = publisher(b_, 1);
+  subscription(b_, 1);
+  subscription(c_, 1);
+  publish(a, 1, "x");
+  publish(b, 2, "y");
+  hub_.unadvertise(b);
+  station_.leave(1);
+  EXPECT_THAT(b_.heard, ElementsAre(std::tuple(101u, "x", true)));
+  EXPECT_EQ(c_.heard.size(), 2u);
+}
+
+TEST_F(HubTest, ClientInTheMemoryOfOneThatIsGoneHearsWhatThatOneSaid) {
+  std::optional<FakeClient> client(std::in_place);
+  auto& a = publisher(a_, 1);
+  auto& gone = publisher(*client, 1);
+  publish(a, 1, "x");
+  publish(gone, 2, "y");
+  hub_.unadvertise(gone);
+  client.emplace();
+  subscription(*client, 1);
+  station_.leave(1);
+  EXPECT_THAT(client->heard, ElementsAre(std::tuple(101u, "y", true)));
+}
+
 TEST_F(HubTest, RefusalByTheNodeIsToldNotLost) {
   station_.refuses = true;
   EXPECT_FALSE(publish(publisher(a_, 1), 1, "x"));
