@@ -49,9 +49,11 @@ class SessionHost {
   DaemonCounters& counters;
   KilobotControl* kilobots = nullptr;  // none: no link of that type
   Operations* operations = nullptr;    // none: such requests are refused
-  // Reused by every session, one at a time: parsing and building allocate nothing.
+  // Reused by every session, one at a time: parsing and building allocate nothing. What nobody
+  // asked for has its own: a reply may cause it while that is being made.
   ipc::Envelope request;
   ipc::Envelope reply;
+  ipc::Envelope notice;
 };
 
 class Session final : public HubClient,
@@ -132,7 +134,10 @@ class Session final : public HubClient,
   std::string who() const;                     // for the log
   void refuse(const Refusal& refusal);
   ipc::Envelope& new_reply();  // to the request in hand
-  void send_reply();
+  void send_reply() { append_reply(host_.reply); }
+  ipc::Envelope& new_notice();  // to no request
+  void send_notice() { append_reply(host_.notice); }
+  void append_reply(const ipc::Envelope& reply);
 
   // session_kilobot.cpp
   void begin_kilobot(const ipc::KilobotCommand& command);

@@ -23,15 +23,13 @@ void Session::cancel_kilobot(std::uint32_t operation_id) {
 }
 
 void Session::on_kilobot_progress(const ipc::KilobotProgress& progress) {
-  host_.reply.Clear();
-  *host_.reply.mutable_kilobot_progress() = progress;
-  send_reply();
+  *new_notice().mutable_kilobot_progress() = progress;
+  send_notice();
 }
 
 void Session::on_kilobot_ended(const ipc::KilobotEnded& ended) {
-  host_.reply.Clear();
-  *host_.reply.mutable_kilobot_ended() = ended;
-  send_reply();
+  *new_notice().mutable_kilobot_ended() = ended;
+  send_notice();
 }
 
 }  // namespace swarmtalk::daemon

@@ -49,9 +49,8 @@ void Session::on_captured(ipc::Captured& captured) {
     return;
   }
   captured.set_missed(std::exchange(missed_frames_, 0));
-  host_.reply.Clear();
-  *host_.reply.mutable_captured() = captured;
-  send_reply();
+  *new_notice().mutable_captured() = captured;
+  send_notice();
 }
 
 }  // namespace swarmtalk::daemon

@@ -60,9 +60,9 @@ ipc::DeliverFrame frame_of(const Message& message) {
 
 }  // namespace
 
-void Session::send_reply() {
+void Session::append_reply(const ipc::Envelope& reply) {
   if (is_closed_) return;
-  if (!ipc::append_frame(host_.reply, replies_)) {
+  if (!ipc::append_frame(reply, replies_)) {
     doom_ = "a reply did not fit into a frame";
   } else if (replies_.size() > host_.limits.reply_bytes && doom_.empty()) {
     ++host_.counters.clients_not_reading;

@@ -164,11 +164,10 @@ void Session::subscribe(const ipc::Subscribe& request) {
 // Unasked: who only listens would wait in vain and not know why.
 void Session::on_links_down(const Refusal& why) {
   is_told_down_ = true;
-  host_.reply.Clear();
-  ipc::Failure& failure = *host_.reply.mutable_failure();
+  ipc::Failure& failure = *new_notice().mutable_failure();
   failure.set_code(why.code);
   failure.set_text(why.text);
-  send_reply();
+  send_notice();
 }
 
 void Session::unsubscribe(std::uint32_t id) {
@@ -315,27 +314,30 @@ ipc::Envelope& Session::new_reply() {
   return host_.reply;
 }
 
+ipc::Envelope& Session::new_notice() {
+  host_.notice.Clear();
+  return host_.notice;
+}
+
 void Session::on_sent(Publisher& publisher, std::uint64_t publish_number) {
   if (++publisher.untold_sent < publisher.sent_every) return;
   publisher.untold_sent = 0;
-  host_.reply.Clear();
-  ipc::Sent& sent = *host_.reply.mutable_sent();
+  ipc::Sent& sent = *new_notice().mutable_sent();
   sent.set_publisher_id(publisher.id);
   sent.set_publish_number(publish_number);
-  send_reply();
+  send_notice();
 }
 
 void Session::on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
                         const Refusal& refusal) {
   ++host_.counters.requests_refused;
-  host_.reply.Clear();
-  ipc::Failure& failure = *host_.reply.mutable_failure();
+  ipc::Failure& failure = *new_notice().mutable_failure();
   failure.set_code(refusal.code);
   failure.set_text(refusal.text);
   if (refusal.limit) failure.set_limit(*refusal.limit);
   failure.set_publisher_id(publisher_id);
   failure.set_publish_number(publish_number);
-  send_reply();
+  send_notice();
 }
 
 }  // namespace swarmtalk::daemon
