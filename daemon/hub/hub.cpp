@@ -212,7 +212,7 @@ bool Hub::wait_for_copy(std::size_t station, Channel& channel, Slot& slot) {
                   std::chrono::milliseconds(slot.in_flight->copy_interval_ms);
   const bool is_first = std::all_of(due_copies_.begin(), due_copies_.end(),
                                     [at](const DueCopy& other) { return at < other.at; });
-  due_copies_.push_back({at, channel.number, station, slot.in_flight});
+  due_copies_.push_back({at, channel.number, station, slot.in_flight->serial});
   if (is_first) copy_hook_(at);
   return true;
 }
@@ -227,7 +227,7 @@ void Hub::send_copies(Time now) {
     Channel* const channel = find(copy.channel);
     if (channel == nullptr) continue;
     Slot& slot = channel->slots[copy.station];
-    if (slot.in_flight != copy.publication || !slot.is_between_copies) continue;  // given up
+    if (slot.in_flight == nullptr || slot.in_flight->serial != copy.publication) continue;
     slot.is_between_copies = false;
     ++counters_.copies_sent;
     if (stations_[copy.station]->send_again(copy.channel)) continue;
@@ -478,11 +478,12 @@ Publication& Hub::new_publication() {
   if (free_publications_.empty()) {
     publications_.push_back(std::make_unique<Publication>());
     free_publications_.reserve(publications_.size());
-    return *publications_.back();
+    free_publications_.push_back(publications_.back().get());
   }
   Publication& publication = *free_publications_.back();
   free_publications_.pop_back();
   static_cast<PublicationHead&>(publication) = {};  // the payload keeps its memory
+  publication.serial = ++last_publication_;
   return publication;
 }
 

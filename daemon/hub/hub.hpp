@@ -46,6 +46,7 @@ struct PublicationHead {
   const GatewayRule* rule = nullptr;
   std::optional<GatewayOrigin> origin;
   bool is_replaced = false;  // by a newer copy
+  std::uint64_t serial = 0;  // of all publications: the memory is used again, this is not
 };
 
 /// It lives until every station that took it is done with it; its memory is used again.
@@ -237,13 +238,14 @@ class Hub final : public StationUser {
   DropTotals drops_;                                        // their sums
   std::vector<std::unique_ptr<Publication>> publications_;  // all there are
   std::vector<Publication*> free_publications_;
-  std::uint32_t waiting_ = 0;  // accepted, not finished
+  std::uint64_t last_publication_ = 0;  // serial
+  std::uint32_t waiting_ = 0;           // accepted, not finished
   std::function<void()> waiting_hook_ = [] {};
   struct DueCopy {
     Time at;
     std::uint16_t channel;
     std::size_t station;
-    Publication* publication;
+    std::uint64_t publication;  // its serial
   };
   std::vector<DueCopy> due_copies_;  // in no order; a few
   std::function<void(Time)> copy_hook_ = [](Time) {};

@@ -138,5 +138,24 @@ TEST_F(HubQueueTest, AMessageOfWhichACopyHasLeftWasSentWhenTheLinkGoesDown) {
   EXPECT_EQ(sent().size(), 1u);
 }
 
+TEST_F(HubQueueTest, ACopyThatWasGivenUpDoesNotSendTheNextMessageEarly) {
+  publisher_.copies = 2;
+  publisher_.copy_interval_ms = 20;
+  publish(1);
+  station_.leave(1);
+  const auto given_up_at = copy_at_;
+  station_.set_up(false);
+  hub_.give_up_on_dead_links();
+  station_.set_up(true);
+  publisher_.copy_interval_ms = 1000;
+  publish(2);
+  station_.leave(1);
+  hub_.send_copies(*given_up_at);
+  EXPECT_THAT(sent(), ElementsAre("1", "2"));
+  ASSERT_GT(*copy_at_, *given_up_at) << "the copy that is to come is told";
+  hub_.send_copies(*copy_at_);
+  EXPECT_THAT(sent(), ElementsAre("1", "2", "2"));
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon
