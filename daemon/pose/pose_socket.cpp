@@ -33,24 +33,24 @@ sockaddr_un address_of(const std::string& path) {
   return address;
 }
 
-bool is_read_by_somebody(const sockaddr_un& address) {
-  const int probe = new_socket();
-  const bool is_read =
-      connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  close(probe);
-  return is_read;
-}
-
-void remove_stale(const std::string& path, const sockaddr_un& address, const KeyLines& lines) {
+/// @param probe  an unconnected socket of this type
+void remove_stale(const std::string& path, const sockaddr_un& address, int probe,
+                  const KeyLines& lines) {
   struct stat existing {};
   if (lstat(path.c_str(), &existing) != 0) return;
   if (!S_ISSOCK(existing.st_mode)) {
     throw lines.error(kPoseSocketKey,
                       path + " exists and is no socket; remove it, or choose another path");
   }
-  if (is_read_by_somebody(address)) {
+  if (connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
     throw lines.error(kPoseSocketKey,
                       path + " is read by a running program; stop it, or choose another path");
+  }
+  if (errno == ENOENT) return;  // meanwhile
+  if (errno != ECONNREFUSED) {  // the one answer that says that nobody reads it
+    throw lines.error(kPoseSocketKey, "cannot tell whether a program reads " + path + ": " +
+                                          std::strerror(errno) +
+                                          "; remove it if none does, or choose another path");
   }
   unlink(path.c_str());
 }
@@ -82,12 +82,12 @@ void PoseSocket::remove_own() const {
 
 void PoseSocket::open() {
   const sockaddr_un address = address_of(path_);
-  remove_stale(path_, address, lines_);
-  boost::system::error_code ignored;
-  socket_.close(ignored);
   const int descriptor = new_socket();
   if (descriptor < 0) throw lines_.error(kPoseSocketKey, path_ + ": " + std::strerror(errno));
+  boost::system::error_code ignored;
+  socket_.close(ignored);
   socket_.assign(descriptor);
+  remove_stale(path_, address, descriptor, lines_);
   const mode_t old_mask = umask(0777);  // nobody writes before group and mode are right
   const int bound = bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int error = errno;

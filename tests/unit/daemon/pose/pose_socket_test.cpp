@@ -1,6 +1,7 @@
 #include "daemon/pose/pose_socket.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -14,6 +15,8 @@
 
 namespace swarmtalk::daemon {
 namespace {
+
+constexpr uid_t kNobody = 65534;
 
 class PoseSocketTest : public testing::Test {
  protected:
@@ -38,12 +41,27 @@ class PoseSocketTest : public testing::Test {
     }
     return "";
   }
-  bool write(std::string_view text) {
+  sockaddr_un address() const {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-    return sendto(writer_, text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&address),
-                  sizeof address) == static_cast<ssize_t>(text.size());
+    return address;
+  }
+  /// Somebody else's, at our path.
+  int bound_socket(int type) const {
+    const sockaddr_un at = address();
+    const int descriptor = socket(AF_UNIX, type, 0);
+    EXPECT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+    return descriptor;
+  }
+  ino_t inode() const {
+    struct stat named {};
+    return lstat(path_.c_str(), &named) == 0 ? named.st_ino : 0;
+  }
+  bool write(std::string_view text) {
+    const sockaddr_un at = address();
+    return sendto(writer_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&at),
+                  sizeof at) == static_cast<ssize_t>(text.size());
   }
   std::optional<OwnPose> pose() const { return poses_.valid(std::chrono::steady_clock::now()); }
 
@@ -97,12 +115,7 @@ TEST_F(PoseSocketTest, FileHasModeOfTheConfigurationAndGoesWithTheSocket) {
 }
 
 TEST_F(PoseSocketTest, SocketThatADeadProgramLeftIsTakenOver) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
-  const int dead = socket(AF_UNIX, SOCK_DGRAM, 0);
-  ASSERT_EQ(bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  close(dead);
+  close(bound_socket(SOCK_DGRAM));
   EXPECT_FALSE(write("1 2 3"));
   const auto socket = open();
   EXPECT_TRUE(write("1 2 3"));
@@ -112,6 +125,41 @@ TEST_F(PoseSocketTest, SocketThatSomebodyReadsIsLeftToHim) {
   const auto socket = open();
   EXPECT_EQ(error(), "f.toml: key 'node.pose_socket': " + path_ +
                          " is read by a running program; stop it, or choose another path");
+}
+
+TEST_F(PoseSocketTest, SocketThatMayNotBeWrittenToIsLeftToItsOwner) {
+  if (geteuid() != 0) GTEST_SKIP() << "becoming another user needs root";
+  const auto socket = open();
+  ASSERT_EQ(chown(folder_.c_str(), kNobody, kNobody), 0);
+  ASSERT_EQ(chmod(path_.c_str(), 0600), 0);
+  const ino_t before = inode();
+  ASSERT_EQ(seteuid(kNobody), 0);
+  const std::string told = error();
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(told, "f.toml: key 'node.pose_socket': cannot tell whether a program reads " + path_ +
+                      ": Permission denied; remove it if none does, or choose another path");
+  EXPECT_EQ(inode(), before);
+}
+
+TEST_F(PoseSocketTest, SocketOfAnotherTypeThatIsServedIsLeftToItsOwner) {
+  const int served = bound_socket(SOCK_STREAM);
+  ASSERT_EQ(listen(served, 1), 0);
+  EXPECT_NE(error().find("cannot tell whether a program reads " + path_), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(path_));
+  close(served);
+}
+
+TEST_F(PoseSocketTest, WithoutADescriptorNothingIsRemoved) {
+  open();  // from now on the io_context has the descriptors that it needs itself
+  close(bound_socket(SOCK_DGRAM));
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const rlimit none{0, limit.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const std::string told = error();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
+  EXPECT_EQ(told, "f.toml: key 'node.pose_socket': " + path_ + ": Too many open files");
+  EXPECT_TRUE(std::filesystem::exists(path_));
 }
 
 TEST_F(PoseSocketTest, WhatIsNoSocketIsNotRemoved) {
