@@ -9,6 +9,9 @@
 
 namespace swarmtalk::daemon {
 
+/// Of the poses on the air: no distance is known more exactly.
+inline constexpr double kPoseStepM = 0.001;
+
 struct Range {
   float distance_m;   // NaN: unknown
   float bearing_rad;  // counter-clockwise from our heading, -pi..pi; NaN: unknown

@@ -357,7 +357,7 @@ template <class P>
 bool NodeStation<P>::is_out_of_range(const Range& range) const {
   if (virtual_range_.limit_m == 0.0) return false;
   if (std::isnan(range.distance_m)) return virtual_range_.drops_unknown;
-  return static_cast<double>(range.distance_m) > virtual_range_.limit_m;
+  return static_cast<double>(range.distance_m) > virtual_range_.limit_m + kPoseStepM;
 }
 
 template <class P>

@@ -161,6 +161,25 @@ TEST(NodeStation, PacketsFromBeyondTheVirtualRangeAreNeitherHeardNorForwarded) {
   EXPECT_EQ(counter(hearer.station, "packets_too_far"), 1u);
 }
 
+TEST(NodeStation, NeighbourAtTheVirtualRangeIsHeardWhateverTheSpacingOfTheGrid) {
+  for (const double spacing_m : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2}) {
+    for (int column = 0; column < 10; ++column) {
+      const auto x_of = [&](int c) { return static_cast<float>(spacing_m * c); };  // as set_pose
+      Robot sender(1, at(static_cast<double>(x_of(column)), 0, 0));
+      Robot hearer(2, at(static_cast<double>(x_of(column + 1)), 0, 0));
+      hearer.station.set_virtual_range({spacing_m, false});
+      sender.publish("x");
+      sender.transmit_to(hearer);
+      EXPECT_EQ(hearer.client.heard.size(), 1u) << spacing_m << " m, column " << column;
+      hearer.client.heard.clear();
+      hearer.station.set_virtual_range({spacing_m - 0.002, false});
+      sender.publish("y");
+      sender.transmit_to(hearer);
+      EXPECT_TRUE(hearer.client.heard.empty()) << "two millimetres beyond " << spacing_m << " m";
+    }
+  }
+}
+
 TEST(NodeStation, VirtualRangeDropsUnknownDistancesIfAsked) {
   Robot lost(1, NodeConfig{});
   Robot hearer(2, at(0, 0, 0));
