@@ -186,7 +186,7 @@ class World {
     robot.has_loop_waiting = robot.is_alive;
     if (!robot.is_alive) return;
     if (robot.body.is_driving()) move(index, robot);
-    hooks_.loop(hooks_.context, index);
+    if (hooks_.loop != nullptr) hooks_.loop(hooks_.context, index);
     queue_.push(now_us_ + true_us(robot, kTickUs), index << kKindBits | kLoop);
   }
 

@@ -81,6 +81,15 @@ WorldConfig quiet() {
   return config;
 }
 
+TEST(World, RunsWithoutHooks) {
+  TestWorld world(WorldConfig{}, 1);
+  world.add(0, 0);
+  world.start({});
+  world.run_until(1000000);
+  EXPECT_EQ(world.now_us(), 1000000u);
+  EXPECT_GT(world.ticks(0), 0u);
+}
+
 TEST(World, CarriesPacketsAsFarAsTheRangeWithTheDistance) {
   Chatter swarm(quiet());
   swarm.add(0);
