@@ -10,9 +10,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <stdexcept>
 
 #include "drivers/ether_filter.hpp"
+#include "drivers/link_error.hpp"
 #include "drivers/link_log.hpp"
 
 namespace swarmtalk::drivers {
@@ -30,20 +30,22 @@ std::string hex(unsigned value) {
 void check(const RawL2Config& config, const InterfaceInfo& interface) {
   const std::string who = "raw_l2 '" + config.interface + "': ";
   if (config.ethertype < kSmallestEthertype) {
-    throw std::runtime_error(
-        who + "ethertype " + hex(config.ethertype) +
-        " is a length in Ethernet; use 0x0600 or more, 0x88b5 is for experiments");
+    throw LinkError(LinkSetting::kEthertype,
+                    who + "ethertype " + hex(config.ethertype) +
+                        " is a length in Ethernet; use 0x0600 or more, 0x88b5 is for experiments");
   }
   if (interface.index == 0) {
-    throw std::runtime_error(who + "no such interface; this machine has " +
-                             InterfaceWatch::names());
+    throw LinkError(LinkSetting::kInterface,
+                    who + "no such interface; this machine has " + InterfaceWatch::names());
   }
   if (interface.is_loopback) {
-    throw std::runtime_error(who + "the loopback interface carries no layer-2 broadcast; use a " +
-                             "udp link with interface = \"" + config.interface + "\"");
+    throw LinkError(LinkSetting::kInterface,
+                    who + "the loopback interface carries no layer-2 broadcast; use a " +
+                        "udp link with interface = \"" + config.interface + "\"");
   }
   if (!interface.is_ethernet) {
-    throw std::runtime_error(who + "not an Ethernet or Wi-Fi interface; use a udp link on it");
+    throw LinkError(LinkSetting::kInterface,
+                    who + "not an Ethernet or Wi-Fi interface; use a udp link on it");
   }
 }
 
@@ -53,19 +55,20 @@ int open_packet_socket(const std::string& interface) {
   if (socket >= 0) return socket;
   const std::string who = "raw_l2 '" + interface + "': ";
   if (errno == EPERM || errno == EACCES) {
-    throw std::runtime_error(who +
-                             "a packet socket needs CAP_NET_RAW; start swarmtalkd by systemd " +
-                             "or as root, or use a udp link, which needs no privilege");
+    throw LinkError(LinkSetting::kInterface,
+                    who + "a packet socket needs CAP_NET_RAW; start swarmtalkd by systemd " +
+                        "or as root, or use a udp link, which needs no privilege");
   }
-  throw std::runtime_error(who + "cannot open a packet socket: " + std::strerror(errno));
+  throw LinkError(LinkSetting::kNone, who + "cannot open a packet socket: " + std::strerror(errno));
 }
 
 void prepare_socket(int socket, const RawL2Config& config) {
   attach_locked_ether_filter(socket, config.ethertype);
   const int on = 1;
   if (setsockopt(socket, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0) {
-    throw std::runtime_error("raw_l2 '" + config.interface + "': PACKET_IGNORE_OUTGOING: " +
-                             std::strerror(errno) + " (Linux 4.20 or newer is needed)");
+    throw LinkError(LinkSetting::kInterface,
+                    "raw_l2 '" + config.interface + "': PACKET_IGNORE_OUTGOING: " +
+                        std::strerror(errno) + " (Linux 4.20 or newer is needed)");
   }
   enable_drop_counts(socket);
   enable_receive_stamps(socket);  // without them reception is timed when it is read
@@ -82,8 +85,9 @@ RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
   prepare_socket(socket_, config_);
   use_receive_buffer(socket_, config_.receive_buffer_bytes);
   if (!bind_to(interface)) {
-    throw std::runtime_error("raw_l2 '" + config_.interface +
-                             "': cannot bind to the interface: " + std::strerror(errno));
+    throw LinkError(LinkSetting::kInterface,
+                    "raw_l2 '" + config_.interface +
+                        "': cannot bind to the interface: " + std::strerror(errno));
   }
 }
 

@@ -6,8 +6,8 @@
 #include <boost/asio/post.hpp>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
 
+#include "drivers/link_error.hpp"
 #include "drivers/link_log.hpp"
 
 namespace swarmtalk::drivers {
@@ -24,8 +24,8 @@ std::int64_t stamp_us(const pcap_pkthdr& header) {
   return std::int64_t{header.ts.tv_sec} * 1'000'000 + header.ts.tv_usec;
 }
 
-std::runtime_error failure(const std::string& path, const std::string& what) {
-  return std::runtime_error("replay '" + path + "': " + what);
+LinkError failure(LinkSetting blamed, const std::string& path, const std::string& what) {
+  return LinkError(blamed, "replay '" + path + "': " + what);
 }
 
 }  // namespace
@@ -38,11 +38,11 @@ ReplayLink::ReplayLink(boost::asio::io_context& io, const ReplayConfig& config)
       receiver_(config.profile) {
   std::array<char, PCAP_ERRBUF_SIZE> reason{};
   capture_.reset(pcap_open_offline(config_.capture_path.c_str(), reason.data()));
-  if (!capture_) throw failure(config_.capture_path, reason.data());
+  if (!capture_) throw failure(LinkSetting::kCapture, config_.capture_path, reason.data());
   const int linktype = pcap_datalink(capture_.get());
   if (linktype != DLT_EN10MB) {
     const char* const name = pcap_datalink_val_to_name(linktype);
-    throw failure(config_.capture_path,
+    throw failure(LinkSetting::kCapture, config_.capture_path,
                   "the capture is of linktype " +
                       (name != nullptr ? std::string(name) : std::to_string(linktype)) +
                       ", it must be of Ethernet (EN10MB); capture on one interface, not on 'any'");
@@ -51,7 +51,8 @@ ReplayLink::ReplayLink(boost::asio::io_context& io, const ReplayConfig& config)
   if (config_.output_path.empty()) return;
   output_format_.reset(pcap_open_dead(DLT_EN10MB, kSnapshotBytes));
   output_.reset(pcap_dump_open(output_format_.get(), config_.output_path.c_str()));
-  if (!output_) throw failure(config_.output_path, pcap_geterr(output_format_.get()));
+  if (!output_)
+    throw failure(LinkSetting::kOutput, config_.output_path, pcap_geterr(output_format_.get()));
 }
 
 void ReplayLink::start(LinkUser& user) {

@@ -9,7 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
+
+#include "drivers/link_error.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -21,9 +22,9 @@ bool set_option(int socket, int level, int name, const Value& value) {
   return setsockopt(socket, level, name, &value, sizeof value) == 0;
 }
 
-std::runtime_error failure(const UdpConfig& config, const std::string& what) {
-  return std::runtime_error("udp '" + config.address + ":" + std::to_string(config.port) +
-                            "': " + what);
+LinkError failure(const UdpConfig& config, LinkSetting blamed, const std::string& what) {
+  return LinkError(blamed,
+                   "udp '" + config.address + ":" + std::to_string(config.port) + "': " + what);
 }
 
 sockaddr_in parse_destination(const UdpConfig& config) {
@@ -31,18 +32,19 @@ sockaddr_in parse_destination(const UdpConfig& config) {
   destination.sin_family = AF_INET;
   destination.sin_port = htons(config.port);
   if (inet_pton(AF_INET, config.address.c_str(), &destination.sin_addr) != 1) {
-    throw failure(config,
+    throw failure(config, LinkSetting::kAddress,
                   "not an IPv4 address; give a multicast group such as 239.255.83.84 or a "
                   "broadcast address");
   }
-  if (config.port == 0) throw failure(config, "port must be 1 to 65535");
+  if (config.port == 0) throw failure(config, LinkSetting::kPort, "port must be 1 to 65535");
   return destination;
 }
 
 int open_udp_socket(const UdpConfig& config) {
   const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, IPPROTO_UDP);
   if (socket < 0)
-    throw failure(config, std::string("cannot open a socket: ") + std::strerror(errno));
+    throw failure(config, LinkSetting::kNone,
+                  std::string("cannot open a socket: ") + std::strerror(errno));
   return socket;
 }
 
@@ -57,8 +59,9 @@ UdpLink::UdpLink(boost::asio::io_context& io, const UdpConfig& config)
       config_(config),
       destination_(parse_destination(config)) {
   if (!config_.interface.empty() && watch().find(config_.interface).index == 0) {
-    throw failure(config_, "no interface '" + config_.interface + "'; this machine has " +
-                               InterfaceWatch::names());
+    throw failure(
+        config_, LinkSetting::kInterface,
+        "no interface '" + config_.interface + "'; this machine has " + InterfaceWatch::names());
   }
   receive_socket_ = open_udp_socket(config_);
   use_receive_socket(receive_socket_);
@@ -81,18 +84,21 @@ void UdpLink::open_receiving() {
   use_receive_buffer(receive_socket_, config_.receive_buffer_bytes);
   if (bind(receive_socket_, reinterpret_cast<sockaddr*>(&destination_), sizeof destination_) != 0) {
     if (errno == EADDRINUSE) {
-      throw failure(config_,
+      throw failure(config_, LinkSetting::kPort,
                     "the port is taken by a program that does not share it; choose another");
     }
     if (errno == EACCES || errno == EPERM) {
-      throw failure(config_, "no permission to use port " + std::to_string(config_.port) +
-                                 "; choose one from 1024 on, or give swarmtalkd "
-                                 "CAP_NET_BIND_SERVICE");
+      throw failure(config_, LinkSetting::kPort,
+                    "no permission to use port " + std::to_string(config_.port) +
+                        "; choose one from 1024 on, or give swarmtalkd "
+                        "CAP_NET_BIND_SERVICE");
     }
     if (errno == EADDRNOTAVAIL) {
-      throw failure(config_, "neither a multicast group nor a broadcast address of this machine");
+      throw failure(config_, LinkSetting::kAddress,
+                    "neither a multicast group nor a broadcast address of this machine");
     }
-    throw failure(config_, std::string("cannot bind: ") + std::strerror(errno));
+    throw failure(config_, LinkSetting::kAddress,
+                  std::string("cannot bind: ") + std::strerror(errno));
   }
 }
 
@@ -108,7 +114,8 @@ void UdpLink::open_sending() {
   socklen_t size = sizeof own;
   if (bind(send_socket_, reinterpret_cast<sockaddr*>(&own), size) != 0 ||
       getsockname(send_socket_, reinterpret_cast<sockaddr*>(&own), &size) != 0) {
-    throw failure(config_, std::string("cannot bind the sending socket: ") + std::strerror(errno));
+    throw failure(config_, LinkSetting::kNone,
+                  std::string("cannot bind the sending socket: ") + std::strerror(errno));
   }
   own_port_ = own.sin_port;
 }

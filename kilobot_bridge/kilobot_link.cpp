@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "drivers/link_error.hpp"
 #include "drivers/link_log.hpp"
 
 namespace swarmtalk::kilobot_bridge {
@@ -57,16 +58,25 @@ KilobotLink::KilobotLink(boost::asio::io_context& io, const KilobotLinkConfig& c
       reader_(*this),
       lines_([this](const std::string& line) { on_text(line); }) {
   if (config_.downlink.empty() && config_.uplink.empty()) {
-    throw std::runtime_error("kilobot: neither a downlink nor an uplink is given");
+    throw drivers::LinkError(drivers::LinkSetting::kDownlink,
+                             "kilobot: neither a downlink nor an uplink is given");
   }
   if (is_same_device(config_.downlink, config_.uplink)) config_.uplink = config_.downlink;
-  const auto open = [this](const std::string& path) {
+  const auto open = [this](const std::string& path, drivers::LinkSetting setting) {
     PortUser& port_user = *this;
-    return std::make_unique<ReconnectingPort>(
-        io_, PortConfig{path, config_.pacing.baud, config_.pauses}, port_user);
+    try {
+      return std::make_unique<ReconnectingPort>(
+          io_, PortConfig{path, config_.pacing.baud, config_.pauses}, port_user);
+    } catch (const std::runtime_error& error) {
+      throw drivers::LinkError(setting, error.what());
+    }
   };
-  if (!config_.downlink.empty()) downlink_ = open(config_.downlink);
-  if (!config_.uplink.empty() && !is_one_device()) uplink_ = open(config_.uplink);
+  if (!config_.downlink.empty()) {
+    downlink_ = open(config_.downlink, drivers::LinkSetting::kDownlink);
+  }
+  if (!config_.uplink.empty() && !is_one_device()) {
+    uplink_ = open(config_.uplink, drivers::LinkSetting::kUplink);
+  }
 }
 
 // A controller that repeats goes on for ever, so the last thing on the line is a STOP. Closing the

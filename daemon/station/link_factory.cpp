@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "drivers/link_error.hpp"
 #include "drivers/raw_l2.hpp"
 #include "drivers/replay.hpp"
 #include "drivers/udp.hpp"
@@ -66,27 +67,29 @@ std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, const LinkConfi
   return std::make_unique<drivers::ReplayLink>(io, replay);
 }
 
-// The key that a driver's complaint is most likely about.
-std::string blamed_key(const LinkConfig& config, const std::string& complaint) {
-  const std::string section = "links." + config.name;
-  if (complaint.find("permission to use port") != std::string::npos ||
-      complaint.find("the port is taken") != std::string::npos) {
-    return section + ".port";
+/// What the key of a driver's setting is called in a [links.NAME] section.
+std::string key_of(drivers::LinkSetting setting) {
+  switch (setting) {
+    case drivers::LinkSetting::kNone:
+      break;
+    case drivers::LinkSetting::kInterface:
+      return ".interface";
+    case drivers::LinkSetting::kEthertype:
+      return ".ethertype";
+    case drivers::LinkSetting::kAddress:
+      return ".address";
+    case drivers::LinkSetting::kPort:
+      return ".port";
+    case drivers::LinkSetting::kCapture:
+      return ".file";
+    case drivers::LinkSetting::kOutput:
+      return ".output";
+    case drivers::LinkSetting::kDownlink:
+      return ".downlink";
+    case drivers::LinkSetting::kUplink:
+      return ".uplink";
   }
-  if (config.type == LinkType::kKilobot) {
-    const std::string quoted = "'" + config.kilobot.downlink + "'";
-    return section + (complaint.find(quoted) != std::string::npos ? ".downlink" : ".uplink");
-  }
-  if (!config.interface.empty() && complaint.find(config.interface) != std::string::npos) {
-    return section + ".interface";
-  }
-  if (!config.address.empty() && complaint.find(config.address) != std::string::npos) {
-    return section + ".address";
-  }
-  if (!config.output.empty() && complaint.find(config.output) != std::string::npos) {
-    return section + ".output";
-  }
-  return config.type == LinkType::kReplay ? section + ".file" : section;
+  return "";
 }
 
 }  // namespace
@@ -98,10 +101,13 @@ drivers::PacerConfig pacing_of(const LinkConfig& config) {
 std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,
                                          const KeyLines& lines, frame::ProfileId profile,
                                          std::size_t max_packet_bytes) {
+  const std::string section = "links." + config.name;
   try {
     return open(io, config, profile, max_packet_bytes);
+  } catch (const drivers::LinkError& error) {
+    throw lines.error(section + key_of(error.blamed()), error.what());
   } catch (const std::exception& error) {
-    throw lines.error(blamed_key(config, error.what()), error.what());
+    throw lines.error(section, error.what());
   }
 }
 
