@@ -26,6 +26,16 @@ inline void* operator new(size_t, swarmtalk::kilobot::Place place) noexcept {
   return place.address;
 }
 
+/// Gives an image the absolute symbol offset_NAME, as large as the variable: how many bytes behind
+/// `joined` (an object of Joined) a variable of its program lies, for who looks at a robot's memory
+/// from outside. Costs nothing on the robot. In main() or what is called once.
+#define SWARMTALK_KILOBOT_OFFSET(name, joined, variable)                    \
+  __asm__ volatile(".global offset_" #name "\n\t.set offset_" #name         \
+                   ", %0\n\t"                                               \
+                   ".type offset_" #name ", @object\n\t.size offset_" #name \
+                   ", %1" ::"i"((joined).offset_of(variable)),              \
+                   "i"(sizeof(variable)))
+
 namespace swarmtalk {
 namespace kilobot {
 
@@ -44,6 +54,13 @@ class Joined {
 
   [[noreturn]] void run(uint16_t spacing = kDefaultSpacing) {
     run_program({&setup, &loop, &receive, &next}, spacing);
+  }
+
+  static const ProgramTemplate<Robot>& program() { return room_.parts.program; }
+  /// Of a variable of the program: bytes from the symbol room_.
+  template <class T>
+  static ptrdiff_t offset_of(const T& variable) {
+    return reinterpret_cast<const char*>(&variable) - reinterpret_cast<const char*>(&room_);
   }
 
  private:

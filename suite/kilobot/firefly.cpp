@@ -11,5 +11,6 @@ swarmtalk::kilobot::Joined<swarmtalk::suite::Firefly> joined;
 #endif
 
 int main() {
+  SWARMTALK_KILOBOT_OFFSET(flash, joined, joined.program().flashes());
   joined.run();
 }

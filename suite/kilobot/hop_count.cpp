@@ -41,5 +41,9 @@ swarmtalk::kilobot::Joined<HopCount, Robot> joined(role());
 #endif
 
 int main() {
+  SWARMTALK_KILOBOT_OFFSET(hops_1, joined, joined.program().hops(0));
+#ifndef HOP_COUNT_ONE_SEED
+  SWARMTALK_KILOBOT_OFFSET(hops_2, joined, joined.program().hops(1));
+#endif
   joined.run();
 }

@@ -47,7 +47,7 @@ class BasicFirefly {
   }
 
   /// Flashes so far; after 255 comes 1, as 0 is a robot that has not flashed.
-  uint8_t flashes() const { return flashes_; }
+  const uint8_t& flashes() const { return flashes_; }
 
  private:
   using Profile = typename Robot::Profile;

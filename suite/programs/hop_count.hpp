@@ -54,7 +54,7 @@ class BasicHopCount {
   }
 
   /// Hops from seed 0 or 1; kUnreached if it was not heard of.
-  uint8_t hops(uint8_t seed) const { return gradients_[seed].hops; }
+  const uint8_t& hops(uint8_t seed) const { return gradients_[seed].hops; }
 
  private:
   using Profile = typename Robot::Profile;

@@ -22,15 +22,13 @@ FRAME_US = 4371   # a message in the air, and its first to its last pulse
 RUN, PACKET = 0x88, 2  # types of infrared messages
 LED_LEVELS = 3
 
-# By program: the image, its watched variables as (name, bytes from the end of robot and program,
-# whether its first value counts), and the uids that make its robots' roles (role: first uid).
-HOPS_1 = ("hops_1", "-2:1", True)
+# By program: the image, the variables that it tells the place of (and whether the first value
+# counts), and the uids that make its robots' roles (role: first uid).
 IMAGES = {
-    "hop_count": ("hop_count_one_seed", [HOPS_1], {1: 1}),
-    "hop_count_two_seeds": ("hop_count", [("hops_1", "-7:1", True), ("hops_2", "-2:1", True)],
-                            {1: 1, 2: 2}),
-    "firefly": ("firefly", [("flash", "-1:1", False)], {}),
-    "firefly_no_delay": ("firefly_no_delay", [("flash", "-1:1", False)], {}),
+    "hop_count": ("hop_count_one_seed", {"hops_1": True}, {1: 1}),
+    "hop_count_two_seeds": ("hop_count", {"hops_1": True, "hops_2": True}, {1: 1, 2: 2}),
+    "firefly": ("firefly", {"flash": False}, {}),
+    "firefly_no_delay": ("firefly_no_delay", {"flash": False}, {}),
 }
 FIRST_FREE_UID = 10
 
@@ -47,16 +45,28 @@ class EmulationError(Exception):
     """One line for the user: what cannot be emulated, and what to do."""
 
 
-def room_of(image: pathlib.Path) -> str:
-    """The symbol of the one object that holds an image's robot and program."""
+def variables_of(image: pathlib.Path) -> dict[str, str]:
+    """What to watch for each variable that an image names (SWARMTALK_KILOBOT_OFFSET): by name."""
     tool = shutil.which("avr-nm")
     if tool is None:
         raise EmulationError("no avr-nm: apt-get install gcc-avr avr-libc")
-    names = subprocess.run([tool, image], capture_output=True, text=True, check=True).stdout.split()
-    rooms = [name for name in names if "Joined" in name and name.endswith("room_E")]
+    table = subprocess.run([tool, "-S", image], capture_output=True, text=True, check=True).stdout
+    symbols = [line.split() for line in table.splitlines() if len(line.split()) == 4]
+    rooms = [name for *_, name in symbols if "Joined" in name and name.endswith("room_E")]
     if len(rooms) != 1:
         raise EmulationError(f"{image}: is not an image of the suite")
-    return rooms[0]
+    return {name.removeprefix("offset_"): f"{rooms[0]}+{int(offset, 16)}:{int(size, 16)}"
+            for offset, size, _, name in symbols if name.startswith("offset_")}
+
+
+def watched_of(program: str, image: pathlib.Path) -> dict[str, str]:
+    """The variables of a program's runs: name by what the emulator calls it."""
+    variables = variables_of(image)
+    missing = [name for name in IMAGES[program][1] if name not in variables]
+    if missing:
+        raise EmulationError(f"{image}: does not tell where {' and '.join(missing)} lies; build "
+                             "the target kilobot_images again")
+    return {variables[name]: name for name in IMAGES[program][1]}
 
 
 def settings_of(scenario: dict) -> dict[str, dict]:
@@ -83,11 +93,9 @@ def uids_of(scenario: dict) -> list[int]:
             for i, place in enumerate(scenario["robots"])]
 
 
-def emulator_file(scenario: dict, image: pathlib.Path) -> str:
+def emulator_file(scenario: dict, image: pathlib.Path, watched: list[str]) -> str:
     """The scenario as the emulator reads it (TOML)."""
     settings = settings_of(scenario)
-    room = room_of(image)
-    watched = [room + at for _, at, _ in IMAGES[scenario["program"]][1]]
     root = settings[""] | {
         "seconds": scenario["seconds"], "seed": scenario["seed"], "log_heard": True,
         "lamp": [f"run@{RUN_AT_S}"], "watch": watched}
@@ -112,9 +120,10 @@ def run(scenario: dict, log: pathlib.Path, emulator: str, images: pathlib.Path, 
                              "gcc-avr avr-libc)")
     with tempfile.TemporaryDirectory(prefix="swarmtalk-suite-") as folder:
         file, raw = pathlib.Path(folder, "scenario.toml"), pathlib.Path(folder, "log.jsonl")
-        file.write_text(emulator_file(scenario, image), encoding="utf-8")
+        watched = watched_of(scenario["program"], image)
+        file.write_text(emulator_file(scenario, image, list(watched)), encoding="utf-8")
         call([emulator, "--scenario", file, "--log", raw])
-        events = Conversion(scenario, raw).events()
+        events = Conversion(scenario, raw, watched).events()
     with open(log, "w", encoding="utf-8") as output:
         for event in [scenario] + events:
             output.write(json.dumps(event, separators=(",", ":")) + "\n")
@@ -135,8 +144,9 @@ class Packet:
 class Conversion:
     """One run of the emulator, read."""
 
-    def __init__(self, scenario: dict, raw: pathlib.Path):
+    def __init__(self, scenario: dict, raw: pathlib.Path, watched: dict[str, str]):
         self.scenario = scenario
+        self.watched = watched
         self.by_kind = collections.defaultdict(list)
         with open(raw, encoding="utf-8") as file:
             for line in file:
@@ -185,10 +195,10 @@ class Conversion:
         for e in self.by_kind["led"]:
             rgb = [255 * e[colour] // LED_LEVELS for colour in ("red", "green", "blue")]
             series[e["robot"], "led", "", True].append((e["time_us"], {"rgb": rgb}))
-        watched = IMAGES[self.scenario["program"]][1]
+        counts_first = IMAGES[self.scenario["program"]][1]
         for e in self.by_kind["variable"]:
-            name, _, first = next(w for w in watched if e["name"].endswith(w[1]))
-            series[e["robot"], "value", name, first].append(
+            name = self.watched[e["name"]]
+            series[e["robot"], "value", name, counts_first[name]].append(
                 (e["time_us"], {"name": name, "value": e["value"]}))
         found = []
         for (robot, kind, _, first), changes in series.items():

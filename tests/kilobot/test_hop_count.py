@@ -1,13 +1,17 @@
 """The whole chain: overhead controller, infrared, nine robots, right hop counts."""
 import os
+import pathlib
 import subprocess
+import sys
 import time
 
 import pytest
 
-import elf_image
 import swarm
 from overhead_frames import RUN, forward, stop
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "suite/runner"))
+import emulated  # noqa: E402
 
 ROWS = COLUMNS = 3
 SPACING_MM = 50
@@ -16,12 +20,9 @@ SECONDS = 14
 
 
 def hops_of(image: str) -> list[str]:
-    """What to watch for the hops of seed 1 and seed 2: the last members of the program, which is
-    the end of the one object that robot and program share."""
-    lines = elf_image.tool("avr-nm", "-S", swarm.image(image)).splitlines()
-    rooms = [line.split() for line in lines if "Joined" in line and line.endswith("room_E")]
-    assert len(rooms) == 1 and len(rooms[0]) == 4, rooms
-    return [f"{rooms[0][3]}-7:1", f"{rooms[0][3]}-2:1"]
+    """What to watch for the hops of seed 1 and seed 2."""
+    variables = emulated.variables_of(swarm.image(image))
+    return [variables["hops_1"], variables["hops_2"]]
 
 
 def expected_hops(robot: int, seed: int, other_seed: int) -> int:

@@ -1,10 +1,16 @@
 """Platform kilobot-emulated: the firmware's images, judged like every other platform."""
 import json
 import os
+import pathlib
+import re
+import sys
 
 import pytest
 
 from test_runner import BUILD, results, suite
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "suite/runner"))
+import emulated  # noqa: E402
 
 for part in ("tools/kilobot_emulator/kilobot-emulator", "kilobot/firefly.elf"):
     if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
@@ -63,3 +69,16 @@ def test_what_is_not_emulated_is_refused_in_one_line(tmp_path, line, says):
     robots = 6 if "edge" in line else 9
     done = suite(tmp_path, "run", "--scenario", "s.toml", *EMULATED[:3], robots)
     assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("program", sorted(emulated.IMAGES))
+def test_an_image_tells_where_the_variables_of_its_program_lie(program):
+    name, wanted, _ = emulated.IMAGES[program]
+    watched = emulated.watched_of(program, BUILD / f"kilobot/{name}.elf")
+    assert list(watched.values()) == list(wanted)
+    assert all(re.fullmatch(r"_Z\w*room_E\+[1-9]\d*:1", text) for text in watched), watched
+
+
+def test_an_image_that_tells_of_no_variable_is_refused_with_the_remedy():
+    with pytest.raises(emulated.EmulationError, match="does not tell where flash lies; build"):
+        emulated.watched_of("firefly", BUILD / "kilobot/edge_following.elf")
