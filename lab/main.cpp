@@ -93,6 +93,7 @@ int main(int argc, char** argv) {
       "Many robots on one machine: each an unmodified swarmtalkd in a network namespace "
       "of its own, with a pose on a grid."};
   app.require_subcommand(1);
+  app.fallthrough();  // --name behind the verb, too
   app.set_version_flag("--version", SWARMTALK_VERSION);
   LabOptions options;
   options.daemon = find_daemon();
@@ -155,7 +156,15 @@ int main(int argc, char** argv) {
     }
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "swarmtalk-lab: %s; see swarmtalk-lab --help\n", error.what());
+    const bool is_without_dashes = (*run_command || *exec_command) && own_arguments == argc;
+    const bool has_more = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
+                          app.get_subcommands().size() > 1;
+    if (is_without_dashes && has_more) {
+      std::fprintf(stderr, "swarmtalk-lab: put -- before the command: swarmtalk-lab %s\n",
+                   *exec_command ? "exec 1 -- COMMAND" : "run 9 -- COMMAND");
+    } else {
+      std::fprintf(stderr, "swarmtalk-lab: %s; see swarmtalk-lab --help\n", error.what());
+    }
     return kExitUsage;
   }
 

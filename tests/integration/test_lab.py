@@ -130,6 +130,25 @@ def test_mistakes_get_one_line(udp_lab, tmp_path):
     assert not leftovers(name)
 
 
+def test_the_name_may_stand_behind_the_verb():
+    tool, name = program("swarmtalk-lab"), f"behind{os.getpid()}"
+    done = run(tool, "run", "--name", name, "2", "--medium", "udp", "--",
+               tool, "status", "--name", name, "--json")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 2
+    one_line(run(tool, "down", "--name", name).stderr, f"no lab called '{name}' is up")
+
+
+def test_a_command_without_dashes_before_it_is_told_where_they_go():
+    tool = program("swarmtalk-lab")
+    for command in (["swarmtalk-cli", "sub", "hello"], ["swarmtalk-cli", "status", "--json"]):
+        done = run(tool, "exec", "1", *command)
+        assert done.returncode == 2
+        one_line(done.stderr, "put -- before the command: swarmtalk-lab exec 1 -- COMMAND")
+    one_line(run(tool, "run", "2", "--medium", "udp", "true").stderr, "swarmtalk-lab run 9 -- ")
+    one_line(run(tool, "status", "surplus").stderr, "surplus")
+
+
 @needs_root
 def test_without_root_it_says_so_in_one_line():
     done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
