@@ -1,6 +1,7 @@
 // The C interface (swarmtalk.h) over the C++ one. No exception leaves it.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <new>
 #include <string>
@@ -15,6 +16,7 @@ using swarmtalk::Publisher;
 using swarmtalk::Status;
 using swarmtalk::StatusCode;
 using swarmtalk::Subscriber;
+using swarmtalk::c_api::as_ours;
 using swarmtalk::c_api::code_of;
 using swarmtalk::c_api::guarded;
 
@@ -56,6 +58,10 @@ swarmtalk_message c_message(const Message& message) {
   return to;
 }
 
+// As release 0.1 had them: a member that is added later stands behind these, and these lines stay.
+constexpr std::size_t kFirstPolicyBytes = offsetof(swarmtalk_policy, timestamped) + sizeof(int);
+constexpr std::size_t kFirstSendingBytes = offsetof(swarmtalk_sending, timestamped) + sizeof(int);
+
 swarmtalk::Policy cpp_policy(const swarmtalk_policy& from) {
   swarmtalk::Policy policy;
   if (from.keep_last != 0) policy.keep_last = from.keep_last;
@@ -94,6 +100,15 @@ std::function<void(const Status&)> c_event(swarmtalk_event_fn callback, void* co
   };
 }
 
+/// What keeps it from being set is in swarmtalk_error(): these calls answer nothing.
+template <typename Call>
+void set_callback(swarmtalk_client* client, Call call) {
+  static_cast<void>(guarded(client, [&](Client& robot) {
+    call(robot);
+    return Status();
+  }));
+}
+
 }  // namespace
 
 extern "C" {
@@ -129,7 +144,7 @@ swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client, const char* 
                                           const swarmtalk_policy* policy,
                                           swarmtalk_receive_fn receive, void* context) {
   try {
-    const swarmtalk_policy chosen = policy == nullptr ? swarmtalk_policy{} : *policy;
+    const auto chosen = as_ours(policy, kFirstPolicyBytes, "swarmtalk_policy");
     swarmtalk::ChannelOptions options;
     if (chosen.timestamped != 0) options.timestamped = true;
     swarmtalk::ReceiveCallback callback;
@@ -162,7 +177,7 @@ swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client, const char* c
                                          const swarmtalk_sending* sending, swarmtalk_sent_fn sent,
                                          void* context) {
   try {
-    const swarmtalk_sending chosen = sending == nullptr ? swarmtalk_sending{} : *sending;
+    const auto chosen = as_ours(sending, kFirstSendingBytes, "swarmtalk_sending");
     swarmtalk::ChannelOptions options;
     if (chosen.ttl != 0) options.ttl = chosen.ttl;
     if (chosen.timestamped != 0) options.timestamped = true;
@@ -192,7 +207,11 @@ swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* byte
 }
 
 int swarmtalk_is_busy(const swarmtalk_publisher* publisher) {
-  return publisher->publisher.busy() ? 1 : 0;
+  try {
+    return publisher->publisher.busy() ? 1 : 0;
+  } catch (const std::exception&) {
+    return 1;  // swarmtalk_send() says why
+  }
 }
 
 size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher) {
@@ -240,23 +259,27 @@ void swarmtalk_stop(swarmtalk_client* client) {
 }
 
 void swarmtalk_on_disconnect(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
-  client->client.on_disconnect(c_event(callback, context));
+  set_callback(client, [&](Client& robot) { robot.on_disconnect(c_event(callback, context)); });
 }
 
 void swarmtalk_on_reconnect(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
-  if (callback == nullptr) return client->client.on_reconnect({});
-  client->client.on_reconnect([callback, context] { callback(SWARMTALK_OK, "ok", context); });
+  set_callback(client, [&](Client& robot) {
+    if (callback == nullptr) return robot.on_reconnect({});
+    robot.on_reconnect([callback, context] { callback(SWARMTALK_OK, "ok", context); });
+  });
 }
 
 void swarmtalk_on_error(swarmtalk_client* client, swarmtalk_event_fn callback, void* context) {
-  client->client.on_error(c_event(callback, context));
+  set_callback(client, [&](Client& robot) { robot.on_error(c_event(callback, context)); });
 }
 
 void swarmtalk_on_gap(swarmtalk_client* client, swarmtalk_gap_fn callback, void* context) {
-  if (callback == nullptr) return client->client.on_gap({});
-  client->client.on_gap([callback, context](const Message& message) {
-    const swarmtalk_message to = c_message(message);
-    callback(&to, context);
+  set_callback(client, [&](Client& robot) {
+    if (callback == nullptr) return robot.on_gap({});
+    robot.on_gap([callback, context](const Message& message) {
+      const swarmtalk_message to = c_message(message);
+      callback(&to, context);
+    });
   });
 }
 

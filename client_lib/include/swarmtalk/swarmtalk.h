@@ -74,7 +74,13 @@ typedef struct swarmtalk_message {
   swarmtalk_loss lost_before; /* since this subscription's message before */
 } swarmtalk_message;
 
+/* Structs that you fill grow at their end. struct_bytes says how much of one you know, so that a
+ * program that was compiled with an older swarmtalk.h goes on working: sizeof of the struct, or 0
+ * for the members that were there in release 0.1. All that you do not set must be 0:
+ *   swarmtalk_policy policy = {.struct_bytes = sizeof policy, .keep_last = 1};
+ */
 typedef struct swarmtalk_policy {
+  size_t struct_bytes;
   uint32_t keep_last;        /* messages that wait; 1: only the newest; 0: the daemon's default */
   float max_distance_m;      /* 0: any */
   uint32_t max_age_ms;       /* 0: any */
@@ -84,6 +90,7 @@ typedef struct swarmtalk_policy {
 } swarmtalk_policy;
 
 typedef struct swarmtalk_sending {
+  size_t struct_bytes;       /* as in swarmtalk_policy */
   uint32_t ttl;              /* hops after the first */
   uint32_t queue;            /* messages that wait behind the one in flight */
   int drop_oldest;           /* a full queue drops its oldest; else send() answers BUSY */
@@ -152,8 +159,9 @@ SWARMTALK_API const char* swarmtalk_error(const swarmtalk_client* client);
 /* A general sentence about a status, for any thread. Never NULL. */
 SWARMTALK_API const char* swarmtalk_status_text(swarmtalk_status status);
 
-/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Never NULL
- * but when out of memory; a refusal is in *_status() and in on_error. */
+/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Answers NULL
+ * when out of memory or when struct_bytes is wrong (see swarmtalk_error()); any other refusal is in
+ * *_status() and in on_error. */
 SWARMTALK_API swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client,
                                                         const char* channel,
                                                         const swarmtalk_policy* policy,
