@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,28 +19,8 @@
 
 namespace swarmtalk::daemon {
 
-/// Hops, origin and sensing of a received message, without its bytes.
+/// Where a message came from and how, without its bytes.
 struct MessageHead {
-  std::uint16_t channel = 0;
-  std::uint16_t sender = 0;
-  std::uint32_t epoch = 0;
-  std::uint32_t number = 0;
-  float distance_m = 0.0f;   // NaN: unknown
-  float bearing_rad = 0.0f;  // NaN: unknown
-  std::optional<frame::FramePose> sender_pose;
-  std::uint8_t hops = 0;
-  std::uint8_t ttl = 0;
-  std::optional<std::uint32_t> buffering_delay_us;  // until received_at_ns
-  std::uint64_t received_at_ns = 0;
-  bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is no use
-  DropTotals drops;             // of the station, until the message came
-  bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
-  bool crossed_gateway = false;
-  std::optional<GatewayOrigin> origin;  // of one that crossed, where its link's packets can tell
-};
-
-struct Message {
-  std::string payload;
   std::uint16_t channel = 0;
   std::uint16_t sender = 0;  // node id of the origin
   std::uint32_t epoch = 0;
@@ -51,10 +32,16 @@ struct Message {
   std::uint8_t ttl = 0;
   std::optional<std::uint32_t> buffering_delay_us;  // timestamped channels; until received_at_ns
   std::uint64_t received_at_ns = 0;                 // CLOCK_MONOTONIC
-  bool is_time_known = true;                        // false: that is when it was read
-  bool is_local = false;
+  bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is no use
+  DropTotals drops;             // of the station, until the message came
+  bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
   bool crossed_gateway = false;
-  std::optional<GatewayOrigin> origin;  // of one that crossed, where it is known
+  std::optional<GatewayOrigin> origin;  // of one that crossed, where its link's packets can tell
+};
+
+struct Message : MessageHead {
+  std::string payload;
+  bool is_local = false;  // of a program on this robot
 };
 
 class MessagePool;
@@ -96,9 +83,8 @@ class MessagePool {
   MessagePool(const MessagePool&) = delete;
   MessagePool& operator=(const MessagePool&) = delete;
 
-  /// A message whose fields are set by the caller; they are what the block's last user left, but
-  /// payload is empty.
-  MessageRef take();
+  /// A message with this head and a copy of this payload.
+  MessageRef take(const MessageHead& head, std::span<const std::uint8_t> payload, bool is_local);
 
  private:
   friend class MessageRef;

@@ -74,7 +74,7 @@ void StatusReport::fill_status(ipc::Status& status) {
   status.set_config_file(config_file_);
   fill_pose(status);
   fill_links(status);
-  for (const Hub::ChannelView& view : hub_.channels()) {
+  for (const ChannelView& view : hub_.channels()) {
     ipc::ChannelStatus& channel = *status.add_channels();
     channel.set_number(view.number);
     channel.set_name(view.name);

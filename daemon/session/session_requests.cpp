@@ -217,7 +217,7 @@ void Session::advertise(const ipc::Advertise& request) {
   publisher->id = ++last_id_;
   channel.ttl = request.ttl();
   if (const auto refusal = host_.hub.advertise(channel, *publisher)) return refuse(*refusal);
-  const Hub::Limits limits = host_.hub.limits(publisher->channel);
+  const ChannelLimits limits = host_.hub.limits(publisher->channel);
   ipc::Advertised& reply = *new_reply().mutable_advertised();
   reply.set_publisher_id(publisher->id);
   reply.set_channel(publisher->channel);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/common/monotonic_ns.hpp"
+#include "daemon/hub/hub.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {

@@ -8,10 +8,10 @@ namespace {
 class Queue : public testing::Test {
  protected:
   MessageRef message(std::uint32_t number, std::size_t bytes = 1) {
-    MessageRef message = pool_.take();
-    message->payload.assign(bytes, 'x');
-    message->number = number;
-    return message;
+    MessageHead head;
+    head.number = number;
+    const std::vector<std::uint8_t> payload(bytes, 'x');
+    return pool_.take(head, payload, false);
   }
 
   MessagePool pool_;

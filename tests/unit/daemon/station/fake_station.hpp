@@ -9,7 +9,8 @@
 #include <tuple>
 #include <vector>
 
-#include "daemon/hub/hub.hpp"
+#include "daemon/hub/hub_client.hpp"
+#include "daemon/station/station.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -135,6 +136,14 @@ class FakeStation final : public Station {
   StationUser& user_;
   std::string name_;
   FakeLink link_;
+};
+
+/// For what is tested without a hub above its stations.
+class DeafUser final : public StationUser {
+ public:
+  void on_message(Station&, const MessageHead&, std::span<const std::uint8_t>) override {}
+  void on_sent(Station&, std::uint16_t) override {}
+  void on_namesake(Station&) override {}
 };
 
 class FakeClient final : public HubClient {

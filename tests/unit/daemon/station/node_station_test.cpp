@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "daemon/hub/hub.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 

@@ -1,0 +1,67 @@
+// Admission: whether a message can be sent at all: its size and TTL, whether a link is up, whether
+// there is room, and how fast the reserved channels may go. What it refuses is counted and says
+// what to do. On the daemon's thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "daemon/common/daemon_counters.hpp"
+#include "daemon/common/token_bucket.hpp"
+#include "daemon/config/config.hpp"
+#include "daemon/hub/channel_registry.hpp"
+#include "daemon/hub/channel_table.hpp"
+#include "daemon/hub/station_list.hpp"
+
+namespace swarmtalk::daemon {
+
+class Admission {
+ public:
+  /// All references must outlive it.
+  Admission(const StationList& stations, const ChannelRegistry& channels, const ChannelTable& names,
+            const LimitsConfig& limits, DaemonCounters& counters)
+      : stations_(stations),
+        channels_(channels),
+        names_(names),
+        limits_(limits),
+        counters_(counters) {}
+
+  /// Which channels are reserved, and whether they are on. Again when names of channels change.
+  void set_reserved(const ReservedConfig& config);
+
+  /// Whether anybody may publish on the channel. @return why not
+  std::optional<Refusal> check_reserved(std::uint16_t channel) const;
+  static std::optional<Refusal> check_ttl(std::uint32_t ttl, const ChannelLimits& most);
+
+  /// Takes a turn on a reserved channel. @param waiting  messages of all clients that wait already
+  /// @return why the message cannot be taken on
+  std::optional<Refusal> admit(const Publisher& publisher, const Channel& channel,
+                               std::size_t size_bytes, std::uint32_t ttl, std::uint32_t waiting);
+
+ private:
+  struct Reserved {
+    const char* name;
+    std::uint16_t number;
+    bool is_on;
+    std::uint32_t rate_hz;
+    TokenBucket turns;
+  };
+
+  std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
+                               std::size_t size_bytes, std::uint32_t ttl,
+                               std::uint32_t waiting) const;
+  std::optional<Refusal> take_turn(std::uint16_t channel);
+  std::optional<Refusal> check_up(const Channel& channel) const;
+  Refusal over_mtu(const Channel& channel, std::size_t size_bytes) const;
+
+  const StationList& stations_;
+  const ChannelRegistry& channels_;
+  const ChannelTable& names_;
+  const LimitsConfig& limits_;
+  DaemonCounters& counters_;
+  std::vector<Reserved> reserved_;
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,72 @@
+// What is refused before it is taken on, by each cause.
+#include "daemon/hub/admission.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/daemon/station/fake_station.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+class AdmissionAlone : public testing::Test {
+ protected:
+  AdmissionAlone() {
+    stations_.add(station_);
+    std::string held_name;
+    EXPECT_FALSE(registry_.use({"", 1, std::nullopt}, held_name, channel_));
+  }
+  std::optional<ipc::ErrorCode> refused(std::size_t size_bytes, std::uint32_t ttl = 1,
+                                        std::uint32_t waiting = 0) {
+    const auto refusal = admission_.admit(publisher_, *channel_, size_bytes, ttl, waiting);
+    return refusal ? std::optional(refusal->code) : std::nullopt;
+  }
+
+  DeafUser user_;
+  FakeStation station_{user_};
+  StationList stations_;
+  ChannelTable names_{{}};
+  ChannelRegistry registry_{names_, stations_};
+  LimitsConfig limits_;
+  DaemonCounters counters_;
+  Admission admission_{stations_, registry_, names_, limits_, counters_};
+  Publisher publisher_;
+  Channel* channel_ = nullptr;
+};
+
+TEST_F(AdmissionAlone, LetsAMessageWithinAllLimitsIn) {
+  EXPECT_FALSE(refused(1000, 15, limits_.waiting_messages - 1));
+}
+
+TEST_F(AdmissionAlone, NamesWhatIsTooMuch) {
+  EXPECT_EQ(refused(1001), ipc::ERROR_TOO_LONG);
+  EXPECT_EQ(refused(1, 16), ipc::ERROR_BAD_TTL);
+  EXPECT_EQ(refused(1, 1, limits_.waiting_messages), ipc::ERROR_LIMIT);
+}
+
+TEST_F(AdmissionAlone, TellsASmallMtuFromALinkThatIsDown) {
+  station_.fits = 10;
+  EXPECT_EQ(refused(11), ipc::ERROR_TOO_LONG);
+  EXPECT_EQ(counters_.messages_over_mtu, 1u);
+  station_.set_up(false);
+  EXPECT_EQ(refused(11), ipc::ERROR_LINK_DOWN);
+  EXPECT_EQ(counters_.messages_link_down, 1u);
+}
+
+TEST_F(AdmissionAlone, SharesThePaceOfAReservedChannelAmongAllPrograms) {
+  std::string held_name;
+  ASSERT_FALSE(registry_.use({"debug", std::nullopt, std::nullopt}, held_name, channel_));
+  admission_.set_reserved({});
+  EXPECT_EQ(refused(1), ipc::ERROR_BAD_CHANNEL);
+  ReservedConfig on;
+  on.debug = true;
+  on.rate_hz = 1;
+  on.burst = 2;
+  admission_.set_reserved(on);
+  EXPECT_FALSE(admission_.check_reserved(channel_->number));
+  EXPECT_FALSE(refused(1));
+  EXPECT_FALSE(refused(1));
+  EXPECT_EQ(refused(1), ipc::ERROR_RATE);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
