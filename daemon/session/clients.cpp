@@ -27,10 +27,10 @@ constexpr auto kAcceptRetry = std::chrono::seconds(1);
 }  // namespace
 
 Clients::Clients(boost::asio::io_context& io, Hub& hub_ref, PoseKeeper& poses_ref,
-                 const LimitsConfig& limits_ref, DaemonCounters& counters_ref, StatusSource& status)
-    : SessionHost(hub_ref, poses_ref, limits_ref, counters_ref),
+                 const LimitsConfig& limits_ref, DaemonCounters& counters_ref,
+                 StatusSource& status_ref)
+    : SessionHost(hub_ref, poses_ref, limits_ref, counters_ref, status_ref),
       io_(io),
-      status_(status),
       listener_(io),
       accept_timer_(io),
       silence_timer_(io) {}
@@ -156,11 +156,11 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
     ++counters.clients_malformed;
     if (const auto silent = malformed_log_.pass(Clock::now())) {
       log_of("client")->warn("client '{}' ({}) closed: {} ({} more since the last line)",
-                             session.client_name(), session.peer(), reason, *silent);
+                             session.client().name, session.client().peer(), reason, *silent);
     }
   } else {
-    log_of("client")->debug("client '{}' ({}) closed: {}", session.client_name(), session.peer(),
-                            reason);
+    log_of("client")->debug("client '{}' ({}) closed: {}", session.client().name,
+                            session.client().peer(), reason);
   }
   if (session.is_refused()) --refused_;
   sessions_.erase(&session);

@@ -14,15 +14,6 @@
 
 namespace swarmtalk::daemon {
 
-/// What a session tells about the daemon as a whole.
-class StatusSource {
- public:
-  virtual ~StatusSource() = default;
-  virtual void fill_hello(ipc::Hello& hello) = 0;
-  virtual void fill_status(ipc::Status& status) = 0;
-  virtual void fill_neighbours(ipc::Neighbours& reply) = 0;
-};
-
 class Clients final : public SessionHost {
  public:
   /// All references must outlive this object.
@@ -47,9 +38,6 @@ class Clients final : public SessionHost {
 
   void schedule_flush(const std::shared_ptr<Session>& session) override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
-  void fill_hello(ipc::Hello& hello) override { status_.fill_hello(hello); }
-  void fill_status(ipc::Status& status) override { status_.fill_status(status); }
-  void fill_neighbours(ipc::Neighbours& list) override { status_.fill_neighbours(list); }
 
  private:
   void wait_acceptable();
@@ -60,7 +48,6 @@ class Clients final : public SessionHost {
   void close_silent();
 
   boost::asio::io_context& io_;
-  StatusSource& status_;
   boost::asio::posix::stream_descriptor listener_;
   boost::asio::steady_timer accept_timer_;
   boost::asio::steady_timer silence_timer_;

@@ -8,6 +8,7 @@
 
 #include "daemon/common/printable.hpp"
 #include "daemon/session/session.hpp"
+#include "ipc/message_frames.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;
+constexpr std::size_t kShownNameBytes = 64;  // in the status
 
 constexpr const char* kNoFrame =
     "these bytes are no frame of the local protocol: each is a u32 little-endian length, at most "
@@ -28,16 +30,19 @@ constexpr const char* kBrokenRing = "the ring's count of written bytes is imposs
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
     : host_(host),
       socket_(io, descriptor),
-      publish_bucket_(host.limits.publish_rate_hz, host.limits.publish_burst),
+      output_(host.limits, host.counters, [this] { on_output(); }),
+      answers_(host.forms, output_, host.counters),
+      channels_(host.hub, host.limits, host.counters, output_, answers_),
+      operations_(host.operations, host.kilobots, host.limits, client_, output_, answers_),
+      requests_(host.status, host.poses, host.limits, host.counters, client_, input_, answers_,
+                channels_, operations_),
       connected_at_(std::chrono::steady_clock::now()) {
   ucred peer{};
   socklen_t size = sizeof peer;
   if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return;
-  pid_ = static_cast<std::uint32_t>(peer.pid);
-  uid_ = peer.uid;
+  client_.pid = static_cast<std::uint32_t>(peer.pid);
+  client_.uid = peer.uid;
 }
-
-Session::~Session() = default;
 
 void Session::start() {
   wait_readable();
@@ -45,16 +50,9 @@ void Session::start() {
 
 void Session::close(const std::string& reason, bool is_malformed) {
   if (std::exchange(is_closed_, true)) return;
-  if (is_capturing_) host_.operations->stop_capture(*this);
-  for (auto& [id, subscription] : subscriptions_) {
-    host_.hub.unsubscribe(*subscription);
-    host_.counters.deliveries_dropped_closed += subscription->queue.size();
-  }
-  for (auto& [id, publisher] : publishers_) host_.hub.unadvertise(*publisher);
-  if (host_.kilobots != nullptr) host_.kilobots->forget(*this);
-  ready_.clear();
-  subscriptions_.clear();
-  publishers_.clear();
+  output_.close();
+  operations_.leave();
+  channels_.leave();
   boost::system::error_code ignored;
   socket_.close(ignored);
   input_.leave();
@@ -116,9 +114,8 @@ Session::Read Session::read_once() {
   }
   reader_.commit(got);
   if (input_.take_waiting_writer()) {
-    request_id_ = 0;
-    new_reply().mutable_room();
-    send_reply();
+    answers_.make_notice().mutable_room();
+    answers_.send_notice();
   }
   parse_all();
   return got == room.size() ? Read::kAllRoom : Read::kSome;
@@ -139,28 +136,27 @@ void Session::parse_all() {
 // Nearly all that comes is messages. @return false: malformed
 bool Session::parse(std::string_view envelope) {
   ipc::PublishFrame publication;
-  if (has_greeted_ && ipc::parse(envelope, publication)) {
-    request_id_ = 0;
-    publish(publication);
+  if (has_greeted() && ipc::parse(envelope, publication)) {
+    channels_.publish(publication);
     return true;
   }
   if (!ipc::parse(envelope, host_.request)) return false;
-  handle(host_.request);
+  if (const auto end = requests_.handle(host_.request, requests_left_)) end_stream(*end);
   return true;
 }
 
 void Session::fail_malformed(const std::string& text) {
-  request_id_ = 0;
-  is_malformed_ = true;
-  fail_stream(ipc::ERROR_MALFORMED, text);
+  answers_.begin(0);
+  end_stream({ipc::ERROR_MALFORMED, text, true});
 }
 
 // Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.
-void Session::fail_stream(ipc::ErrorCode code, const std::string& text) {
+void Session::end_stream(const StreamEnd& end) {
+  is_malformed_ = is_malformed_ || end.is_malformed;
   is_input_closed_ = true;
   closes_when_written_ = true;
-  doom_ = text;
-  refuse({code, text, std::nullopt});
+  doom_ = end.text;
+  answers_.refuse({end.code, end.text, std::nullopt});
 }
 
 // After the end of our side; Clients closes a client that does not hang up.
@@ -182,7 +178,17 @@ void Session::refuse_connection(const Refusal& refusal) {
   is_input_closed_ = true;
   closes_when_written_ = true;
   doom_ = refusal.text;
-  refuse(refusal);
+  answers_.refuse(refusal);
+}
+
+void Session::fill(ipc::ClientStatus& status) const {
+  status.set_name(client_.name.substr(0, kShownNameBytes));
+  status.set_pid(client_.pid);
+  status.set_uid(client_.uid);
+  channels_.fill(status);
+  status.set_queued_bytes(output_.waiting_bytes());
+  status.set_deliveries_sent(output_.deliveries_sent());
+  status.set_lost_daemon(output_.lost());
 }
 
 }  // namespace swarmtalk::daemon

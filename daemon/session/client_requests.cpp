@@ -1,0 +1,127 @@
+#include "daemon/session/client_requests.hpp"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "daemon/common/logging.hpp"
+#include "daemon/common/printable.hpp"
+#include "ipc/framing.hpp"
+#include "ipc/message_frames.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr int kStatusCost = 32;  // as many cheap requests take as long
+
+// A request of a newer minor looks like no request at all, but for fields that we do not know.
+bool has_unknown_fields(const ipc::Envelope& request) {
+  return request.GetReflection()->GetUnknownFields(request).field_count() > 0;
+}
+
+std::string version_text(std::uint32_t major, std::uint32_t minor) {
+  return std::to_string(major) + "." + std::to_string(minor);
+}
+
+}  // namespace
+
+std::optional<StreamEnd> ClientRequests::handle(const ipc::Envelope& request, int& requests_left) {
+  answers_.begin(request.request_id());
+  const int bodies = ipc::count_bodies(request);
+  if (bodies > 1 || (bodies == 0 && !has_unknown_fields(request))) {
+    return StreamEnd{ipc::ERROR_MALFORMED,
+                     "a frame has exactly one submessage, this one has " + std::to_string(bodies),
+                     true};
+  }
+  if (request.has_hello()) return greet(request.hello());
+  if (!has_greeted_) {
+    return StreamEnd{ipc::ERROR_MALFORMED, "the first frame must be Hello", true};
+  }
+  if (request.has_get_status() || request.has_get_neighbours()) requests_left -= kStatusCost;
+  answer(request);
+  return std::nullopt;
+}
+
+void ClientRequests::answer(const ipc::Envelope& request) {
+  if (request.has_publish()) {
+    channels_.publish(ipc::frame_of(request.publish()));
+  } else if (request.has_client_loss()) {
+    channels_.note_loss(request.client_loss());
+  } else if (request.has_set_pose()) {
+    set_pose(request.set_pose());
+  } else if (request.has_subscribe()) {
+    channels_.subscribe(request.subscribe());
+  } else if (request.has_unsubscribe()) {
+    channels_.unsubscribe(request.unsubscribe().subscription_id());
+  } else if (request.has_advertise()) {
+    channels_.advertise(request.advertise());
+  } else if (request.has_unadvertise()) {
+    channels_.unadvertise(request.unadvertise().publisher_id());
+  } else if (request.has_get_pose()) {
+    get_pose();
+  } else if (request.has_get_status()) {
+    status_.fill_status(*answers_.make().mutable_status());
+    answers_.send();
+  } else if (request.has_get_neighbours()) {
+    status_.fill_neighbours(*answers_.make().mutable_neighbours());
+    answers_.send();
+  } else if (request.has_kilobot_command()) {
+    operations_.begin_kilobot(request.kilobot_command());
+  } else if (request.has_kilobot_cancel()) {
+    operations_.cancel_kilobot(request.kilobot_cancel().operation_id());
+  } else if (!operations_.operate(request)) {
+    answers_.refuse(
+        {ipc::ERROR_UNSUPPORTED, "this daemon does not know this request", std::nullopt});
+  }
+}
+
+std::optional<StreamEnd> ClientRequests::greet(const ipc::Hello& hello) {
+  if (hello.major() != ipc::kProtocolMajor) {
+    ++counters_.clients_other_version;
+    return StreamEnd{ipc::ERROR_VERSION,
+                     "the client speaks protocol " + version_text(hello.major(), hello.minor()) +
+                         ", this daemon " + version_text(ipc::kProtocolMajor, ipc::kProtocolMinor) +
+                         "; install client and daemon of one release",
+                     false};
+  }
+  const bool is_first = !std::exchange(has_greeted_, true);
+  client_.name = printable(hello.name());
+  ipc::Hello& reply = *answers_.make().mutable_hello();
+  status_.fill_hello(reply);
+  if (is_first && limits_.ring_bytes > 0 && ipc::has_feature(hello, ipc::kRingFeature)) {
+    if (input_.begin_ring(limits_.ring_bytes)) {
+      reply.add_features(ipc::kRingFeature);
+    } else {
+      log_of("client")->debug("{}: no memory for a ring: {}", client_.who(), std::strerror(errno));
+    }
+  }
+  answers_.send();
+  return std::nullopt;
+}
+
+void ClientRequests::set_pose(const ipc::SetPose& request) {
+  std::optional<PoseKeeper::Time> known_at = std::chrono::steady_clock::now();
+  if (request.fixed()) known_at.reset();
+  if (!poses_.set(request.x_m(), request.y_m(), request.theta_rad(), known_at)) {
+    return answers_.refuse(
+        {ipc::ERROR_BAD_POSE,
+         "a pose is x and y in metres, -32.767 to 32.767, and a finite angle in radians",
+         std::nullopt});
+  }
+  answers_.send_done();
+}
+
+void ClientRequests::get_pose() {
+  const auto now = std::chrono::steady_clock::now();
+  ipc::Pose& reply = *answers_.make().mutable_pose();
+  if (const auto age_ms = poses_.age_ms(now)) reply.set_age_ms(*age_ms);
+  if (const auto pose = poses_.valid(now)) {
+    reply.set_x_m(static_cast<float>(pose->x_m));
+    reply.set_y_m(static_cast<float>(pose->y_m));
+    reply.set_theta_rad(static_cast<float>(pose->theta_rad));
+  }
+  answers_.send();
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,69 @@
+// One client's subscriptions and publishers, above a hub, without a socket.
+#include "daemon/session/client_channels.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/daemon/session/client_parts.hpp"
+#include "tests/unit/daemon/station/fake_station.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+class Channels : public testing::Test {
+ protected:
+  Channels() { hub_.add(station_); }
+  ~Channels() override { channels_.leave(); }
+
+  void subscribe() {
+    ipc::Subscribe request;
+    request.mutable_channel()->set_number(1);
+    channels_.subscribe(request);
+  }
+  void advertise() {
+    ipc::Advertise request;
+    request.mutable_channel()->set_number(1);
+    channels_.advertise(request);
+  }
+
+  ClientParts parts_;
+  ChannelTable names_{{}};
+  NodeIdentity identity_{5};
+  Hub hub_{names_, parts_.limits, parts_.counters, identity_};
+  FakeStation station_{hub_};
+  ClientChannels channels_{hub_, parts_.limits, parts_.counters, parts_.output, parts_.answers};
+};
+
+TEST_F(Channels, AnswerASubscriptionAndQueueWhatItHears) {
+  subscribe();
+  EXPECT_TRUE(parts_.told().at(0).has_subscribed());
+  MessageHead head;
+  head.channel = 1;
+  station_.receive(head, "x");
+  const auto told = parts_.told();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].deliver().payload(), "x");
+}
+
+TEST_F(Channels, TellWhatBecameOfAMessage) {
+  advertise();
+  const std::uint32_t id = parts_.told().at(0).advertised().publisher_id();
+  channels_.publish({id, 9, "x", {}, {}});
+  EXPECT_TRUE(parts_.told().empty());
+  station_.leave(1);
+  EXPECT_EQ(parts_.told().at(0).sent().publish_number(), 9u);
+  channels_.publish({id + 1, 10, "x", {}, {}});
+  EXPECT_EQ(parts_.told().at(0).failure().code(), ipc::ERROR_UNKNOWN_ID);
+}
+
+TEST_F(Channels, LeaveTheHubWithAllTheyHold) {
+  subscribe();
+  advertise();
+  channels_.leave();
+  EXPECT_TRUE(hub_.channels().empty());
+  ipc::ClientStatus status;
+  channels_.fill(status);
+  EXPECT_EQ(status.subscriptions() + status.publishers(), 0u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,131 @@
+// What waits for one client, without a socket: the order and the limits.
+#include "daemon/session/client_output.hpp"
+
+#include <gtest/gtest.h>
+
+namespace swarmtalk::daemon {
+namespace {
+
+class Output : public testing::Test {
+ protected:
+  void answer(std::uint32_t request_id) {
+    ipc::Envelope envelope;
+    envelope.set_request_id(request_id);
+    envelope.mutable_done();
+    output_.add_answer(envelope);
+  }
+  void deliver(QueuedSubscription& subscription, const std::string& payload) {
+    output_.add_delivery(
+        subscription,
+        pool_.take({}, {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()},
+                   false));
+  }
+  /// What is written now: ids of answers, payloads of deliveries.
+  std::vector<std::string> frames() {
+    ipc::FrameReader reader;
+    const std::string_view bytes = output_.unwritten();
+    const auto room = reader.prepare(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), room.begin());
+    reader.commit(bytes.size());
+    std::vector<std::string> read;
+    ipc::Envelope envelope;
+    while (reader.next(envelope) == ipc::ReadResult::kEnvelope) {
+      read.push_back(envelope.has_deliver() ? envelope.deliver().payload()
+                                            : std::to_string(envelope.request_id()));
+    }
+    return read;
+  }
+
+  MessagePool pool_;
+  LimitsConfig limits_;
+  DaemonCounters counters_;
+  int wakes_ = 0;
+  ClientOutput output_{limits_, counters_, [this] { ++wakes_; }};
+  QueuedSubscription a_{8, false};
+  QueuedSubscription b_{8, false};
+};
+
+TEST_F(Output, TakesAnswersFirstAndSubscriptionsInTurn) {
+  deliver(a_, "a1");
+  deliver(a_, "a2");
+  deliver(b_, "b1");
+  answer(7);
+  EXPECT_EQ(wakes_, 4);
+  ASSERT_TRUE(output_.refill());
+  EXPECT_EQ(frames(), (std::vector<std::string>{"7", "a1", "b1", "a2"}));
+  EXPECT_EQ(output_.deliveries_sent(), 3u);
+  output_.advance(output_.unwritten().size());
+  EXPECT_TRUE(output_.is_empty());
+  EXPECT_FALSE(output_.refill());
+}
+
+TEST_F(Output, PutsAnAnswerBehindTheFrameThatHasBeenBegun) {
+  deliver(a_, "a1");
+  deliver(a_, "a2");
+  ASSERT_TRUE(output_.refill());
+  output_.advance(1);
+  answer(7);
+  output_.put_answers_ahead();
+  const std::size_t first = output_.unwritten().size();
+  EXPECT_EQ(output_.answer_bytes(), 0u);
+  output_.advance(first);
+  EXPECT_TRUE(output_.is_empty());
+  EXPECT_EQ(output_.waiting_bytes(), 0u);
+}
+
+TEST_F(Output, PutsAnAnswerAheadOfDeliveriesNotYetBegun) {
+  answer(1);
+  deliver(a_, "a1");
+  ASSERT_TRUE(output_.refill());
+  answer(2);
+  output_.put_answers_ahead();
+  EXPECT_EQ(frames(), (std::vector<std::string>{"1", "2", "a1"}));
+}
+
+TEST_F(Output, DropsTheOldestOfASubscriptionWhenTheClientHasTooManyBytes) {
+  limits_.queue_bytes = 4;
+  deliver(a_, "aa");
+  deliver(a_, "bb");
+  deliver(a_, "cc");
+  deliver(a_, "ddddd");
+  EXPECT_EQ(output_.lost(), 4u);
+  EXPECT_EQ(counters_.deliveries_dropped_bytes, 4u);
+  EXPECT_EQ(output_.waiting_bytes(), 0u);
+}
+
+TEST_F(Output, SaysThatAClientDoesNotReadItsAnswersAndCountsItOnce) {
+  limits_.reply_bytes = 10;
+  for (std::uint32_t i = 1; i <= 5; ++i) answer(i);
+  EXPECT_NE(output_.problem().find("it does not read its replies"), std::string::npos);
+  EXPECT_EQ(counters_.clients_not_reading, 1u);
+}
+
+TEST_F(Output, ForgetsASubscriptionWithWhatItHasQueued) {
+  deliver(a_, "a1");
+  deliver(b_, "b1");
+  output_.forget(a_);
+  ASSERT_TRUE(output_.refill());
+  EXPECT_EQ(frames(), std::vector<std::string>{"b1"});
+  EXPECT_EQ(counters_.deliveries_dropped_closed, 1u);
+}
+
+TEST_F(Output, TakesNothingOnceItIsClosed) {
+  output_.close();
+  answer(1);
+  EXPECT_EQ(wakes_, 0);
+  EXPECT_FALSE(output_.refill());
+}
+
+TEST_F(Output, PutsAnotherFrameInThePlaceOfTheFirst) {
+  answer(1);
+  answer(2);
+  ASSERT_TRUE(output_.refill());
+  ipc::Envelope other;
+  other.set_request_id(300);
+  other.mutable_done();
+  output_.replace_first(other);
+  EXPECT_EQ(frames(), (std::vector<std::string>{"300", "2"}));
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
