@@ -159,9 +159,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
     if (out.size() < node_->next_packet_bytes()) return 0;
-    // The next message may be handed to the node in here: at the same time.
     pulled_at_ = std::chrono::steady_clock::now();
     const std::size_t size_bytes = node_->pull_packet(out.data());
+    if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
     pulled_at_.reset();
     return size_bytes;
   }
@@ -243,11 +243,16 @@ class NodeStation final : public Station, public drivers::LinkUser {
     entry.channel->new_subscriber(kNoLimit, &on_core_message, &entry);
   }
 
+  /// The node is in the middle of its pull_packet(): what follows from it waits until that returns.
   static void on_core_sent(void* context) {
     auto* entry = static_cast<Entry*>(context);
-    NodeStation& station = *entry->station;
-    if (P::kMessageBits == 32) station.note_left(*entry);
-    station.user_.on_sent(station, entry->number);
+    entry->station->sent_ = entry;
+  }
+  /// Here the way out turns: the hub tells the program that its message has left, and hands the
+  /// channel's next one to the node, so that it can leave in the same frame and at the same time.
+  void tell_sent(Entry& entry) {
+    if (P::kMessageBits == 32) note_left(entry);
+    user_.on_sent(*this, entry.number);
   }
   void note_left(Entry& entry) {
     if (entry.left == nullptr) entry.left = &left_[entry.number];
@@ -276,6 +281,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::vector<std::uint8_t> crossing_;               // reused
   const drivers::FrameReception* frame_ = nullptr;   // in which the packet in hand came
   std::optional<drivers::MonotonicTime> pulled_at_;  // while a packet is pulled
+  Entry* sent_ = nullptr;                            // whose message the pull in hand ended
   drivers::MonotonicTime latest_{};                  // that the node was told
   Range range_ = Range::unknown();                   // of its transmitter
   std::uint64_t bad_origins_ = 0;

@@ -30,7 +30,8 @@ class StationUser {
   virtual void on_message(Station& station, const MessageHead& head,
                           std::span<const std::uint8_t> payload) = 0;
 
-  /// The last packet of the message in flight on this channel has been pulled. May send() the next.
+  /// The last packet of the message in flight on this channel has been pulled. May send() the next:
+  /// the link is filling a frame, and takes it along if there is room.
   virtual void on_sent(Station& station, std::uint16_t channel) = 0;
 
   /// Somebody else is heard under our node id. Called after the packet has been dealt with.
