@@ -37,7 +37,7 @@ function(swarmtalk_join_sources target)
   endif()
 endfunction()
 
-# Includes are written from the repository's root ("drivers/link.hpp"), so the folder an include
+# Includes are written from the repository's root ("drivers/link/link.hpp"), so the folder an include
 # points to can be read off the line; tools/check holds the table of who may include whom.
 function(swarmtalk_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})

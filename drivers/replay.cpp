@@ -7,8 +7,8 @@
 #include <cstring>
 #include <limits>
 
-#include "drivers/link_error.hpp"
-#include "drivers/link_log.hpp"
+#include "drivers/link/link_error.hpp"
+#include "drivers/link/link_log.hpp"
 
 namespace swarmtalk::drivers {
 namespace {

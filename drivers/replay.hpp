@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/framer.hpp"
-#include "drivers/link.hpp"
-#include "drivers/link_counters.hpp"
+#include "drivers/link/framer.hpp"
+#include "drivers/link/link.hpp"
+#include "drivers/link/link_counters.hpp"
 
 namespace swarmtalk::drivers {
 

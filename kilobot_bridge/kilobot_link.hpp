@@ -12,8 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/link.hpp"
-#include "drivers/link_counters.hpp"
+#include "drivers/link/link.hpp"
+#include "drivers/link/link_counters.hpp"
 #include "kilobot_bridge/gateway_reader.hpp"
 #include "kilobot_bridge/line_reader.hpp"
 #include "kilobot_bridge/overhead_sender.hpp"

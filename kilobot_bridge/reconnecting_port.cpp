@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/link_log.hpp"
+#include "drivers/link/link_log.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "benchmarks/l2_floor/ends.hpp"
-#include "drivers/raw_l2.hpp"
+#include "drivers/socket/raw_l2.hpp"
 
 namespace swarmtalk::l2_floor {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "drivers/link.hpp"
+#include "drivers/link/link.hpp"
 
 namespace swarmtalk::daemon {
 

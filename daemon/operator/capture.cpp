@@ -5,7 +5,7 @@
 #include <string>
 
 #include "daemon/operator/counter_list.hpp"
-#include "drivers/frame_tap.hpp"
+#include "drivers/link/frame_tap.hpp"
 
 namespace swarmtalk::daemon {
 namespace {

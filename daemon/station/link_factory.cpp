@@ -2,10 +2,10 @@
 
 #include <stdexcept>
 
-#include "drivers/link_error.hpp"
-#include "drivers/raw_l2.hpp"
+#include "drivers/link/link_error.hpp"
 #include "drivers/replay.hpp"
-#include "drivers/udp.hpp"
+#include "drivers/socket/raw_l2.hpp"
+#include "drivers/socket/udp.hpp"
 #include "kilobot_bridge/kilobot_link.hpp"
 
 namespace swarmtalk::daemon {

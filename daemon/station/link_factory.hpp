@@ -6,7 +6,7 @@
 
 #include "daemon/config/config.hpp"
 #include "daemon/config/config_error.hpp"
-#include "drivers/link.hpp"
+#include "drivers/link/link.hpp"
 
 namespace swarmtalk::daemon {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/pose/ranging.hpp"
-#include "drivers/link.hpp"
+#include "drivers/link/link.hpp"
 
 namespace swarmtalk::daemon {
 

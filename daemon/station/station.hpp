@@ -15,7 +15,7 @@
 #include "daemon/message/message.hpp"
 #include "daemon/station/neighbours.hpp"
 #include "daemon/station/node_identity.hpp"
-#include "drivers/link.hpp"
+#include "drivers/link/link.hpp"
 
 namespace swarmtalk::daemon {
 

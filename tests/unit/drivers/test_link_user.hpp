@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/link.hpp"
+#include "drivers/link/link.hpp"
 
 namespace swarmtalk::drivers {
 

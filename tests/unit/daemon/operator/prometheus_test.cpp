@@ -9,7 +9,7 @@
 #include "daemon/common/daemon_counters.hpp"
 #include "daemon/operator/counter_list.hpp"
 #include "daemon/station/node_station.hpp"
-#include "drivers/link_counters.hpp"
+#include "drivers/link/link_counters.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 

@@ -1,0 +1,74 @@
+// FrameBuilder and FrameReceiver: what lies between a link's frames and its user's packets, once
+// for all links. They count into the link's LinkCounters and own no socket and no clock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "drivers/link/link.hpp"
+#include "drivers/link/link_counters.hpp"
+#include "frame/sealing.hpp"
+
+namespace swarmtalk::drivers {
+
+struct BuiltFrame {
+  std::size_t size_bytes = 0;  // 0: there is no frame
+  std::size_t packets = 0;
+  bool more_waits = false;  // build again
+};
+
+/// Pulls waiting packets straight into frames.
+class FrameBuilder {
+ public:
+  FrameBuilder(frame::ProfileId profile, std::size_t max_packet_bytes);
+
+  /// From now on frames are sealed with it. None: they are not.
+  void set_sealer(std::optional<frame::Sealer> sealer) { sealer_ = std::move(sealer); }
+
+  /// Buffer that build() needs for frames of at most `limit_bytes`: with room for a packet that
+  /// fits into no frame, which is pulled to be dropped.
+  std::size_t buffer_bytes(std::size_t limit_bytes) const;
+
+  /// Fills one frame with what waits, up to the limit. A packet that does not fit any more is left
+  /// where it waits, and opens the next frame; one that fits into no frame is dropped and counted.
+  /// @param buffer  at least buffer_bytes(limit_bytes)
+  BuiltFrame build(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes,
+                   LinkCounters& counters);
+
+  /// A frame without packets, with the last messages that fit. @param buffer  as for build()
+  BuiltFrame build_beacon(LinkUser& user, std::span<std::uint8_t> buffer, std::size_t limit_bytes);
+
+ private:
+  frame::FrameHeader next_header(LinkUser& user);
+
+  frame::ProfileId profile_;
+  std::size_t max_packet_bytes_;
+  std::uint32_t frames_built_ = 0;
+  std::optional<frame::Sealer> sealer_;
+};
+
+/// Reads frames and hands their packets up.
+class FrameReceiver {
+ public:
+  explicit FrameReceiver(frame::ProfileId profile) : profile_(profile) {}
+
+  /// From now on frames are read with it.
+  void set_opener(frame::Opener opener) { opener_ = std::move(opener); }
+
+  void receive(std::span<const std::uint8_t> bytes, const FrameArrival& arrival, LinkUser& user,
+               LinkCounters& counters);
+
+ private:
+  frame::ProfileId profile_;
+  frame::Opener opener_;
+};
+
+/// Both ends of a link go over to a key; null: to none.
+void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,
+             FrameReceiver& receiver);
+
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,185 @@
+#include "drivers/socket/raw_l2.hpp"
+
+#include <arpa/inet.h>
+#include <linux/if_ether.h>
+#include <linux/if_packet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "drivers/link/link_error.hpp"
+#include "drivers/link/link_log.hpp"
+#include "drivers/socket/ether_filter.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+constexpr std::uint16_t kSmallestEthertype = 0x0600;  // below, the field is a length (IEEE 802.3)
+constexpr std::size_t kUsualMtuBytes = 1500;
+
+std::string hex(unsigned value) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "0x%04x", value);
+  return text.data();
+}
+
+void check(const RawL2Config& config, const InterfaceInfo& interface) {
+  const std::string who = "raw_l2 '" + config.interface + "': ";
+  if (config.ethertype < kSmallestEthertype) {
+    throw LinkError(LinkSetting::kEthertype,
+                    who + "ethertype " + hex(config.ethertype) +
+                        " is a length in Ethernet; use 0x0600 or more, 0x88b5 is for experiments");
+  }
+  if (interface.index == 0) {
+    throw LinkError(LinkSetting::kInterface,
+                    who + "no such interface; this machine has " + InterfaceWatch::names());
+  }
+  if (interface.is_loopback) {
+    throw LinkError(LinkSetting::kInterface,
+                    who + "the loopback interface carries no layer-2 broadcast; use a " +
+                        "udp link with interface = \"" + config.interface + "\"");
+  }
+  if (!interface.is_ethernet) {
+    throw LinkError(LinkSetting::kInterface,
+                    who + "not an Ethernet or Wi-Fi interface; use a udp link on it");
+  }
+}
+
+/// A packet socket that hears nothing yet: its protocol is 0 until the filter is in place.
+int open_packet_socket(const std::string& interface) {
+  const int socket = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket >= 0) return socket;
+  const std::string who = "raw_l2 '" + interface + "': ";
+  if (errno == EPERM || errno == EACCES) {
+    throw LinkError(LinkSetting::kInterface,
+                    who + "a packet socket needs CAP_NET_RAW; start swarmtalkd by systemd " +
+                        "or as root, or use a udp link, which needs no privilege");
+  }
+  throw LinkError(LinkSetting::kNone, who + "cannot open a packet socket: " + std::strerror(errno));
+}
+
+void prepare_socket(int socket, const RawL2Config& config) {
+  attach_locked_ether_filter(socket, config.ethertype);
+  const int on = 1;
+  if (setsockopt(socket, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0) {
+    throw LinkError(LinkSetting::kInterface,
+                    "raw_l2 '" + config.interface + "': PACKET_IGNORE_OUTGOING: " +
+                        std::strerror(errno) + " (Linux 4.20 or newer is needed)");
+  }
+  enable_drop_counts(socket);
+  enable_receive_stamps(socket);  // without them reception is timed when it is read
+}
+
+}  // namespace
+
+RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
+    : SocketLink(io, config.profile, config.max_packet_bytes, config.pacer), config_(config) {
+  const InterfaceInfo interface = watch().find(config_.interface);
+  check(config_, interface);
+  socket_ = open_packet_socket(config_.interface);
+  use_receive_socket(socket_);
+  prepare_socket(socket_, config_);
+  use_receive_buffer(socket_, config_.receive_buffer_bytes);
+  if (!bind_to(interface)) {
+    throw LinkError(LinkSetting::kInterface,
+                    "raw_l2 '" + config_.interface +
+                        "': cannot bind to the interface: " + std::strerror(errno));
+  }
+}
+
+bool RawL2Link::bind_to(const InterfaceInfo& interface) {
+  sockaddr_ll address{};
+  address.sll_family = AF_PACKET;
+  address.sll_protocol = htons(config_.ethertype);
+  address.sll_ifindex = static_cast<int>(interface.index);
+  if (bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return false;
+  bound_index_ = interface.index;
+  return true;
+}
+
+InterfaceInfo RawL2Link::followed_interface() const {
+  // The interface of the configured name; else the one we are bound to, which has been renamed.
+  const InterfaceInfo named = watch().find(config_.interface);
+  return named.index != 0 ? named : watch().find(bound_index_);
+}
+
+void RawL2Link::refresh() {
+  const InterfaceInfo interface = followed_interface();
+  const std::string name = "interface '" + config_.interface + "'";
+  if (interface.index == 0) {
+    bound_index_ = 0;
+    return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
+  }
+  if (!interface.is_ethernet || interface.is_loopback) {
+    return set_state(false, "down: " + name + " is no longer an Ethernet interface");
+  }
+  if (interface.index != bound_index_ && !bind_to(interface)) {
+    return set_state(false, "down: cannot bind to " + name + ": " + std::strerror(errno));
+  }
+  write_ethernet_header(interface);
+  set_limits(std::min(interface.mtu_bytes, frame::kMaxFrameBytes),
+             kEthernetHeaderBytes + std::max(interface.mtu_bytes, kUsualMtuBytes));
+  const std::string renamed =
+      interface.name == config_.interface ? "" : " (renamed to '" + interface.name + "')";
+  if (!interface.is_switched_on) {
+    return set_state(false, "down: " + name + renamed + " is switched off (ip link set " +
+                                interface.name + " up)");
+  }
+  if (!interface.has_carrier) {
+    return set_state(false, "down: " + name + renamed + " has no carrier" + kCarrierRemedy);
+  }
+  set_state(true, "up" + renamed + ", MTU " + std::to_string(interface.mtu_bytes) + " bytes" +
+                      mtu_remark());
+}
+
+void RawL2Link::write_ethernet_header(const InterfaceInfo& interface) {
+  own_mac_ = interface.mac;
+  std::array<std::uint8_t, kEthernetHeaderBytes> header;
+  header.fill(0xFF);  // destination: broadcast
+  std::copy(own_mac_.begin(), own_mac_.end(), header.begin() + ETH_ALEN);
+  header[12] = static_cast<std::uint8_t>(config_.ethertype >> 8);
+  header[13] = static_cast<std::uint8_t>(config_.ethertype);
+  transmit_queue().set_medium_header(header);
+}
+
+std::optional<std::span<const std::uint8_t>> RawL2Link::air_frame(const Datagram& datagram) {
+  const std::span<const std::uint8_t> bytes = datagram.bytes;
+  if (bytes.size() < kEthernetHeaderBytes) return bytes.first(0);
+  // An access point repeats a station's broadcast to all, the station included.
+  const bool is_own = std::equal(own_mac_.begin(), own_mac_.end(), bytes.begin() + ETH_ALEN);
+  if (is_own) return std::nullopt;
+  return bytes.subspan(kEthernetHeaderBytes);
+}
+
+std::uint64_t RawL2Link::hardware_of(const Datagram& datagram) const {
+  std::uint64_t mac = 0;
+  if (datagram.bytes.size() < kEthernetHeaderBytes) return mac;
+  for (const std::uint8_t byte : datagram.bytes.subspan(ETH_ALEN, ETH_ALEN)) mac = mac << 8 | byte;
+  return mac;
+}
+
+std::string RawL2Link::hardware_text(std::uint64_t hardware) const {
+  std::string text;
+  for (int shift = 40; shift >= 0; shift -= 8) {
+    std::array<char, 4> byte{};
+    std::snprintf(byte.data(), byte.size(), "%02x",
+                  static_cast<unsigned>(hardware >> shift & 0xFF));
+    text += (text.empty() ? "" : ":") + std::string(byte.data());
+  }
+  return text;
+}
+
+std::uint64_t RawL2Link::kernel_drops() const {
+  tpacket_stats statistics{};
+  socklen_t size = sizeof statistics;
+  if (getsockopt(socket_, SOL_PACKET, PACKET_STATISTICS, &statistics, &size) == 0) {
+    kernel_drops_ += statistics.tp_drops;
+  }
+  return kernel_drops_;
+}
+
+}  // namespace swarmtalk::drivers

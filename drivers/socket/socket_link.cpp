@@ -1,0 +1,326 @@
+#include "drivers/socket/socket_link.hpp"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cstring>
+#include <random>
+
+#include "drivers/link/link_log.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kFullQueueWait =
+    1ms;  // the interface's queue drops (ENOBUFS) and says not until when
+constexpr auto kBrokenLinkWait =
+    100ms;                         // in case no interface change announces the end of an error
+constexpr auto kOldestFrame = 1s;  // what a frame says of its sender is worthless then
+constexpr auto kErrorLogInterval = 1s;
+constexpr auto kStateLogInterval = 1s;
+
+bool is_link_error(int error) {
+  switch (error) {
+    case ENETDOWN:
+    case ENXIO:
+    case ENODEV:
+    case ENETUNREACH:
+    case EHOSTUNREACH:
+    case EADDRNOTAVAIL:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
+                       std::size_t max_packet_bytes, const PacerConfig& pacer,
+                       std::size_t network_header_bytes)
+    : io_(io),
+      watch_(io),
+      max_packet_bytes_(max_packet_bytes),
+      pacer_(pacer, std::random_device{}()),
+      builder_(profile, max_packet_bytes),
+      receiver_(profile),
+      airtime_(network_header_bytes),
+      timer_(io),
+      beacon_(0ms, 1),
+      beacon_timer_(io),
+      state_timer_(io) {}
+
+void SocketLink::use_receive_socket(int socket) {
+  receive_descriptor_ = socket;
+  receive_socket_.emplace(io_, socket);
+  if (!send_socket_) send_descriptor_ = socket;
+}
+
+void SocketLink::use_send_socket(int socket) {
+  send_descriptor_ = socket;
+  send_socket_.emplace(io_, socket);
+}
+
+// Nobody who asks for nothing special has to do anything about it.
+void SocketLink::use_receive_buffer(int socket, std::optional<std::size_t> size_bytes) {
+  const std::size_t asked = size_bytes.value_or(kUsualReceiveBufferBytes);
+  const std::size_t given = set_receive_buffer(socket, asked);
+  if (given >= asked) return;
+  link_log()->log(
+      size_bytes ? spdlog::level::warn : spdlog::level::info,
+      "{} {}: the kernel gives {} bytes of receive buffer, not the {} of receive_buffer_bytes, and "
+      "drops frames (kernel_drops) when they are full; raise its limit (sysctl -w "
+      "net.core.rmem_max={}) and start swarmtalkd again, or ask for less",
+      type(), device(), given, asked, asked);
+}
+
+void SocketLink::start(LinkUser& user) {
+  user_ = &user;
+  watch_.start([this] { refresh(); });
+  refresh();
+  wait_readable();
+  if (beacon_.is_on()) arm_beacon();
+  wake();
+}
+
+void SocketLink::wake() {
+  if (user_ == nullptr || is_flush_posted_) return;
+  is_flush_posted_ = true;
+  boost::asio::post(io_, [this, alive = std::weak_ptr<bool>(alive_)] {
+    if (alive.expired()) return;
+    is_flush_posted_ = false;
+    flush();
+  });
+}
+
+void SocketLink::set_pacing(const PacerConfig& pacing) {
+  pacer_ = Pacer(pacing, std::random_device{}());
+  timer_.cancel();  // the old pace's wait
+  is_timer_armed_ = false;
+  wake();
+}
+
+void SocketLink::set_beacon(std::chrono::milliseconds interval) {
+  beacon_ = Beacon(interval, std::random_device{}());
+  beacon_.silence_begins(std::chrono::steady_clock::now());
+  beacon_timer_.cancel();
+  if (user_ != nullptr && beacon_.is_on()) arm_beacon();
+}
+
+void SocketLink::arm_beacon() {
+  const MonotonicTime now = std::chrono::steady_clock::now();
+  beacon_timer_.expires_at(now + beacon_.wait(now));
+  beacon_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        const MonotonicTime then = std::chrono::steady_clock::now();
+        if (beacon_.wait(then) == 0ns) send_beacon(then);
+        arm_beacon();
+      });
+}
+
+// Not when something else is about to leave, or nothing can.
+void SocketLink::send_beacon(MonotonicTime now) {
+  beacon_.silence_begins(now);
+  if (!is_up_ || !queue_.is_empty() || user_->next_packet_bytes() > 0) return;
+  const BuiltFrame built = builder_.build_beacon(
+      *user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)), frame_limit_bytes_);
+  if (built.size_bytes == 0) return;
+  ++counters_.beacons_sent;
+  if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
+  queue_.push(built.size_bytes, built.packets, now);
+  pacer_.sent(now);
+  transmit(now);
+}
+
+void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
+  has_key_ = key != nullptr;
+  use_key(key, builder_, receiver_);
+  if (user_ != nullptr) refresh();  // longest packets may not fit any more
+}
+
+Counters SocketLink::counters() const {
+  LinkCounters counters = counters_;
+  counters.kernel_drops = kernel_drops();
+  airtime_.fill(counters);
+  return counters.list();
+}
+
+void SocketLink::set_limits(std::size_t frame_bytes, std::size_t datagram_bytes) {
+  frame_limit_bytes_ = frame_bytes;
+  batch_.set_datagram_bytes(datagram_bytes);
+}
+
+std::string SocketLink::mtu_remark() const {
+  const std::size_t fits = packet_limit_bytes();
+  if (fits >= max_packet_bytes_) return {};
+  return ", too small: packets of more than " + std::to_string(fits) +
+         " bytes are dropped (up to " + std::to_string(max_packet_bytes_) + " occur)";
+}
+
+void SocketLink::set_state(bool is_up, const std::string& text) {
+  const bool has_changed = is_up != is_up_;
+  const bool has_come_up = is_up && has_changed;
+  if (is_up_ && !is_up) ++counters_.link_down_events;
+  is_up_ = is_up;
+  if (text != state_) {
+    state_ = text;
+    if (is_state_timer_armed_)
+      ++unlogged_changes_;
+    else
+      log_state();
+  }
+  if (has_changed && user_ != nullptr) user_->on_link_state();
+  if (has_come_up) wake();
+}
+
+// At most once per second; changes meanwhile are told together when the second is over.
+void SocketLink::log_state() {
+  const std::string flapped = unlogged_changes_ > 1 ? " (" + std::to_string(unlogged_changes_) +
+                                                          " changes since the last line)"
+                                                    : "";
+  unlogged_changes_ = 0;
+  link_log()->log(is_up_ ? spdlog::level::info : spdlog::level::warn, "{} {}: {}{}", type(),
+                  device(), state_, flapped);
+  is_state_timer_armed_ = true;
+  state_timer_.expires_after(kStateLogInterval);
+  state_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        is_state_timer_armed_ = false;
+        if (unlogged_changes_ > 0) log_state();
+      });
+}
+
+void SocketLink::wait_readable() {
+  receive_socket_->async_wait(Descriptor::wait_read, [this, alive = std::weak_ptr<bool>(alive_)](
+                                                         const boost::system::error_code& error) {
+    if (alive.expired() || error) return;
+    receive();
+    // Behind what this has brought about: a message is on its way before the next is waited for.
+    boost::asio::post(io_, [this, alive] {
+      if (!alive.expired()) wait_readable();
+    });
+  });
+}
+
+void SocketLink::receive() {
+  const int count = batch_.read(receive_descriptor_);
+  if (count < 0) {
+    if (is_link_error(errno)) refresh();
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    receive(batch_[i]);
+  }
+  if (!unreadable_.has_news(counters_)) return;
+  for (const std::string& line : unreadable_.news(counters_, std::chrono::steady_clock::now())) {
+    link_log()->warn("{} {}: {}", type(), device(), line);
+  }
+}
+
+void SocketLink::receive(const Datagram& datagram) {
+  if (tap_ != nullptr) tap_->before_received();
+  kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
+  const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
+  if (bytes) {
+    receiver_.receive(
+        *bytes,
+        {datagram.received_at, kernel_drops_, datagram.is_time_known, hardware_of(datagram)},
+        *user_, counters_);
+  } else {
+    ++counters_.own_echoes;
+  }
+  if (tap_ == nullptr) return;
+  const std::size_t header_bytes = medium_header_bytes();
+  tap_->received(datagram.bytes, std::min(header_bytes, datagram.bytes.size()));
+}
+
+void SocketLink::flush() {
+  if (!is_up_ || is_timer_armed_ || is_waiting_writable_) return;
+  const MonotonicTime now = std::chrono::steady_clock::now();
+  counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
+  const bool more_waits = fill_queue(now);
+  transmit(now);
+  if (more_waits) wake();  // the next turn goes on, after what else is ready
+}
+
+bool SocketLink::fill_queue(MonotonicTime now) {
+  while (!queue_.is_full()) {
+    const Pacer::Duration wait = pacer_.wait(now);
+    if (wait > 0ns) {
+      flush_after(wait);
+      return false;
+    }
+    const BuiltFrame built =
+        builder_.build(*user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)),
+                       frame_limit_bytes_, counters_);
+    if (built.size_bytes == 0) return built.more_waits;
+    if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
+    queue_.push(built.size_bytes, built.packets, now);
+    pacer_.sent(now);
+    if (beacon_.is_on()) beacon_.silence_begins(now);
+    if (!built.more_waits) return false;
+  }
+  return true;
+}
+
+void SocketLink::transmit(MonotonicTime now) {
+  while (const int error = queue_.send(send_descriptor_, counters_)) {
+    if (error == EAGAIN || error == EWOULDBLOCK) {
+      ++counters_.send_retries;
+      return wait_writable();
+    }
+    if (error == ENOBUFS) {
+      ++counters_.send_retries;
+      return flush_after(kFullQueueWait);
+    }
+    if (is_link_error(error)) {
+      ++counters_.send_retries;
+      refresh();
+      return flush_after(kBrokenLinkWait);
+    }
+    on_send_error(error, now);
+  }
+}
+
+void SocketLink::on_send_error(int error, MonotonicTime now) {
+  ++counters_.send_errors;
+  if (error == EMSGSIZE) {  // the MTU shrank after the frame was built
+    counters_.packets_over_mtu += queue_.first_packets();
+    refresh();
+  }
+  queue_.drop_first();
+  if (now - last_error_log_ < kErrorLogInterval) return;
+  last_error_log_ = now;
+  link_log()->warn("{} {}: a frame could not be sent: {} ({} so far)", type(), device(),
+                   std::strerror(error), counters_.send_errors);
+}
+
+void SocketLink::wait_writable() {
+  if (is_waiting_writable_) return;
+  is_waiting_writable_ = true;
+  Descriptor& socket = send_socket_ ? *send_socket_ : *receive_socket_;
+  socket.async_wait(Descriptor::wait_write, [this, alive = std::weak_ptr<bool>(alive_)](
+                                                const boost::system::error_code& error) {
+    if (alive.expired() || error) return;
+    is_waiting_writable_ = false;
+    flush();
+  });
+}
+
+void SocketLink::flush_after(std::chrono::steady_clock::duration delay) {
+  if (is_timer_armed_) return;
+  is_timer_armed_ = true;
+  timer_.expires_after(delay);
+  timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        is_timer_armed_ = false;
+        flush();
+      });
+}
+
+}  // namespace swarmtalk::drivers

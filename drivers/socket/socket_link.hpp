@@ -1,0 +1,150 @@
+// SocketLink: what the links over a socket share. Drains the socket 64 frames a turn, builds frames
+// of what waits when the pacer allows, keeps frames that the kernel does not take, and keeps score
+// of whether the link is up. RawL2Link and UdpLink add how their medium is opened and watched.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "drivers/link/airtime.hpp"
+#include "drivers/link/beacon.hpp"
+#include "drivers/link/frame_tap.hpp"
+#include "drivers/link/framer.hpp"
+#include "drivers/link/link.hpp"
+#include "drivers/link/link_counters.hpp"
+#include "drivers/link/pacer.hpp"
+#include "drivers/link/unreadable_frames.hpp"
+#include "drivers/socket/interface_watch.hpp"
+#include "drivers/socket/receive_batch.hpp"
+#include "drivers/socket/transmit_queue.hpp"
+
+namespace swarmtalk::drivers {
+
+/// What to do about an interface, behind the state that a link has without it.
+inline constexpr const char* kGoneRemedy = " (ip link lists those there are)";
+inline constexpr const char* kCarrierRemedy = " (plug in its cable, or join its Wi-Fi)";
+
+/// In the kernel, which may give less.
+inline constexpr std::size_t kUsualReceiveBufferBytes = std::size_t{4} << 20;
+
+class SocketLink : public Link, public Tappable {
+ public:
+  void start(LinkUser& user) override;
+  void wake() override;
+  void set_tap(FrameTap* tap) override { tap_ = tap; }
+  void set_pacing(const PacerConfig& pacing) override;
+  void set_beacon(std::chrono::milliseconds interval) override;
+  void set_air_rate(double rate_mbps) override { airtime_.set_rate(rate_mbps, counters_); }
+  void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
+  std::size_t packet_limit_bytes() const override {
+    return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
+  }
+  bool is_up() const override { return is_up_; }
+  std::string state() const override { return state_; }
+  Counters counters() const override;
+
+ protected:
+  SocketLink(boost::asio::io_context& io, frame::ProfileId profile, std::size_t max_packet_bytes,
+             const PacerConfig& pacer, std::size_t network_header_bytes = 0);
+
+  /// Takes over an open socket, in the constructor of the derived class. Without a sending socket
+  /// the receiving one sends.
+  void use_receive_socket(int socket);
+  void use_send_socket(int socket);
+
+  /// Sets the kernel's receive buffer of an open socket, in the constructor of the derived class;
+  /// tells when the kernel gives less.
+  void use_receive_buffer(int socket, std::optional<std::size_t> size_bytes);
+
+  /// Takes the medium's header off a datagram. @return none: it is our own, heard back
+  virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
+
+  /// The transmitter's address in a datagram that air_frame() has looked at; 0: not known.
+  virtual std::uint64_t hardware_of(const Datagram& datagram) const = 0;
+
+  /// Bytes in front of the air frame in a datagram.
+  virtual std::size_t medium_header_bytes() const { return 0; }
+
+  /// Looks at the medium again and calls set_state(): at the start, after each change of an
+  /// interface, and after an error that may mean one.
+  virtual void refresh() = 0;
+
+  /// Frames that the kernel has dropped since the link was opened.
+  virtual std::uint64_t kernel_drops() const = 0;
+
+  /// Logs changes, at most once per second; a link that comes up transmits what waits.
+  void set_state(bool is_up, const std::string& text);
+
+  /// Longest air frame that the medium takes, and the longest datagram to expect from it.
+  void set_limits(std::size_t frame_bytes, std::size_t datagram_bytes);
+
+  /// " (its MTU ...)" when the longest packet does not fit into a frame, else empty.
+  std::string mtu_remark() const;
+
+  LinkUser* user() const { return user_; }
+  const InterfaceWatch& watch() const { return watch_; }
+  TransmitQueue& transmit_queue() { return queue_; }
+
+ private:
+  using Descriptor = boost::asio::posix::stream_descriptor;
+
+  void log_state();
+  void wait_readable();
+  void receive();
+  void receive(const Datagram& datagram);
+  void flush();
+  bool fill_queue(MonotonicTime now);
+  void transmit(MonotonicTime now);
+  void on_send_error(int error, MonotonicTime now);
+  void wait_writable();
+  void arm_beacon();
+  void send_beacon(MonotonicTime now);
+  void flush_after(std::chrono::steady_clock::duration delay);
+
+  boost::asio::io_context& io_;
+  InterfaceWatch watch_;
+  std::size_t max_packet_bytes_;
+  Pacer pacer_;
+  FrameBuilder builder_;
+  FrameReceiver receiver_;
+  ReceiveBatch batch_;
+  TransmitQueue queue_;
+  LinkCounters counters_;
+  UnreadableFrames unreadable_;
+  AirtimeMeter airtime_;
+  LinkUser* user_ = nullptr;
+  FrameTap* tap_ = nullptr;
+
+  int receive_descriptor_ = -1;
+  int send_descriptor_ = -1;
+  std::optional<Descriptor> receive_socket_;
+  std::optional<Descriptor> send_socket_;  // none: the receiving one
+  boost::asio::steady_timer timer_;        // pacing, and short waits after a full queue
+
+  Beacon beacon_;
+  boost::asio::steady_timer beacon_timer_;
+
+  boost::asio::steady_timer state_timer_;  // until the next change of state may be logged
+  std::uint64_t unlogged_changes_ = 0;
+
+  std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
+  std::size_t frame_limit_bytes_ = 0;
+  bool has_key_ = false;
+  bool is_up_ = false;
+  std::string state_ = "not started";
+  bool is_flush_posted_ = false;
+  bool is_timer_armed_ = false;
+  bool is_state_timer_armed_ = false;
+  bool is_waiting_writable_ = false;
+  MonotonicTime last_error_log_{};
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link
+};
+
+}  // namespace swarmtalk::drivers

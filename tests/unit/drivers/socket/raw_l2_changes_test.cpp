@@ -1,0 +1,188 @@
+// A RawL2Link lives through all that can happen to its interface, with one and the same socket and,
+// once opened, without any capability.
+#include <cap-ng.h>
+#include <gtest/gtest.h>
+
+#include "drivers/socket/raw_l2.hpp"
+#include "tests/unit/drivers/test_network.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+
+class RawL2Changes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    SWARMTALK_SKIP_WITHOUT_ROOT();
+    network_.emplace();
+    RawL2Config config;
+    config.interface = "air0";
+    a_ = network_->link<RawL2Link>('a', io_, config);
+    b_ = network_->link<RawL2Link>('b', io_, config);
+    a_->start(user_a_);
+    b_->start(user_b_);
+    expect_exchange();
+  }
+
+  /// A packet of `size` bytes from each reaches the other. Repeated every 50 ms: one that leaves
+  /// before the other end has followed its interface is lost, as on any wire.
+  void expect_exchange(std::size_t size = 100) {
+    const std::size_t a_had = user_a_.received.size();
+    const std::size_t b_had = user_b_.received.size();
+    MonotonicTime next_at{};
+    ASSERT_TRUE(run_until(io_,
+                          [&] {
+                            const MonotonicTime now = std::chrono::steady_clock::now();
+                            if (a_->is_up() && b_->is_up() && now >= next_at) {
+                              next_at = now + 50ms;
+                              user_a_.waiting.push_back(numbered_packet(7, size));
+                              user_b_.waiting.push_back(numbered_packet(7, size));
+                              a_->wake();
+                              b_->wake();
+                            }
+                            return user_a_.received.size() > a_had &&
+                                   user_b_.received.size() > b_had;
+                          }))
+        << "a: " << a_->state() << "; b: " << b_->state();
+    EXPECT_EQ(user_a_.received.back(), numbered_packet(7, size));
+    EXPECT_EQ(user_b_.received.back(), numbered_packet(7, size));
+  }
+
+  void expect_state_of_a(const std::string& words, bool is_up) {
+    EXPECT_TRUE(run_until(io_, [&] {
+      return a_->state().find(words) != std::string::npos && a_->is_up() == is_up;
+    })) << a_->state();
+  }
+
+  std::optional<TestNetwork> network_;
+  boost::asio::io_context io_;
+  TestLinkUser user_a_{1};
+  TestLinkUser user_b_{2};
+  std::unique_ptr<RawL2Link> a_;
+  std::unique_ptr<RawL2Link> b_;
+};
+
+TEST_F(RawL2Changes, SurvivesDownAndUp) {
+  network_->ip('a', "link set air0 down");
+  expect_state_of_a("'air0' is switched off (ip link set air0 up)", false);
+  EXPECT_EQ(counter(*a_, "link_down_events"), 1U);
+  network_->ip('a', "link set air0 up");
+  expect_state_of_a("up, MTU 1500 bytes", true);
+  expect_exchange();
+}
+
+TEST_F(RawL2Changes, NoticesThatTheOtherEndIsDown) {
+  network_->ip('b', "link set air0 down");
+  expect_state_of_a("has no carrier (plug in its cable, or join its Wi-Fi)", false);
+  network_->ip('b', "link set air0 up");
+  expect_exchange();
+}
+
+TEST_F(RawL2Changes, PullsNothingWhileDown) {
+  network_->ip('a', "link set air0 down");
+  expect_state_of_a("switched off", false);
+  user_a_.waiting.push_back(numbered_packet(77, 50));
+  a_->wake();
+  run_for(io_, 50ms);
+  EXPECT_EQ(user_a_.waiting.size(), 1U) << "the newest leaves when the link is back, not this";
+  const std::size_t had = user_b_.received.size();
+  network_->ip('a', "link set air0 up");
+  EXPECT_TRUE(run_until(io_, [&] { return user_b_.received.size() > had; }))
+      << "sent without another wake";
+}
+
+TEST_F(RawL2Changes, SurvivesDeletionAndReturn) {
+  for (int round = 0; round < 3; ++round) {
+    network_->ip('a', "link del air0");
+    expect_state_of_a("interface 'air0' is gone (ip link lists those there are)", false);
+    run_for(io_, 20ms);
+    network_->add_pair();
+    expect_exchange();
+  }
+  EXPECT_EQ(counter(*a_, "link_down_events"), 3U);
+}
+
+TEST_F(RawL2Changes, SurvivesDeletionAndReturnBeforeItNotices) {
+  network_->ip('a', "link del air0");
+  network_->add_pair();
+  expect_exchange();
+}
+
+TEST_F(RawL2Changes, FollowsARenamedInterface) {
+  network_->ip('a', "link set air0 down");
+  network_->ip('a', "link set air0 name radio0");
+  network_->ip('a', "link set radio0 up");
+  expect_state_of_a("up (renamed to 'radio0')", true);
+  expect_exchange();
+  network_->ip('a', "link set radio0 down");
+  network_->ip('a', "link set radio0 name air0");
+  network_->ip('a', "link set air0 up");
+  expect_state_of_a("up, MTU", true);
+  expect_exchange();
+}
+
+TEST_F(RawL2Changes, PrefersAnotherInterfaceOfItsNameToTheRenamedOne) {
+  network_->ip('a', "link set air0 down");
+  network_->ip('a', "link set air0 name old0");
+  expect_state_of_a("renamed to 'old0'", false);
+  network_->ip('b', "link set air0 down");
+  network_->ip('b', "link set air0 name old0");
+  network_->add_pair();
+  expect_exchange();
+  expect_state_of_a("up, MTU", true);
+}
+
+TEST_F(RawL2Changes, FollowsTheMtu) {
+  for (const int mtu : {9000, 1500, 1427}) {
+    for (const char side : {'a', 'b'}) {
+      network_->ip(side, "link set air0 mtu " + std::to_string(mtu));
+    }
+    expect_state_of_a("up, MTU " + std::to_string(mtu) + " bytes", true);
+    for (std::uint32_t i = 0; i < 20; ++i) user_a_.waiting.push_back(numbered_packet(i, 1400));
+    const std::uint64_t had = counter(*a_, "frames_sent");
+    const std::size_t b_had = user_b_.received.size();
+    a_->wake();
+    ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == b_had + 20; }));
+    EXPECT_EQ(counter(*a_, "frames_sent") - had, mtu == 9000 ? 4U : 20U);
+  }
+  EXPECT_EQ(counter(*b_, "frames_truncated"), 0U);
+}
+
+TEST_F(RawL2Changes, SaysWhatAnMtuIsTooSmallFor) {
+  user_a_.header.pose = frame::FramePose{0, 0, 0, 0};
+  network_->ip('a', "link set air0 mtu 300");
+  expect_state_of_a("up, MTU 300 bytes, too small: packets of more than 273 bytes are dropped",
+                    true);
+  user_a_.waiting.push_back(numbered_packet(1, 274));
+  user_a_.waiting.push_back(numbered_packet(2, 273));
+  const std::size_t had = user_b_.received.size();
+  a_->wake();
+  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() > had; }));
+  EXPECT_EQ(user_b_.received.back(), numbered_packet(2, 273));
+  EXPECT_EQ(counter(*a_, "packets_over_mtu"), 1U);
+  network_->ip('a', "link set air0 mtu 1500");
+  expect_state_of_a("up, MTU 1500 bytes", true);
+  expect_exchange(1400);
+}
+
+TEST_F(RawL2Changes, NeedsNoCapabilityAfterItIsOpened) {
+  // Capabilities belong to a thread: this one gives up all it has and runs the links, while the
+  // main thread, still root, plays with the interface.
+  std::thread daemon([&] {
+    capng_clear(CAPNG_SELECT_BOTH);
+    if (capng_apply(CAPNG_SELECT_CAPS) != 0) std::abort();
+    EXPECT_EQ(socket(AF_PACKET, SOCK_RAW, 0), -1) << "still has CAP_NET_RAW";
+    EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); }));
+    EXPECT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); }));
+    expect_exchange();
+  });
+  std::this_thread::sleep_for(50ms);
+  network_->ip('a', "link del air0");
+  std::this_thread::sleep_for(50ms);
+  network_->add_pair();
+  daemon.join();
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers

@@ -1,0 +1,75 @@
+// What RawL2Link refuses to start with, and what it says.
+#include <cap-ng.h>
+#include <gtest/gtest.h>
+
+#include "drivers/socket/raw_l2.hpp"
+#include "tests/unit/drivers/test_network.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+std::string refusal(const RawL2Config& config) {
+  boost::asio::io_context io;
+  try {
+    RawL2Link link(io, config);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+RawL2Config config_of(const std::string& interface) {
+  RawL2Config config;
+  config.interface = interface;
+  return config;
+}
+
+TEST(RawL2Config, NamesTheInterfacesWhenItsOwnIsMissing) {
+  const std::string text = refusal(config_of("absent0"));
+  EXPECT_NE(text.find("raw_l2 'absent0': no such interface; this machine has "), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("lo"), std::string::npos) << text;
+}
+
+TEST(RawL2Config, RefusesAnInterfaceNameThatIsTooLong) {
+  EXPECT_NE(refusal(config_of("an_interface_name_beyond_15_bytes")).find("no such interface"),
+            std::string::npos);
+}
+
+TEST(RawL2Config, RefusesTheLoopbackInterface) {
+  const std::string text = refusal(config_of("lo"));
+  EXPECT_NE(text.find("use a udp link"), std::string::npos) << text;
+}
+
+TEST(RawL2Config, RefusesAnEthertypeThatIsALength) {
+  RawL2Config config = config_of("lo");
+  config.ethertype = 0x05FF;
+  const std::string text = refusal(config);
+  EXPECT_NE(text.find("ethertype 0x05ff is a length"), std::string::npos) << text;
+}
+
+TEST(RawL2Config, RefusesAnInterfaceThatIsNotEthernet) {
+  SWARMTALK_SKIP_WITHOUT_ROOT();
+  TestNetwork network;
+  network.ip('a', "tuntap add dev tun0 mode tun");
+  std::string text;
+  network.inside('a', [&] { text = refusal(config_of("tun0")); });
+  EXPECT_NE(text.find("not an Ethernet or Wi-Fi interface"), std::string::npos) << text;
+}
+
+TEST(RawL2Config, NamesTheCapabilityThatIsMissing) {
+  SWARMTALK_SKIP_WITHOUT_ROOT();
+  TestNetwork network;
+  std::string text;
+  network.inside('a', [&] {  // in a thread of its own, whose capabilities are its own
+    capng_clear(CAPNG_SELECT_BOTH);
+    ASSERT_EQ(capng_apply(CAPNG_SELECT_CAPS), 0);
+    text = refusal(config_of("air0"));
+  });
+  EXPECT_NE(text.find("needs CAP_NET_RAW; start swarmtalkd by systemd or as root, or use a udp"),
+            std::string::npos)
+      << text;
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers

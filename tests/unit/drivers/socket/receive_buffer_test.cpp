@@ -1,0 +1,88 @@
+// What the links say when the kernel gives them a smaller receive buffer than they ask for.
+#include <cap-ng.h>
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "drivers/socket/raw_l2.hpp"
+#include "drivers/socket/udp.hpp"
+#include "tests/unit/drivers/test_network.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+constexpr std::size_t kBeyondAnyLimit = std::size_t{1} << 30;
+
+class ReceiveBuffer : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    SWARMTALK_SKIP_WITHOUT_ROOT();
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(logged_)));
+    network_.emplace();
+    udp_.interface = "air0";
+    raw_.interface = "air0";
+  }
+  void TearDown() override { spdlog::set_default_logger(before_); }
+
+  /// Opens a link as an unprivileged daemon does: it may not go beyond the machine's limit.
+  /// @return what was logged
+  template <typename LinkType, typename Config>
+  std::string log_of(const Config& config) {
+    network_->inside('a', [&] {  // in a thread of its own, whose capabilities are its own
+      capng_clear(CAPNG_SELECT_BOTH);
+      capng_update(CAPNG_ADD, static_cast<capng_type_t>(CAPNG_EFFECTIVE | CAPNG_PERMITTED),
+                   CAP_NET_RAW);
+      ASSERT_EQ(capng_apply(CAPNG_SELECT_CAPS), 0);
+      LinkType link(io_, config);
+    });
+    return logged_.str();
+  }
+
+  /// One line, with both sizes and what to do.
+  static void expect_told(const std::string& text, const std::string& who) {
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    for (const std::string& words :
+         {who + ": the kernel gives ", std::string("not the 1073741824 of receive_buffer_bytes"),
+          std::string("sysctl -w net.core.rmem_max=1073741824")}) {
+      EXPECT_NE(text.find(words), std::string::npos) << text;
+    }
+  }
+
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+  std::ostringstream logged_;
+  std::optional<TestNetwork> network_;
+  boost::asio::io_context io_;
+  UdpConfig udp_;
+  RawL2Config raw_;
+};
+
+TEST_F(ReceiveBuffer, OfUdpThatTheKernelCutsIsTold) {
+  udp_.receive_buffer_bytes = kBeyondAnyLimit;
+  expect_told(log_of<UdpLink>(udp_), "udp 239.255.83.84:21332 on air0");
+}
+
+TEST_F(ReceiveBuffer, OfRawL2ThatTheKernelCutsIsTold) {
+  raw_.receive_buffer_bytes = kBeyondAnyLimit;
+  expect_told(log_of<RawL2Link>(raw_), "raw_l2 air0");
+}
+
+// As on every fresh Debian: told, but nobody who left the key out has to worry.
+TEST_F(ReceiveBuffer, TheUsualOneIsNoWarning) {
+  spdlog::default_logger()->set_level(spdlog::level::info);
+  const std::string told = log_of<UdpLink>(udp_);
+  spdlog::default_logger()->set_level(spdlog::level::warn);
+  EXPECT_EQ(log_of<UdpLink>(udp_), told) << "nothing more at the level of warnings";
+}
+
+TEST_F(ReceiveBuffer, WithinTheLimitIsNotTold) {
+  udp_.receive_buffer_bytes = raw_.receive_buffer_bytes = 65536;
+  EXPECT_EQ(log_of<UdpLink>(udp_), "");
+  EXPECT_EQ(log_of<RawL2Link>(raw_), "");
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers

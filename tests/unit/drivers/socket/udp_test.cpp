@@ -1,0 +1,166 @@
+// UdpLinks on the loopback interface, as several daemons on one machine use them.
+#include "drivers/socket/udp.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/unit/drivers/test_link_user.hpp"
+
+namespace swarmtalk::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A port that parallel tests do not share.
+UdpConfig loopback_config() {
+  UdpConfig config;
+  config.interface = "lo";
+  config.port = static_cast<std::uint16_t>(20000 + getpid() % 40000);
+  return config;
+}
+
+void expect_refused(const UdpConfig& config, const std::string& words) {
+  boost::asio::io_context io;
+  try {
+    UdpLink link(io, config);
+    FAIL() << "was accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
+class UdpLinkTest : public ::testing::Test {
+ protected:
+  void exchange_among_three(const UdpConfig& config) {
+    UdpLink first(io_, config), second(io_, config), third(io_, config);
+    TestLinkUser users[] = {TestLinkUser(1), TestLinkUser(2), TestLinkUser(3)};
+    UdpLink* const links[] = {&first, &second, &third};
+    for (std::size_t i = 0; i < 3; ++i) {
+      links[i]->start(users[i]);
+      ASSERT_TRUE(links[i]->is_up()) << links[i]->state();
+      users[i].waiting.push_back(numbered_packet(static_cast<std::uint32_t>(i), 30));
+      links[i]->wake();
+    }
+    EXPECT_TRUE(run_until(io_, [&] {
+      return users[0].received.size() == 2 && users[1].received.size() == 2 &&
+             users[2].received.size() == 2 && counter(first, "own_echoes") == 1;
+    }));
+    run_for(io_, 20ms);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(users[i].received.size(), 2U);
+      EXPECT_EQ(counter(*links[i], "own_echoes"), 1U);
+      for (const FrameReception& reception : users[i].receptions) {
+        EXPECT_NE(reception.transmitter, i + 1) << "heard itself";
+      }
+    }
+  }
+
+  boost::asio::io_context io_;
+};
+
+TEST_F(UdpLinkTest, HearsOthersInItsGroupButNotItself) {
+  exchange_among_three(loopback_config());
+}
+
+TEST_F(UdpLinkTest, HearsOthersThroughABroadcastAddress) {
+  UdpConfig config = loopback_config();
+  config.address = "127.255.255.255";
+  exchange_among_three(config);
+}
+
+TEST_F(UdpLinkTest, HearsANeighbourOfTheSameEpoch) {
+  UdpLink first(io_, loopback_config()), second(io_, loopback_config());
+  TestLinkUser sender(1), hearer(1);
+  first.start(sender);
+  second.start(hearer);
+  sender.waiting.push_back(numbered_packet(5, 30));
+  first.wake();
+  EXPECT_TRUE(run_until(io_, [&] { return !hearer.received.empty(); }));
+}
+
+TEST_F(UdpLinkTest, DoesNotHearAnotherGroupOnTheSamePort) {
+  UdpConfig other = loopback_config();
+  other.address = "239.255.83.85";
+  UdpLink first(io_, loopback_config()), second(io_, other);
+  TestLinkUser sender(1), hearer(2);
+  first.start(sender);
+  second.start(hearer);
+  sender.waiting.push_back(numbered_packet(5, 30));
+  first.wake();
+  EXPECT_TRUE(run_until(io_, [&] { return counter(first, "own_echoes") == 1; }));
+  EXPECT_TRUE(hearer.received.empty());
+}
+
+TEST_F(UdpLinkTest, CarriesManyPacketsInOrderWithoutLoss) {
+  constexpr std::uint32_t kPackets = 10000;
+  constexpr std::uint32_t kWindow = 256;
+  UdpLink first(io_, loopback_config()), second(io_, loopback_config());
+  TestLinkUser sender(1), hearer(2);
+  first.start(sender);
+  second.start(hearer);
+  std::uint32_t next = 0;
+  hearer.on_received = [&](const Bytes& packet) {
+    ASSERT_EQ(packet_number(packet), hearer.received.size() - 1);
+  };
+  const bool is_complete = run_until(
+      io_,
+      [&] {
+        while (next < kPackets && next < hearer.received.size() + kWindow) {
+          sender.waiting.push_back(numbered_packet(next, 4 + next % 1390));
+          ++next;
+        }
+        if (!sender.waiting.empty()) first.wake();
+        return hearer.received.size() >= kPackets;
+      },
+      20s);
+  EXPECT_TRUE(is_complete) << hearer.received.size();
+  EXPECT_EQ(counter(second, "kernel_drops"), 0U);
+  EXPECT_LT(counter(first, "frames_sent"), kPackets);
+}
+
+TEST_F(UdpLinkTest, FindsAKernelStampNoOlderThanTheSending) {
+  UdpLink first(io_, loopback_config()), second(io_, loopback_config());
+  TestLinkUser sender(1), hearer(2);
+  first.start(sender);
+  second.start(hearer);
+  const MonotonicTime before = std::chrono::steady_clock::now();
+  sender.waiting.push_back(numbered_packet(5, 30));
+  first.wake();
+  ASSERT_TRUE(run_until(io_, [&] { return !hearer.received.empty(); }));
+  EXPECT_GE(hearer.receptions[0].received_at, before - 1ms);
+  EXPECT_LE(hearer.receptions[0].received_at, std::chrono::steady_clock::now());
+}
+
+TEST(UdpLinkConfig, NamesItsPlace) {
+  boost::asio::io_context io;
+  UdpConfig config = loopback_config();
+  config.port = 21332;
+  EXPECT_EQ(UdpLink(io, config).device(), "239.255.83.84:21332 on lo");
+}
+
+TEST(UdpLinkConfig, RefusesWhatIsNoAddress) {
+  UdpConfig config = loopback_config();
+  config.address = "localhost";
+  expect_refused(config, "not an IPv4 address");
+}
+
+TEST(UdpLinkConfig, RefusesAnAddressOfNoGroupAndNoNetwork) {
+  UdpConfig config = loopback_config();
+  config.address = "203.0.113.7";
+  expect_refused(config, "neither a multicast group nor a broadcast address");
+}
+
+TEST(UdpLinkConfig, NamesTheInterfacesWhenItsOwnIsMissing) {
+  UdpConfig config = loopback_config();
+  config.interface = "absent0";
+  expect_refused(config, "no interface 'absent0'; this machine has ");
+}
+
+TEST(UdpLinkConfig, RefusesPortZero) {
+  UdpConfig config = loopback_config();
+  config.port = 0;
+  expect_refused(config, "port must be 1 to 65535");
+}
+
+}  // namespace
+}  // namespace swarmtalk::drivers
