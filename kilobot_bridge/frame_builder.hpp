@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
-#include "kilobot_bridge/overhead_frame.hpp"
-#include "platforms/kilobot/ir_message.hpp"
+#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_bridge/wire/overhead_frame.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 

@@ -103,7 +103,7 @@ def run_simulated(scenario: dict, log: pathlib.Path):
 
 def run_emulated(scenario: dict, log: pathlib.Path):
     """kilobot-emulator: firmware images in virtual time, same seed, same bytes."""
-    emulator = program_path("kilobot-emulator", "tools/kilobot_emulator")
+    emulator = program_path("kilobot-emulator", "emulation/kilobot")
     images = emulator.parent.parent.parent / "kilobot"
     try:
         emulated.run(scenario, log, emulator, images, call)

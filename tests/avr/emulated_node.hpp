@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "emulation/kilobot/skip_repair.hpp"
 #include "tests/avr/story.hpp"
-#include "tools/kilobot_emulator/skip_repair.hpp"
 
 namespace swarmtalk::avr {
 

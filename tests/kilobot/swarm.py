@@ -13,7 +13,7 @@ import pytest
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", "build-test")).resolve()
 IMAGES = BUILD / "kilobot"
 EMULATOR = pathlib.Path(os.environ.get(
-    "KILOBOT_EMULATOR", BUILD / "tools/kilobot_emulator/kilobot-emulator"))
+    "KILOBOT_EMULATOR", BUILD / "emulation/kilobot/kilobot-emulator"))
 RUN_SECONDS = 600  # wall clock; far more than any run needs
 
 COLLECTING = "SWARMTALK_COLLECTING" in os.environ  # the build system asks for names only

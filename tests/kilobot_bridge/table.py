@@ -18,8 +18,8 @@ sys.path.append(str(ROOT / "tests/kilobot"))
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 IMAGES = BUILD / "kilobot"
-EMULATOR = BUILD / "tools/kilobot_emulator/kilobot-emulator"
-DOUBLE = BUILD / "tools/ohc_double/ohc-double"
+EMULATOR = BUILD / "emulation/kilobot/kilobot-emulator"
+DOUBLE = BUILD / "emulation/ohc_double/ohc-double"
 TIMEOUT_S = 120
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")

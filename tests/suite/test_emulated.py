@@ -12,7 +12,7 @@ from test_runner import BUILD, results, suite
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "suite/runner"))
 import emulated  # noqa: E402
 
-for part in ("tools/kilobot_emulator/kilobot-emulator", "kilobot/firefly.elf"):
+for part in ("emulation/kilobot/kilobot-emulator", "kilobot/firefly.elf"):
     if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
         pytest.skip(f"no {BUILD / part}: libsimavr-dev or gcc-avr is missing",
                     allow_module_level=True)

@@ -14,7 +14,7 @@ extern "C" {
 #include <kilolib.h>
 }
 
-#include "platforms/kilobot/ir_message.hpp"
+#include "kilobot_bridge/wire/ir_message.hpp"
 #include "platforms/robot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
 

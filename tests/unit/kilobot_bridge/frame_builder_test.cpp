@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "kilobot_bridge/sequence.hpp"
-#include "tests/unit/ohc_double/vectors.hpp"
+#include "tests/unit/emulation/ohc_double/vectors.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

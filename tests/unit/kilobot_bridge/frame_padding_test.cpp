@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "tools/ohc_double/frame_finder.hpp"
+#include "emulation/ohc_double/frame_finder.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "tests/unit/ohc_double/vectors.hpp"
+#include "tests/unit/emulation/ohc_double/vectors.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

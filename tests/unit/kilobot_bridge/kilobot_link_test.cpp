@@ -7,9 +7,9 @@
 #include <deque>
 #include <random>
 
-#include "kilobot_bridge/gateway_frame.hpp"
-#include "tools/kilobot_emulator/pty.hpp"
-#include "tools/ohc_double/frame_finder.hpp"
+#include "emulation/kilobot/pty.hpp"
+#include "emulation/ohc_double/frame_finder.hpp"
+#include "kilobot_bridge/wire/gateway_frame.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "tools/ohc_double/bench.hpp"
+#include "emulation/ohc_double/bench.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <optional>
 
-#include "tools/kilobot_emulator/pty.hpp"
+#include "emulation/kilobot/pty.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

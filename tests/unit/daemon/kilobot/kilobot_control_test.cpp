@@ -7,9 +7,9 @@
 #include <deque>
 #include <map>
 
+#include "emulation/kilobot/pty.hpp"
+#include "emulation/ohc_double/frame_finder.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
-#include "tools/kilobot_emulator/pty.hpp"
-#include "tools/ohc_double/frame_finder.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
