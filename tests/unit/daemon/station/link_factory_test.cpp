@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/unit/daemon/config_error.hpp"
+#include "tests/unit/daemon/config/config_error.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
