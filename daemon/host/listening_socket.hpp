@@ -5,12 +5,11 @@
 // socket that a dead daemon left behind is taken over, one that answers is never touched.
 #pragma once
 
-#include <sys/types.h>
-
 #include <string>
 
 #include "daemon/config/config.hpp"
 #include "daemon/config/config_error.hpp"
+#include "daemon/host/unix_socket_file.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -29,22 +28,20 @@ class ListeningSocket {
   /// @throws ConfigError  and the old descriptor stays
   void restore(const SocketConfig& config, const KeyLines& lines);
 
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return passed_ >= 0 ? passed_ : file_.descriptor(); }
   const std::string& path() const { return path_; }
   bool is_from_systemd() const { return lock_ < 0; }
 
  private:
-  ListeningSocket() = default;
+  explicit ListeningSocket(const std::string& path);
 
   void lock(const KeyLines& lines);
-  void bind_new(const SocketConfig& config, const KeyLines& lines);
-  void remove_stale(const KeyLines& lines) const;
+  void make(const SocketConfig& config, const KeyLines& lines);
 
   std::string path_;
-  int descriptor_ = -1;
-  int lock_ = -1;  // -1: systemd's socket, or moved from
-  dev_t device_ = 0;
-  ino_t inode_ = 0;
+  UnixSocketFile file_;
+  int passed_ = -1;  // by systemd
+  int lock_ = -1;    // -1: systemd's socket, or moved from
 };
 
 }  // namespace swarmtalk::daemon

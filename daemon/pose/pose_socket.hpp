@@ -3,8 +3,6 @@
 // counts. What is no pose is counted and told once a second. On the daemon's thread.
 #pragma once
 
-#include <sys/types.h>
-
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -16,6 +14,7 @@
 #include "daemon/config/config.hpp"
 #include "daemon/config/config_error.hpp"
 #include "daemon/host/socket_watch.hpp"
+#include "daemon/host/unix_socket_file.hpp"
 #include "daemon/pose/pose_keeper.hpp"
 #include "daemon/pose/pose_text.hpp"
 
@@ -28,29 +27,24 @@ class PoseSocket {
   /// @throws ConfigError  at node.pose_socket or socket.group: path taken, not writable, no group
   PoseSocket(boost::asio::io_context& io, const std::string& path, const SocketConfig& access,
              const KeyLines& lines, PoseKeeper& poses, DaemonCounters& counters);
-  ~PoseSocket();
 
   /// Begins to read. A socket file that somebody deletes is made anew from then on.
   void start();
 
  private:
   void open();
-  void give_to_group() const;
-  void remove_own() const;
   bool restore();
   void wait();
   void read_all();
   void take(std::string_view text);
 
   boost::asio::io_context& io_;
-  std::string path_;
+  UnixSocketFile file_;
   SocketConfig access_;
   KeyLines lines_;
   PoseKeeper& poses_;
   DaemonCounters& counters_;
   boost::asio::posix::stream_descriptor socket_;
-  dev_t device_ = 0;
-  ino_t inode_ = 0;  // 0: no file of ours
   LogLimiter log_;
   std::optional<SocketWatch> watch_;
   bool is_gone_ = false;
