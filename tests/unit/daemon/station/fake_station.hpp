@@ -11,10 +11,11 @@
 
 #include "daemon/hub/hub_client.hpp"
 #include "daemon/station/station.hpp"
+#include "drivers/link/frame_tap.hpp"
 
 namespace swarmtalk::daemon {
 
-class FakeLink final : public drivers::Link {
+class FakeLink final : public drivers::Link, public drivers::Tappable {
  public:
   void start(drivers::LinkUser& user) override { user_ = &user; }
   void wake() override { ++wakes; }
@@ -23,7 +24,10 @@ class FakeLink final : public drivers::Link {
   std::string state() const override { return up ? "up" : "interface fake0 is gone"; }
   std::string type() const override { return "fake"; }
   std::string device() const override { return "fake0"; }
-  drivers::Counters counters() const override { return {{"frames_sent", 42}}; }
+  drivers::Counters counters() const override { return counts; }
+  void set_key(std::shared_ptr<const frame::SwarmKey> to) override { key = std::move(to); }
+  void set_pacing(const drivers::PacerConfig& to) override { pacing = to; }
+  void set_tap(drivers::FrameTap* to) override { tap = to; }
 
   /// Every packet that waits.
   std::vector<std::vector<std::uint8_t>> pull_all() {
@@ -43,6 +47,10 @@ class FakeLink final : public drivers::Link {
   bool up = true;
   std::size_t packet_limit = SIZE_MAX;
   int wakes = 0;
+  drivers::Counters counts{{"frames_sent", 42}};
+  std::shared_ptr<const frame::SwarmKey> key;
+  drivers::PacerConfig pacing;
+  drivers::FrameTap* tap = nullptr;
 
  private:
   drivers::LinkUser* user_ = nullptr;
@@ -105,7 +113,7 @@ class FakeStation final : public Station {
     return true;
   }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
-  void set_virtual_range(const VirtualRange&) override {}
+  void set_virtual_range(const VirtualRange& to) override { virtual_range = to; }
   void adopt_node_id() override { node_id = identity().id(); }
 
   /// The last packet of what was sent last on this channel has left.
@@ -131,6 +139,7 @@ class FakeStation final : public Station {
   std::uint32_t last_number = 0;
   std::uint64_t last_waited_us = 0;
   std::uint16_t node_id = 0;
+  VirtualRange virtual_range;
 
  private:
   StationUser& user_;
