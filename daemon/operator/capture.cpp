@@ -50,7 +50,7 @@ class Capture::Tap final : public drivers::FrameTap {
     for (std::size_t i = 0; i < now.size() && i < before_.size(); ++i) {
       if (now[i].second == before_[i].second || !tells_a_drop(now[i].first)) continue;
       ipc::Counter& cause = *captured_.add_dropped();
-      cause.set_name(now[i].first);
+      cause.set_name(std::string(now[i].first));
       cause.set_value(now[i].second - before_[i].second);
     }
     before_ = std::move(now);

@@ -11,7 +11,7 @@ template <typename Repeated>
 void add_counters(const drivers::Counters& counters, Repeated& repeated) {
   for (const auto& [name, value] : counters) {
     ipc::Counter& counter = *repeated.Add();
-    counter.set_name(name);
+    counter.set_name(std::string(name));
     counter.set_value(value);
   }
 }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -79,8 +80,9 @@ class LinkUser {
   virtual frame::FrameHeader frame_header() = 0;
 };
 
-/// Name and value of a counter, as status and metrics show it. Names are snake_case and stable.
-using Counters = std::vector<std::pair<std::string, std::uint64_t>>;
+/// Name and value of a counter, as status and metrics show it. Names are literals, snake_case and
+/// stable: a list costs one allocation, also when a capture asks for it twice a frame.
+using Counters = std::vector<std::pair<std::string_view, std::uint64_t>>;
 
 class Link {
  public:

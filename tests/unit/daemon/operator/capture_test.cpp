@@ -4,10 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
+
+static_assert(std::is_trivially_destructible_v<drivers::Counters::value_type>,
+              "a capture asks for all counters twice a frame: their names are no strings to copy");
 
 class Listener final : public CaptureListener {
  public:
