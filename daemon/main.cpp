@@ -40,7 +40,7 @@ void add_options(CLI::App& app, Options& options) {
       "\"auto\", \"hostname\", \"ip\" or 1 to 65534, instead of node.id");
   app.add_option_function<std::string>("--log-level", into(options.instead.log_level),
                                        "instead of log.level")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error"}));
+      ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
   app.set_version_flag("--version", std::string("swarmtalkd ") + SWARMTALK_VERSION);
 }
 

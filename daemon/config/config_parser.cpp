@@ -153,8 +153,10 @@ void read_virtual_range(const TableReader& table, VirtualRange& range) {
 }
 
 void read_profile(const TableReader& table, LinkConfig& link) {
-  const int profile = table.read_choice("profile", {"wifi", "kilobot", "classic2020", "footbot"});
-  if (profile >= 0) link.profile = static_cast<frame::ProfileId>(profile);
+  std::vector<const char*> names;
+  for (const ProfileEntry& entry : kProfiles) names.push_back(entry.name.text);
+  const int profile = table.read_choice("profile", names);
+  if (profile >= 0) link.profile = kProfiles[profile].name.id;
   if (!table.has("node_id")) return;
   const ProfileEntry& entry = profile_entry(link.profile);
   std::uint16_t id = 0;
@@ -318,7 +320,7 @@ void read_log(const TableReader& table, Config& config) {
   table.expect_keys(keys);
   for (const std::string& key : keys) {
     if (!table.has(key)) continue;
-    table.read_choice(key, {"trace", "debug", "info", "warning", "error"});
+    table.read_choice(key, kLogLevels);
     table.read_text(key, key == "level" ? config.log_level : config.log_levels[key]);
   }
 }

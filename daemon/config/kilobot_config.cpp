@@ -1,5 +1,6 @@
 #include "daemon/config/kilobot_config.hpp"
 
+#include "daemon/config/profiles.hpp"
 #include "daemon/config/table_reader.hpp"
 
 namespace swarmtalk::daemon {
@@ -48,7 +49,9 @@ std::vector<std::string> kilobot_keys() {
 
 void read_kilobot(const TableReader& table, KilobotConfig& config, frame::ProfileId& profile) {
   table.expect_keys(kilobot_keys());
-  const bool is_classic = table.read_choice("profile", {"kilobot", "classic2020"}) == 1;
+  const char* const classic = profile_entry(frame::ProfileId::kClassic2020).name.text;
+  const char* const kilobot = profile_entry(frame::ProfileId::kKilobot).name.text;
+  const bool is_classic = table.read_choice("profile", {kilobot, classic}) == 1;
   profile = is_classic ? frame::ProfileId::kClassic2020 : frame::ProfileId::kKilobot;
   read_device(table, "downlink", config.downlink);
   read_device(table, "uplink", config.uplink);

@@ -3,7 +3,9 @@
 // may ask for and what a station does cannot drift apart.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <string>
 
 #include "frame/air_frame.hpp"
@@ -111,5 +113,11 @@ inline constexpr ProfileEntry kProfiles[] = {
 constexpr const ProfileEntry& profile_entry(frame::ProfileId id) {
   return kProfiles[static_cast<std::size_t>(id)];
 }
+
+static_assert(std::all_of(std::begin(kProfiles), std::end(kProfiles),
+                          [](const ProfileEntry& entry) {
+                            return &profile_entry(entry.name.id) == &entry;
+                          }),
+              "kProfiles is in the order of frame::ProfileId");
 
 }  // namespace swarmtalk::daemon

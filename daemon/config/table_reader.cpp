@@ -172,8 +172,7 @@ std::vector<double> TableReader::read_numbers(const std::string& key, std::size_
   return numbers;
 }
 
-int TableReader::read_choice(const std::string& key,
-                             std::initializer_list<const char*> choices) const {
+int TableReader::read_choice(const std::string& key, std::span<const char* const> choices) const {
   if (!has(key)) return -1;
   std::vector<std::string> quoted;
   for (const char* choice : choices) quoted.push_back("\"" + std::string(choice) + "\"");

@@ -1,8 +1,10 @@
 // TableReader: reads typed, bounded values out of one TOML table and says precisely what is wrong
-// with them. Used by config_parser only. Keys are recorded in the KeyLines with their full path.
+// with them. Used by what reads a section of the configuration. Keys are recorded in the KeyLines
+// with their full path.
 #pragma once
 
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +43,10 @@ class TableReader {
   std::vector<double> read_numbers(const std::string& key, std::size_t count,
                                    const std::string& form) const;
   /// @return index of the text in `choices`; -1 when absent
-  int read_choice(const std::string& key, std::initializer_list<const char*> choices) const;
+  int read_choice(const std::string& key, std::span<const char* const> choices) const;
+  int read_choice(const std::string& key, std::initializer_list<const char*> choices) const {
+    return read_choice(key, std::span(choices.begin(), choices.size()));
+  }
 
   /// The table `key`, empty when absent.
   const toml::table& table(const std::string& key) const;
@@ -52,7 +57,7 @@ class TableReader {
   /// @throws ConfigError  at a key, at this table's own line
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;
   [[noreturn]] void fail_missing(const std::string& key, const std::string& remedy) const;
-  /// "is true, not an integer; REMEDY"
+  /// "is true; it must be WANTED"
   [[noreturn]] void fail_type(const std::string& key, const std::string& wanted) const;
 
   const std::string& path() const { return path_; }
