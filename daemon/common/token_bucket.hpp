@@ -1,4 +1,5 @@
-// TokenBucket: how fast one client may publish. Reads no clock.
+// TokenBucket: how often something may be done, a program's messages or those on a reserved
+// channel. Reads no clock.
 #pragma once
 
 #include <algorithm>

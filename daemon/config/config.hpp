@@ -19,7 +19,7 @@ namespace swarmtalk::daemon {
 
 inline constexpr const char* kDefaultConfigPath = "/etc/swarmtalk/swarmtalkd.toml";
 
-/// An integer key: its default and its legal range.
+/// The legal range of an integer key.
 struct IntegerLimits {
   std::int64_t least;
   std::int64_t most;
