@@ -1,5 +1,7 @@
 #include "cli/hex.hpp"
 
+#include <sodium/utils.h>
+
 #include <cstdint>
 #include <cstdio>
 
@@ -7,13 +9,6 @@
 
 namespace swarmtalk::cli {
 namespace {
-
-int digit_value(char digit) {
-  if (digit >= '0' && digit <= '9') return digit - '0';
-  if (digit >= 'a' && digit <= 'f') return digit - 'a' + 10;
-  if (digit >= 'A' && digit <= 'F') return digit - 'A' + 10;
-  return -1;
-}
 
 bool is_for_a_terminal(std::uint32_t code) {
   return code >= 0x20 && code != '\\' && (code < 0x7F || code >= 0xA0);
@@ -32,32 +27,22 @@ std::string escape(std::uint32_t code) {
 }  // namespace
 
 std::string to_hex(std::string_view bytes) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string digits;
-  digits.reserve(2 * bytes.size());
-  for (const char byte : bytes) {
-    digits += kDigits[static_cast<std::uint8_t>(byte) >> 4];
-    digits += kDigits[static_cast<std::uint8_t>(byte) & 15];
-  }
+  std::string digits(2 * bytes.size() + 1, '\0');
+  sodium_bin2hex(digits.data(), digits.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                 bytes.size());
+  digits.pop_back();  // its zero
   return digits;
 }
 
 std::optional<std::string> from_hex(std::string_view digits) {
   if (digits.starts_with("0x")) digits.remove_prefix(2);
-  std::string bytes;
-  int high = -1;
-  for (const char digit : digits) {
-    if (high < 0 && (digit == ' ' || digit == ':' || digit == '\n')) continue;
-    const int value = digit_value(digit);
-    if (value < 0) return std::nullopt;
-    if (high < 0) {
-      high = value;
-    } else {
-      bytes += static_cast<char>(high * 16 + value);
-      high = -1;
-    }
+  std::string bytes(digits.size() / 2 + 1, '\0');
+  std::size_t size = 0;
+  if (sodium_hex2bin(reinterpret_cast<std::uint8_t*>(bytes.data()), bytes.size(), digits.data(),
+                     digits.size(), " :\n", &size, nullptr) != 0) {
+    return std::nullopt;
   }
-  if (high >= 0) return std::nullopt;
+  bytes.resize(size);
   return bytes;
 }
 

@@ -1,6 +1,4 @@
-// Intel HEX: a program's bytes out of the file that a linker makes of it. Strict: what is not
-// exactly right is an error with its line, for a program that is loaded half may need a programmer
-// to get rid of.
+// A program for Kilobots out of an Intel HEX file: its bytes, where they all fit.
 #pragma once
 
 #include <cstdint>

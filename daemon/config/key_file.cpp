@@ -2,13 +2,14 @@
 
 #include <fcntl.h>
 #include <pwd.h>
+#include <sodium/utils.h>
+#include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
@@ -38,12 +39,6 @@ std::string user_name(uid_t uid) {
   return user == nullptr ? std::to_string(uid) : user->pw_name;
 }
 
-std::string octal(mode_t mode) {
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), "%04o", mode & 07777u);
-  return text.data();
-}
-
 void check_owner_and_mode(const std::string& path, const struct stat& status) {
   if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + " is no file");
   if (status.st_uid != 0 && status.st_uid != geteuid()) {
@@ -52,16 +47,11 @@ void check_owner_and_mode(const std::string& path, const struct stat& status) {
                              " " + path);
   }
   if ((status.st_mode & 077) != 0) {
-    throw std::runtime_error(path + " has mode " + octal(status.st_mode) +
-                             ", so others can reach the key; run: chmod 600 " + path);
+    throw std::runtime_error(
+        fmt::format("{0} has mode {1:04o}, so others can reach the key; run: "
+                    "chmod 600 {0}",
+                    path, status.st_mode & 07777u));
   }
-}
-
-int digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
 }
 
 std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
@@ -73,11 +63,9 @@ std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
   }
   if (text.size() != kKeyDigits) return nullptr;
   std::array<std::uint8_t, frame::SwarmKey::kBytes> bytes;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const int high = digit(text[2 * i]);
-    const int low = digit(text[2 * i + 1]);
-    if (high < 0 || low < 0) return nullptr;
-    bytes[i] = static_cast<std::uint8_t>(high << 4 | low);
+  if (sodium_hex2bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, nullptr,
+                     nullptr) != 0) {
+    return nullptr;
   }
   auto key = std::make_shared<const frame::SwarmKey>(
       std::span<const std::uint8_t, frame::SwarmKey::kBytes>(bytes));

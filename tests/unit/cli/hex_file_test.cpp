@@ -64,7 +64,8 @@ TEST(HexFile, TellsWhatIsWrongAndWhere) {
       problem(good + record(1, 0, {9}) + kEndRecord).find("line 2: address 0x0001 has another"),
       std::string::npos);
   EXPECT_NE(problem(record(0x6DFF, 0, {1, 2}) + kEndRecord).find("0x6e00"), std::string::npos);
-  EXPECT_NE(problem(record(0, 4, {0, 1}) + kEndRecord).find("0x10000"), std::string::npos);
+  EXPECT_NE(problem(record(0, 4, {0, 1}) + record(0, 0, {1}) + kEndRecord).find("0x10000"),
+            std::string::npos);
   EXPECT_NE(problem("hello\n").find("line 1: a record begins"), std::string::npos);
   EXPECT_NE(problem(":0100000001\n" + kEndRecord).find("not as long"), std::string::npos);
   EXPECT_NE(problem(":00\n").find("not as long"), std::string::npos);

@@ -49,10 +49,11 @@ TEST_F(ImageTest, StartsABootloaderAtItsFirstByte) {
 }
 
 TEST_F(ImageTest, NamesTheLineOfABadRecord) {
-  EXPECT_NE(error_of(":0400100001020304E2\n:0400100001020304E3\n").find(":2: wrong checksum"),
+  EXPECT_NE(error_of(":0400100001020304E2\n:0400100001020304E3\n")
+                .find(": line 2: the checksum is wrong"),
             std::string::npos);
   EXPECT_NE(error_of(":04001000010203E2\n:00000001FF\n"), "");
-  EXPECT_NE(error_of(":0400100001020304E2\n").find("without an end"), std::string::npos);
+  EXPECT_NE(error_of(":0400100001020304E2\n").find("no end record"), std::string::npos);
   EXPECT_NE(error_of(":02000004000 1F9\n"), "");
 }
 
