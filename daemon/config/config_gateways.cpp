@@ -53,7 +53,8 @@ End read_end(const TableReader& table, const std::string& key, const Config& con
     for (const LinkConfig& each : config.links) {
       names += (names.empty() ? "" : ", ") + printable(each.name);
     }
-    table.fail(key, "\"" + printable(text) + "\" begins with no link's name and a slash; write \"" +
+    table.fail(key, "\"" + printable(text) +
+                        "\" does not begin with a link's name and a slash; write \"" +
                         "LINK/CHANNEL\" with one of the links " + names);
   }
   const LinkConfig& config_link = config.links[*link];

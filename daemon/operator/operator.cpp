@@ -1,5 +1,7 @@
 #include "daemon/operator/operator.hpp"
 
+#include <spdlog/fmt/ranges.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -24,22 +26,9 @@ std::shared_ptr<const frame::SwarmKey> find(const LinkKeys& keys, const std::str
   return found == keys.end() ? nullptr : found->second;
 }
 
-std::string joined(const std::vector<std::string>& keys) {
-  std::string text;
-  for (const std::string& key : keys) text += (text.empty() ? "" : ", ") + key;
-  return text;
-}
-
 bool has_prefix(const std::vector<std::string>& keys, const std::string& prefix) {
   return std::any_of(keys.begin(), keys.end(),
                      [&](const std::string& key) { return key.starts_with(prefix); });
-}
-
-template <typename List>
-std::string listed(const List& words) {
-  std::string text;
-  for (const char* word : words) text += (text.empty() ? "" : ", ") + std::string(word);
-  return text;
 }
 
 }  // namespace
@@ -97,11 +86,12 @@ std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& r
   }
   for (const std::string& key : changes.applied) reply.add_applied(key);
   for (const std::string& key : changes.need_restart) reply.add_needs_restart(key);
-  log_of("daemon")->info(
-      "{}: configuration reloaded; {}", who,
-      changes.applied.empty() ? "nothing new applies" : "now applies: " + joined(changes.applied));
+  log_of("daemon")->info("{}: configuration reloaded; {}{}", who,
+                         changes.applied.empty() ? "nothing new applies" : "now applies: ",
+                         fmt::join(changes.applied, ", "));
   if (!changes.need_restart.empty()) {
-    log_of("daemon")->warn("configuration: these need a restart: {}", joined(changes.need_restart));
+    log_of("daemon")->warn("configuration: these need a restart: {}",
+                           fmt::join(changes.need_restart, ", "));
   }
   return std::nullopt;
 }
@@ -156,7 +146,8 @@ std::optional<Refusal> Operator::set_log_level(const std::string& who,
   if (!request.has_level()) return std::nullopt;
   if (!daemon::set_log_level(request.subsystem(), request.level())) {
     return Refusal{ipc::ERROR_BAD_ARGUMENT,
-                   "subsystems are " + listed(kSubsystems) + "; levels are " + listed(kLogLevels),
+                   fmt::format("subsystems are {}; levels are {}", fmt::join(kSubsystems, ", "),
+                               fmt::join(kLogLevels, ", ")),
                    std::nullopt};
   }
   log_of("daemon")->info("{}: log level of {} is now {}", who,

@@ -3,12 +3,12 @@
 #include <arpa/inet.h>
 #include <linux/if_ether.h>
 #include <linux/if_packet.h>
+#include <spdlog/fmt/ranges.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
 #include "drivers/link/link_error.hpp"
@@ -21,17 +21,11 @@ namespace {
 constexpr std::uint16_t kSmallestEthertype = 0x0600;  // below, the field is a length (IEEE 802.3)
 constexpr std::size_t kUsualMtuBytes = 1500;
 
-std::string hex(unsigned value) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "0x%04x", value);
-  return text.data();
-}
-
 void check(const RawL2Config& config, const InterfaceInfo& interface) {
   const std::string who = "raw_l2 '" + config.interface + "': ";
   if (config.ethertype < kSmallestEthertype) {
     throw LinkError(LinkSetting::kEthertype,
-                    who + "ethertype " + hex(config.ethertype) +
+                    who + "ethertype " + fmt::format("{:#06x}", config.ethertype) +
                         " is a length in Ethernet; use 0x0600 or more, 0x88b5 is for experiments");
   }
   if (interface.index == 0) {
@@ -163,14 +157,11 @@ std::uint64_t RawL2Link::hardware_of(const Datagram& datagram) const {
 }
 
 std::string RawL2Link::hardware_text(std::uint64_t hardware) const {
-  std::string text;
-  for (int shift = 40; shift >= 0; shift -= 8) {
-    std::array<char, 4> byte{};
-    std::snprintf(byte.data(), byte.size(), "%02x",
-                  static_cast<unsigned>(hardware >> shift & 0xFF));
-    text += (text.empty() ? "" : ":") + std::string(byte.data());
+  std::array<std::uint8_t, ETH_ALEN> mac{};
+  for (auto byte = mac.rbegin(); byte != mac.rend(); ++byte, hardware >>= 8) {
+    *byte = static_cast<std::uint8_t>(hardware);
   }
-  return text;
+  return fmt::format("{:02x}", fmt::join(mac, ":"));
 }
 
 std::uint64_t RawL2Link::kernel_drops() const {

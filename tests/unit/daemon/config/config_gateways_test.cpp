@@ -62,7 +62,7 @@ const WrongRule kWrongRules[] = {
     {"no_to", "[[gateway]]\nfrom = \"w/1\"\n",
      "f.toml:7: key 'gateway': has no 'to'; add to = \"LINK/CHANNEL\""},
     {"no_such_link", "[[gateway]]\nfrom = \"x/1\"\nto = \"k/1\"\n",
-     "f.toml:8: key 'gateway.from': \"x/1\" begins with no link's name and a slash; write "
+     "f.toml:8: key 'gateway.from': \"x/1\" does not begin with a link's name and a slash; write "
      "\"LINK/CHANNEL\" with one of the links w, k"},
     {"number_beyond_the_profile", "[[gateway]]\nfrom = \"w/1\"\nto = \"k/16\"\n",
      "f.toml:9: key 'gateway.to': channel '16' does not exist on link 'k' (profile kilobot); it "
