@@ -62,8 +62,8 @@ std::size_t GatewayReader::decode(std::span<std::uint8_t> payload) const {
     if (at < size_) payload[out++] = 0;
   }
   if (out < kHeadBytes + kCrcBytes) return 0;
-  std::uint16_t crc = 0xFFFF;
-  for (std::size_t i = 0; i + kCrcBytes < out; ++i) crc = gateway_crc_step(crc, payload[i]);
+  std::uint16_t crc = kilobot::kIrCrcStart;
+  for (std::size_t i = 0; i + kCrcBytes < out; ++i) crc = kilobot::ir_crc_step(crc, payload[i]);
   return crc == read16(payload, out - kCrcBytes) ? out - kCrcBytes : 0;
 }
 

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 
+#include "kilobot_bridge/wire/ir_message.hpp"
+
 namespace swarmtalk::emulator {
 
 std::uint16_t ir_crc(std::span<const std::uint8_t> bytes) {
-  std::uint16_t crc = 0xFFFF;
-  for (const std::uint8_t byte : bytes) {
-    crc = static_cast<std::uint16_t>(crc ^ byte);
-    for (int bit = 0; bit < 8; ++bit)
-      crc = static_cast<std::uint16_t>((crc & 1) != 0 ? (crc >> 1) ^ 0x8408 : crc >> 1);
-  }
+  std::uint16_t crc = kilobot::kIrCrcStart;
+  for (const std::uint8_t byte : bytes) crc = kilobot::ir_crc_step(crc, byte);
   return crc;
 }
 

@@ -6,6 +6,8 @@
 
 #include <stdint.h>
 
+#include "kilobot_bridge/wire/ir_message.hpp"
+
 namespace swarmtalk {
 namespace kilobot_bridge {
 
@@ -32,22 +34,13 @@ constexpr uint8_t kProductOverhead = 1;
 /// Flags in a version report: serial bytes are heard while infrared is sent.
 constexpr uint8_t kHearsWhileSending = 1;
 
-/// CRC-16/MCRF4XX of one more byte; begins with 0xFFFF.
-inline uint16_t gateway_crc_step(uint16_t crc, uint8_t byte) {
-  crc ^= byte;
-  for (uint8_t bit = 0; bit < 8; ++bit) {
-    crc = static_cast<uint16_t>((crc & 1) != 0 ? (crc >> 1) ^ 0x8408 : crc >> 1);
-  }
-  return crc;
-}
-
 /// Builds one frame, byte by byte, COBS included: append the payload, then end().
 class GatewayFrame {
  public:
   void begin(GatewayKind kind, uint8_t sequence) {
     size_ = 1;
     block_ = 0;
-    crc_ = 0xFFFF;
+    crc_ = kilobot::kIrCrcStart;
     append(static_cast<uint8_t>(kind));
     append(sequence);
   }
@@ -55,7 +48,7 @@ class GatewayFrame {
   /// At most kGatewayPayloadMax bytes of payload; more are left out.
   void append(uint8_t byte) {
     if (size_ > kGatewayPayloadMax) return;
-    crc_ = gateway_crc_step(crc_, byte);
+    crc_ = kilobot::ir_crc_step(crc_, byte);
     put(byte);
   }
   void append16(uint16_t number) {
