@@ -45,7 +45,8 @@ std::optional<ipc::Envelope> DaemonRequests::wait(std::chrono::milliseconds time
     const ipc::ReadResult result = connection_.next(envelope);
     if (result == ipc::ReadResult::kEnvelope) return envelope;
     if (result == ipc::ReadResult::kMalformed) {
-      status = Status(StatusCode::kDisconnected, "swarmtalkd sent what is no frame of its own");
+      status = Status(StatusCode::kDisconnected,
+                      "swarmtalkd sent something that is not a frame of its protocol");
       return std::nullopt;
     }
     if (!status) return std::nullopt;  // gone, and all it said has been read

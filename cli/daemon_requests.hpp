@@ -1,4 +1,4 @@
-// One connection to the daemon for commands that are no messages: sends requests, waits for the
+// One connection to the daemon for commands that are not messages: sends requests, waits for the
 // frames that come back. Signals interrupt a wait. Single-threaded.
 #pragma once
 

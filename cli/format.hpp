@@ -24,7 +24,7 @@ Json to_json(const std::vector<Neighbour>& neighbours);
 std::string metres(float value);
 /// Degrees for people, whole ones, -180 to 180.
 std::string degrees(float value_rad);
-/// Text in quotes, escaped for a terminal; "hex 00ff" if it is no text; "(empty)".
+/// Text in quotes, escaped for a terminal; "hex 00ff" if it is not text; "(empty)".
 std::string payload_text(std::string_view payload);
 std::string to_line(const std::string& channel, const Message& message);
 std::string to_line(const Pose& pose);

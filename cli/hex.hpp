@@ -9,11 +9,11 @@ namespace swarmtalk::cli {
 
 std::string to_hex(std::string_view bytes);
 
-/// Digits in pairs; spaces, colons and a leading 0x are skipped. @return nullopt if it is no hex
+/// Digits in pairs; spaces, colons and a leading 0x are skipped. @return nullopt if it is not hex
 std::optional<std::string> from_hex(std::string_view digits);
 
 /// Safe for a terminal: control characters as \n, \t, \r, \x1b or \u009b, a backslash as two.
-/// @return nullopt if it is no UTF-8
+/// @return nullopt if it is not UTF-8
 std::optional<std::string> escaped(std::string_view bytes);
 
 }  // namespace swarmtalk::cli

@@ -186,7 +186,7 @@ std::string load_program(KilobotArguments& arguments) {
   }
   text.resize(static_cast<std::size_t>(stream.gcount()));
   if (text.size() > kMaxHexFileBytes) {
-    return arguments.hex_path + ": is larger than 1 MiB; this is no program for a Kilobot";
+    return arguments.hex_path + ": is larger than 1 MiB; this is not a program for a Kilobot";
   }
   const HexImage image = parse_hex_file(text);
   if (!image.problem.empty()) return arguments.hex_path + ": " + image.problem;

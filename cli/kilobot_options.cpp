@@ -68,7 +68,7 @@ void add_kilobot(CLI::App& app, KilobotArguments& arguments) {
   };
   simple(ipc::KILOBOT_RUN, "run", "Start the robots' program, or go on with it");
   simple(ipc::KILOBOT_PAUSE, "pause", "Let robots that are awake stand still");
-  simple(ipc::KILOBOT_RESET, "reset", "Start the program anew; run must follow");
+  simple(ipc::KILOBOT_RESET, "reset", "Start the program again; run must follow");
   simple(ipc::KILOBOT_SLEEP, "sleep", "Power robots down; wakeup brings them back");
   simple(ipc::KILOBOT_WAKEUP, "wakeup", "Wake sleeping robots up, 12 s: they listen every 8 s");
   simple(ipc::KILOBOT_CHARGE, "charge", "Show by red flashes whether a robot charges");

@@ -78,7 +78,7 @@ void Harvest::hear(const Message& message) {
   value.epoch = message.epoch;
   value.hops = message.hops;
   value.local = message.local;
-  const Callback found = found_;  // which may ask anew
+  const Callback found = found_;  // which may ask again
   client::decode_answer(message.payload, question_,
                         [&](std::string_view key, std::string_view content) {
                           value.key = key;

@@ -24,7 +24,7 @@ std::string begin_answer(std::uint32_t question);
 /// @param key  1 to 255 bytes @param value  at most 65535 bytes
 void append_value(std::string& answer, std::string_view key, std::string_view value);
 
-/// @return none: it is no question; the prefix points into `bytes`
+/// @return none: it is not a question; the prefix points into `bytes`
 std::optional<HarvestQuestion> decode_question(std::string_view bytes);
 
 /// Calls `found` with each value of an answer to this question.

@@ -161,8 +161,8 @@ std::shared_ptr<SubscriberState> Session::add_subscriber(std::shared_ptr<const C
   return subscriber;
 }
 
-/// What no daemon could take is refused here: one frame that is no protocol would cost the client
-/// its connection, again and again.
+/// What no daemon could take is refused here: one frame that is not the protocol would cost the
+/// client its connection, again and again.
 bool Session::is_impossible(HandleState& handle) {
   if (handle.key->problem) return false;
   handle.status = handle.key->problem;

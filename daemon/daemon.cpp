@@ -181,7 +181,7 @@ bool Daemon::restore_socket() {
   }
   is_socket_gone_ = false;
   clients_.listen(socket_.descriptor());
-  log_of("client")->warn("the socket file {} was deleted; it is made anew", socket_.path());
+  log_of("client")->warn("the socket file {} was deleted and has been made again", socket_.path());
   return true;
 }
 

@@ -128,8 +128,8 @@ bool RingReader::take_waiting_writer() {
   return header.writer_waits.load() != 0 && header.writer_waits.exchange(0) != 0;
 }
 
-// A page counts as memory of who touched it first. A client that made us read where it had written
-// nothing could else gather pages of ours by keeping the descriptors of many connections.
+// A page counts as memory of who touched it first. Otherwise a client that made us read where it
+// had written nothing could gather pages of ours by keeping the descriptors of many connections.
 void RingReader::leave() {
   memory_.header().reader_sleeps.store(1);
   madvise(memory_.data(), memory_.capacity(), MADV_REMOVE);

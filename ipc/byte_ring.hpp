@@ -41,7 +41,7 @@ class RingMemory {
   /// @param capacity_bytes  a power of two from kRingLeastBytes to kRingMostBytes
   static RingMemory create(std::size_t capacity_bytes);
 
-  /// What another process made and passed. Invalid when that is no such memory.
+  /// What another process made and passed. Invalid when it is not such memory.
   /// @param descriptor  owned from now on
   static RingMemory adopt(int descriptor);
 

@@ -87,7 +87,7 @@ OverheadFrame gps_frame(std::span<const GpsRecord> records) {
 
 std::string frame_problem(const OverheadFrame& frame) {
   if (frame[0] != kOverheadHeader || frame.back() != frame_checksum(frame)) {
-    return "it is no whole frame";
+    return "it is not a whole frame";
   }
   switch (static_cast<OverheadType>(frame[1])) {
     case OverheadType::kPage:

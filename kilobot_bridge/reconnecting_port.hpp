@@ -1,4 +1,4 @@
-// ReconnectingPort: a serial device that may be unplugged and plugged in again: it is opened anew
+// ReconnectingPort: a serial device that may be unplugged and plugged in again: it is reopened
 // with growing pauses, and what happens is told to its user. It opens the one path it was given and
 // no other. Runs on the io_context's thread.
 #pragma once
@@ -55,7 +55,7 @@ class ReconnectingPort {
   std::size_t write(std::span<const std::uint8_t> bytes);
   bool is_drained() const { return device_.is_drained(); }
 
-  /// Gives the device up, for this reason, and opens it anew.
+  /// Gives the device up, for this reason, and opens it again.
   void fail(const std::string& reason);
 
  private:

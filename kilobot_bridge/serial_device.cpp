@@ -67,7 +67,7 @@ OpenProblem SerialDevice::open(const std::string& path, unsigned baud) {
     if (S_ISCHR(status.st_mode) && (error == EIO || error == ENXIO))
       return refuse(problem_of(error));
     return refuse({OpenProblem::Kind::kWrong,
-                   "it is no serial device; name one, best by /dev/serial/by-id/"});
+                   "it is not a serial device; name one, preferably by /dev/serial/by-id/"});
   }
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     return refuse({OpenProblem::Kind::kBusy, kInUse});

@@ -1,7 +1,7 @@
 // Packets for the wifi profile whose messages' names are chosen to meet in a node's table of
 // records. They attack by what anybody knows or can try at home: the multiplier that the table had
 // for everybody until it was made a secret, names that follow each other in one field, and names
-// that lie badly under most multipliers. A table with another hash that is no secret needs an
+// that lie badly under most multipliers. A table with another hash that is not secret needs an
 // attack of its own here.
 #pragma once
 

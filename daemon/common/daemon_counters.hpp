@@ -11,7 +11,7 @@ namespace swarmtalk::daemon {
 struct DaemonCounters {
   std::uint64_t clients_accepted = 0;
   std::uint64_t clients_refused = 0;          // over limits.clients
-  std::uint64_t clients_malformed = 0;        // closed: bytes that are no legal request
+  std::uint64_t clients_malformed = 0;        // closed: bytes that are not a legal request
   std::uint64_t clients_other_version = 0;    // closed: another protocol major
   std::uint64_t clients_silent = 0;           // closed: no Hello in time
   std::uint64_t clients_not_reading = 0;      // closed: replies piled up to limits.reply_bytes
@@ -44,7 +44,7 @@ struct DaemonCounters {
   std::uint64_t node_id_changes = 0;
   std::uint64_t duplicate_neighbours = 0;  // pairs of other robots heard under one id
   std::uint64_t poses_received = 0;        // over the pose socket
-  std::uint64_t poses_refused = 0;         // datagrams there that are no pose
+  std::uint64_t poses_refused = 0;         // datagrams there that are not a pose
   std::uint64_t link_duplicates = 0;       // messages that had come over another link already
   std::uint64_t gateway_sent = 0;          // copies that have left
   std::uint64_t gateway_crossed = 0;       // not copied: had crossed a gateway already

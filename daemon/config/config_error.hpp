@@ -44,7 +44,7 @@ class KeyLines {
       values_[key] = found->second;
   }
 
-  /// Each key of the file that is no section, with its value as TOML.
+  /// Each key of the file that is not a section, with its value as TOML.
   const std::map<std::string, std::string>& values() const { return values_; }
 
   /// "FILE:LINE: key 'links.wifi.interface': WHAT"; without LINE for a key that the file leaves

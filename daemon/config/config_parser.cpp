@@ -85,7 +85,7 @@ void read_socket(const TableReader& table, SocketConfig& socket) {
   table.read_text("mode", mode);
   const bool is_octal = (mode.size() == 3 || (mode.size() == 4 && mode[0] == '0')) &&
                         mode.find_first_not_of("01234567") == std::string::npos;
-  if (!is_octal) table.fail("mode", "is no file mode; write it as \"0660\"");
+  if (!is_octal) table.fail("mode", "is not a file mode; write it as \"0660\"");
   socket.mode = static_cast<mode_t>(std::stoul(mode, nullptr, 8));
   table.read_text("group", socket.group);
 }
@@ -132,7 +132,7 @@ void read_address(const TableReader& table, LinkConfig& link) {
   const bool is_address = inet_pton(AF_INET, link.address.c_str(), &address) == 1;
   if (is_address && address.s_addr != INADDR_ANY) return;
   table.fail("address", "\"" + printable(link.address) +
-                            "\" is no address to send to; use a multicast group such as "
+                            "\" is not an address to send to; use a multicast group such as "
                             "239.255.83.84, or a broadcast address such as 192.168.1.255");
 }
 
@@ -140,7 +140,7 @@ void read_key_file(const TableReader& table, LinkConfig& link) {
   if (!table.has("key_file")) return;
   table.read_text("key_file", link.key_file);
   if (link.key_file.empty() || link.key_file.front() != '/') {
-    table.fail("key_file", "is no absolute path; begin it with '/'");
+    table.fail("key_file", "is not an absolute path; begin it with '/'");
   }
 }
 
@@ -230,7 +230,7 @@ void read_links(const TableReader& root, KeyLines& lines, std::vector<LinkConfig
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     if (!is_legal_name(name)) {
-      reader.fail(name, "is no name for a link; use 1 to 64 printable characters");
+      reader.fail(name, "is not a name for a link; use 1 to 64 printable characters");
     }
     if (!node.is_table()) {
       reader.fail_type(name, "a section: each link has its own, such as [links.wifi]");
@@ -263,7 +263,7 @@ void read_channels(const TableReader& root, KeyLines& lines,
   for (const toml::key* key : in_file_order) {
     const std::string name(key->str());
     if (!is_legal_name(name)) {
-      reader.fail(name, "is no name for a channel; use 1 to 64 printable characters");
+      reader.fail(name, "is not a name for a channel; use 1 to 64 printable characters");
     }
     if (name.find_first_not_of("0123456789") == std::string::npos) {
       reader.fail(name, "is a number, and a number means itself; give the channel a name");
@@ -329,7 +329,7 @@ void read_metrics(const TableReader& table, MetricsConfig& metrics) {
   table.expect_keys({"file", "interval_s"});
   table.read_text("file", metrics.file);
   if (!metrics.file.empty() && metrics.file.front() != '/') {
-    table.fail("file", "is no absolute path; begin it with '/'");
+    table.fail("file", "is not an absolute path; begin it with '/'");
   }
   table.read_integer("interval_s", kMetricsIntervalSLimits, metrics.interval_s);
 }
@@ -429,7 +429,7 @@ ParsedConfig load_config(const std::string& file, const ConfigOptions& options) 
                       "; name a readable file with --config FILE");
   }
   if (text.size() > kMaxFileBytes) {
-    throw ConfigError(file + ": is larger than 1 MiB; this is no configuration file");
+    throw ConfigError(file + ": is larger than 1 MiB; this is not a configuration file");
   }
   return parse_config(text, file, options);
 }

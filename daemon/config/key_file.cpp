@@ -40,7 +40,7 @@ std::string user_name(uid_t uid) {
 }
 
 void check_owner_and_mode(const std::string& path, const struct stat& status) {
-  if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + " is no file");
+  if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + " is not a file");
   if (status.st_uid != 0 && status.st_uid != geteuid()) {
     throw std::runtime_error(path + " belongs to " + user_name(status.st_uid) +
                              ", who could change the key; run: chown " + user_name(geteuid()) +
@@ -102,7 +102,7 @@ std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
   if (key != nullptr && is_secret(*key)) return key;
   if (key != nullptr) {
     throw std::runtime_error(path +
-                             " holds one byte 32 times, which is no secret; make a key with "
+                             " holds one byte 32 times, which is not a secret; make a key with "
                              "`swarmtalk-cli keygen FILE`");
   }
   throw std::runtime_error(path +

@@ -18,7 +18,7 @@ void read_device(const TableReader& table, const std::string& key, std::string& 
   if (!table.has(key)) return;
   if (path.empty() || path.front() != '/' || path.size() > kMostPathBytes) {
     table.fail(key,
-               "is no path of a serial device; write it whole, best as it is listed by "
+               "is not the full path of a serial device; write it as listed by "
                "`ls /dev/serial/by-id/*`");
   }
 }

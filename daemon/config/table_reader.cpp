@@ -200,7 +200,7 @@ std::vector<const toml::table*> TableReader::tables(const std::string& key) cons
   const toml::array* array = node->as_array();
   if (array == nullptr) fail_type(key, "one or more sections [[" + full(key) + "]]");
   for (const toml::node& element : *array) {
-    if (!element.is_table()) fail(key, "is no section; write [[" + full(key) + "]]");
+    if (!element.is_table()) fail(key, "is not a section; write [[" + full(key) + "]]");
     found.push_back(element.as_table());
   }
   return found;

@@ -157,7 +157,7 @@ void UnixSocketFile::remove_stale(const KeyLines& lines) const {
   }
   if (!S_ISSOCK(existing.st_mode)) {
     throw lines.error(kind_->key,
-                      path_ + " exists and is no socket; remove it, or choose another path");
+                      path_ + " exists and is not a socket; remove it, or choose another path");
   }
   const Answer other = probe();
   if (other.error == 0) throw lines.error(kind_->key, taken(other.pid));

@@ -26,7 +26,7 @@ class LossTracker {
 
   /// Numbers this far below the highest are still recognised when they come late.
   static constexpr std::size_t kWindow = 256;
-  /// A longer gap is no loss but another count: the sender is followed from there.
+  /// A longer gap is not a loss but another count: the sender is followed from there.
   static constexpr std::uint32_t kLongestGap = UINT32_C(1) << 24;
 
   /// @param max_sources  at least 1
@@ -43,7 +43,7 @@ class LossTracker {
   /// for note(), this number included. The first beacon of a source finds nothing
   Loss note_last(const Source& source, std::uint32_t number, const DropTotals& drops);
 
-  /// Nobody subscribes to the channel any more: what is missed from now on is no loss.
+  /// Nobody subscribes to the channel any more: what is missed from now on is not a loss.
   void forget(std::uint16_t channel);
 
   std::size_t size() const { return sources_.size(); }

@@ -32,7 +32,7 @@ struct MessageHead {
   std::uint8_t ttl = 0;
   std::optional<std::uint32_t> buffering_delay_us;  // timestamped channels; until received_at_ns
   std::uint64_t received_at_ns = 0;                 // CLOCK_MONOTONIC
-  bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is no use
+  bool is_time_known = true;    // false: that is when it was read, the kernel's stamp is of no use
   DropTotals drops;             // of the station, until the message came
   bool has_wide_number = true;  // 32 bits: a gap is a loss. Narrow ones come back too soon
   bool crossed_gateway = false;

@@ -32,7 +32,7 @@ void PoseKeeper::tell_whole_turns(double theta_rad) {
   has_told_whole_turns_ = true;
   log_of("daemon")->warn(
       "a pose has theta {:g}, more than a whole turn in radians; its whole turns are left out. If "
-      "it is degrees, let the program that tells it divide by 57.29578 (told only once)",
+      "it is degrees, let the program that tells it divide by 57.29578 (this is said only once)",
       theta_rad);
 }
 

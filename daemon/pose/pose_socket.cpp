@@ -58,7 +58,7 @@ bool PoseSocket::restore() {
   }
   is_gone_ = false;
   wait();
-  log_of("daemon")->warn("the pose socket {} was deleted; it is made anew", file_.path());
+  log_of("daemon")->warn("the pose socket {} was deleted and has been made again", file_.path());
   return true;
 }
 
@@ -92,7 +92,7 @@ void PoseSocket::take(std::string_view text) {
   ++counters_.poses_refused;
   if (const auto silent = log_.pass(now)) {
     log_of("daemon")->warn(
-        "pose socket: \"{}\" is no pose; write x and y in metres, -32.767 to 32.767, theta in "
+        "pose socket: \"{}\" is not a pose; write x and y in metres, -32.767 to 32.767, theta in "
         "radians, and the age in seconds if it is known ({} more since the last line)",
         printable(text), *silent);
   }

@@ -1,6 +1,6 @@
 // PoseSocket: a Unix datagram socket that takes poses as text, one in each datagram, so that
 // whoever knows where the robot is can tell it in three lines of any language. The last writer
-// counts. What is no pose is counted and told once a second. On the daemon's thread.
+// counts. What is not a pose is counted and told once a second. On the daemon's thread.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ class PoseSocket {
   PoseSocket(boost::asio::io_context& io, const std::string& path, const SocketConfig& access,
              const KeyLines& lines, PoseKeeper& poses, DaemonCounters& counters);
 
-  /// Begins to read. A socket file that somebody deletes is made anew from then on.
+  /// Begins to read. From then on, a socket file that somebody deletes is made again.
   void start();
 
  private:

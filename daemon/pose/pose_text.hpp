@@ -17,7 +17,7 @@ struct PoseText {
 };
 
 /// Three or four finite decimal numbers between blanks; the fourth at least 0. Nothing else: no
-/// locale, no hexadecimal, no rest. @return none: it is no pose
+/// locale, no hexadecimal, no rest. @return none: it is not a pose
 std::optional<PoseText> parse_pose_text(std::string_view text);
 
 }  // namespace swarmtalk::daemon

@@ -19,7 +19,8 @@ constexpr int kRequestsPerTurn = 256;
 constexpr std::size_t kShownNameBytes = 64;  // in the status
 
 constexpr const char* kNoFrame =
-    "these bytes are no frame of the local protocol: each is a u32 little-endian length, at most "
+    "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
+    "most "
     "65536, and one Envelope";
 constexpr const char* kNoBell =
     "with a ring all frames go through it, and the socket carries bells (0xB7) only";

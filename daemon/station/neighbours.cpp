@@ -9,7 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kWindow = 5s;  // loss is told of this one and the one before
-// A larger jump of a count is no loss but a robot that was not heard for long, or garbage.
+// A larger jump of a count is not a loss but a robot that was not heard for long, or garbage.
 constexpr std::uint32_t kLongestGap = 10'000;
 constexpr int kNodeShift = 32;
 

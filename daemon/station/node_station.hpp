@@ -227,7 +227,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     // TTL 0: each message brings its own.
     entry.channel = node_->new_channel(entry.number, 0, entry.is_timestamped);
     if (entry.channel == nullptr) return false;
-    // From another place in the node its count might begin elsewhere: a gap that is no loss.
+    // From another place in the node its count might begin elsewhere: a gap that is not a loss.
     if (P::kMessageBits == 32) {
       entry.channel->continue_after(static_cast<typename W::MessageNumber>(numbers_[entry.number]));
     }

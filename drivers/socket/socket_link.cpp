@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kFullQueueWait =
-    1ms;  // the interface's queue drops (ENOBUFS) and says not until when
+    1ms;  // the interface's queue drops (ENOBUFS) and does not say until when
 constexpr auto kBrokenLinkWait =
     100ms;                         // in case no interface change announces the end of an error
 constexpr auto kOldestFrame = 1s;  // what a frame says of its sender is worthless then

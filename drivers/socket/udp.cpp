@@ -153,7 +153,7 @@ void UdpLink::refresh() {
   }
   set_limits(frame_bytes, kMaxDatagramBytes);
   if (!is_multicast(destination_) && interface.index != 0) {
-    // Else 255.255.255.255 leaves by the default route, or not at all. Made anew with the
+    // Else 255.255.255.255 leaves by the default route, or not at all. Made again with the
     // interface.
     const std::uint32_t index = htonl(interface.index);
     set_option(send_socket_, IPPROTO_IP, IP_UNICAST_IF, index);

@@ -26,7 +26,7 @@ AIR_US = {"sim-kilobot": 4600, "kilobot-emulated": 4371, "sim-coachbot": 300}  #
 
 
 class LogError(Exception):
-    """A file that is no log of a run: one line that says why."""
+    """A file that is not a log of a run: one line that says why."""
 
 
 class Log:
@@ -45,7 +45,7 @@ class Log:
             self.air = next((e for e in self.events if e["event"] == "air"), None)
             self.program, self.platform = self.scenario["program"], self.scenario["platform"]
         except (ValueError, KeyError, TypeError, IndexError) as error:
-            raise LogError(f"{path} is no log of a run") from error
+            raise LogError(f"{path} is not a log of a run") from error
 
     def of(self, kind: str) -> list[dict]:
         """Events of a kind, in the order of the log."""

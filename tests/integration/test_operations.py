@@ -200,7 +200,7 @@ def test_a_metrics_file_that_cannot_be_written_is_told_once(daemon):
     assert one.text().count("metrics.file: /nonexistent/x.prom cannot be written") == 1
 
 
-def test_a_deleted_socket_file_is_made_anew(daemon):
+def test_a_deleted_socket_file_is_made_again(daemon):
     one = daemon()
     connected = socket.socket(socket.AF_UNIX)
     connected.connect(str(one.path))
@@ -208,7 +208,7 @@ def test_a_deleted_socket_file_is_made_anew(daemon):
         one.path.unlink()
         wait_for(one.path.exists, what="socket to be back")
         wait_for(lambda: one.cli("status").returncode == 0, what="daemon to answer")
-    assert one.text().count("was deleted; it is made anew") == 3
+    assert one.text().count("was deleted and has been made again") == 3
     moved = one.path.with_name("elsewhere")
     one.path.rename(moved)
     wait_for(lambda: one.path.exists() and one.cli("status").returncode == 0, what="after a move")

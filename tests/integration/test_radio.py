@@ -78,7 +78,7 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
     wait_for(lambda: robot.status()["pose"]["age_ms"] >= 30000, what="the older pose")
     writer.close()
     assert robot.counter("poses_received") == 2
-    told = [line for line in robot.logged().splitlines() if "is no pose" in line]
+    told = [line for line in robot.logged().splitlines() if "is not a pose" in line]
     assert 1 <= len(told) <= 2, "at most one line a second"
     robot.stop()
     assert not os.path.exists(path)

@@ -220,7 +220,7 @@ def test_a_daemon_that_ends_leaves_no_controller_repeating(stack, daemon, double
 @pytest.mark.parametrize("keys, parts", [
     ({"downlink": None}, ("downlink", "overhead controller")),
     ({"downlink": "ttyUSB0"}, ("downlink", "by-id")),
-    ({"downlink": "/dev/null"}, ("downlink", "no serial device")),
+    ({"downlink": "/dev/null"}, ("downlink", "not a serial device")),
     ({"copies": 0}, ("copies", "1")),
     ({"time_scale": 0}, ("time_scale",)),
     ({"ohc_single": 1}, ("ohc_single", "true or false")),

@@ -90,7 +90,7 @@ def test_files_that_are_no_logs_are_named_and_left_out(tmp_path):
     (logs / "empty.jsonl").write_text("")
     done = suite(tmp_path, "report")
     assert done.returncode == 0 and "1 runs" in done.stdout
-    assert "empty.jsonl is no log" in done.stderr and "results.jsonl is no log" in done.stderr
+    assert "empty.jsonl is not a log" in done.stderr and "results.jsonl is not a log" in done.stderr
 
 
 def test_many_columns_are_drawn_in_several_rows(tmp_path):

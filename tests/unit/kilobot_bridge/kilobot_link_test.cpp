@@ -283,7 +283,7 @@ TEST_F(KilobotLinkTest, RefusesADeviceThatAnotherProgramHasAndWhatIsNone) {
   make(config(path("ohc"), path("gateway")));
   EXPECT_NE(failure(io_, config(path("ohc"), "")).find("another program has it open"),
             std::string::npos);
-  EXPECT_NE(failure(io_, config("/dev/null", "")).find("no serial device"), std::string::npos);
+  EXPECT_NE(failure(io_, config("/dev/null", "")).find("not a serial device"), std::string::npos);
   EXPECT_NE(failure(io_, config("", "")).find("neither"), std::string::npos);
 }
 

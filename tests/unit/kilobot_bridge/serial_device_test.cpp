@@ -54,7 +54,7 @@ TEST(SerialDevice, TellsAbsentFromWrong) {
   EXPECT_EQ(device.open("/tmp", kBaud).kind, Kind::kWrong);
   const std::string file = testing::TempDir() + "no-device-" + std::to_string(::getpid());
   std::ofstream(file) << "precious";
-  EXPECT_NE(device.open(file, kBaud).text.find("no serial device"), std::string::npos);
+  EXPECT_NE(device.open(file, kBaud).text.find("not a serial device"), std::string::npos);
   std::ifstream stream(file);
   std::string content;
   stream >> content;

@@ -117,14 +117,16 @@ const Wrong kWrong[] = {
     {"duplicate_channel_number", std::string(kLink) + "[channels]\nb = 3\na = 3\n",
      "f.toml:5: key 'channels.a': 3 is already the number of 'b'; give each channel its own"},
     {"channel_without_name", std::string(kLink) + "[channels]\n\"\" = 3\n",
-     "f.toml:4: key 'channels.': is no name for a channel; use 1 to 64 printable characters"},
+     "f.toml:4: key 'channels.': is not a name for a channel; use 1 to 64 printable characters"},
     {"channel_named_by_a_number", std::string(kLink) + "[channels]\n\"7\" = 100\n",
      "f.toml:4: key 'channels.7': is a number, and a number means itself; give the channel a name"},
     {"address_of_nobody", std::string(kLink) + "address = \"0.0.0.0\"\n",
-     "f.toml:3: key 'links.w.address': \"0.0.0.0\" is no address to send to; use a multicast group "
+     "f.toml:3: key 'links.w.address': \"0.0.0.0\" is not an address to send to; use a multicast "
+     "group "
      "such as 239.255.83.84, or a broadcast address such as 192.168.1.255"},
     {"address_cut_short", std::string(kLink) + "address = \"1.2.3\"\n",
-     "f.toml:3: key 'links.w.address': \"1.2.3\" is no address to send to; use a multicast group "
+     "f.toml:3: key 'links.w.address': \"1.2.3\" is not an address to send to; use a multicast "
+     "group "
      "such as 239.255.83.84, or a broadcast address such as 192.168.1.255"},
     {"relative_socket", std::string(kLink) + "[socket]\npath = \"d.sock\"\n",
      "f.toml:4: key 'socket.path': is not absolute; begin it with '/'"},
@@ -134,7 +136,7 @@ const Wrong kWrong[] = {
      "f.toml:4: key 'socket.path': has 201 bytes, a Unix socket's path at most 107; choose a "
      "shorter one"},
     {"bad_mode", std::string(kLink) + "[socket]\nmode = \"rw\"\n",
-     "f.toml:4: key 'socket.mode': is no file mode; write it as \"0660\""},
+     "f.toml:4: key 'socket.mode': is not a file mode; write it as \"0660\""},
     {"no_links", "[node]\nid = 1\n",
      "f.toml: no [links.NAME] section, so there is nothing to send on; add one, such as "
      "[links.wifi] with type = \"raw_l2\" and interface = \"wlan0\""},

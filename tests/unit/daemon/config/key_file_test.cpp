@@ -76,13 +76,13 @@ TEST_F(KeyFile, WithoutAKeyIsRefused) {
 TEST_F(KeyFile, OfOneByteAgainAndAgainIsRefused) {
   for (const char digit : {'0', 'f'}) {
     write(std::string(64, digit));
-    EXPECT_THAT(problem(), HasSubstr("no secret"));
+    EXPECT_THAT(problem(), HasSubstr("not a secret"));
   }
 }
 
 TEST_F(KeyFile, ThatIsNoFileIsRefused) {
   ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
-  EXPECT_THAT(problem(), HasSubstr("is no file"));
+  EXPECT_THAT(problem(), HasSubstr("is not a file"));
 }
 
 }  // namespace

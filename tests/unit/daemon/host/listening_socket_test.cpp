@@ -207,7 +207,7 @@ TEST_F(ListeningSocketTest, MissingFolderIsNamed) {
 TEST_F(ListeningSocketTest, FileThatIsNoSocketIsNotRemoved) {
   std::ofstream(config_.path) << "precious";
   EXPECT_EQ(error(), "f.toml: key 'socket.path': " + config_.path +
-                         " exists and is no socket; remove it, or choose another path");
+                         " exists and is not a socket; remove it, or choose another path");
   EXPECT_TRUE(std::filesystem::exists(config_.path));
 }
 

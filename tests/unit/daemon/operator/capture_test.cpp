@@ -12,7 +12,7 @@ namespace swarmtalk::daemon {
 namespace {
 
 static_assert(std::is_trivially_destructible_v<drivers::Counters::value_type>,
-              "a capture asks for all counters twice a frame: their names are no strings to copy");
+              "a capture asks for all counters twice a frame: their names are not strings to copy");
 
 class Listener final : public CaptureListener {
  public:
@@ -83,7 +83,7 @@ TEST_F(CaptureTest, WhatWasCountedBetweenTwoFramesIsNoneOfTheirs) {
   capture_.add(listener_);
   set("frames_not_authentic", 9);
   EXPECT_EQ(receive([] {}).dropped_size(), 0);
-  EXPECT_EQ(receive([this] { set("frames_sent", 99); }).dropped_size(), 0) << "that is no drop";
+  EXPECT_EQ(receive([this] { set("frames_sent", 99); }).dropped_size(), 0) << "that is not a drop";
 }
 
 TEST_F(CaptureTest, WhatTheKernelDroppedIsToldWithTheFrameBehindIt) {

@@ -165,7 +165,7 @@ TEST_F(PoseSocketTest, WithoutADescriptorNothingIsRemoved) {
 TEST_F(PoseSocketTest, WhatIsNoSocketIsNotRemoved) {
   std::ofstream(path_) << "precious";
   EXPECT_EQ(error(), "f.toml: key 'node.pose_socket': " + path_ +
-                         " exists and is no socket; remove it, or choose another path");
+                         " exists and is not a socket; remove it, or choose another path");
   EXPECT_TRUE(std::filesystem::exists(path_));
 }
 
@@ -180,7 +180,7 @@ TEST_F(PoseSocketTest, FolderThatIsNotThereIsTold) {
   EXPECT_NE(error().find("none does not exist; create it"), std::string::npos);
 }
 
-TEST_F(PoseSocketTest, DeletedFileIsMadeAnew) {
+TEST_F(PoseSocketTest, DeletedFileIsMadeAgain) {
   const auto socket = open();
   socket->start();
   std::filesystem::remove(path_);
