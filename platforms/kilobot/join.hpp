@@ -26,15 +26,17 @@ inline void* operator new(size_t, swarmtalk::kilobot::Place place) noexcept {
   return place.address;
 }
 
-/// Gives an image the absolute symbol offset_NAME, as large as the variable: how many bytes behind
-/// `joined` (an object of Joined) a variable of its program lies, for who looks at a robot's memory
-/// from outside. Costs nothing on the robot. In main() or what is called once.
-#define SWARMTALK_KILOBOT_OFFSET(name, joined, variable)                    \
-  __asm__ volatile(".global offset_" #name "\n\t.set offset_" #name         \
-                   ", %0\n\t"                                               \
-                   ".type offset_" #name ", @object\n\t.size offset_" #name \
-                   ", %1" ::"i"((joined).offset_of(variable)),              \
-                   "i"(sizeof(variable)))
+/// Gives an image an absolute symbol with a value and a size, for who looks at robots from outside.
+/// Costs nothing on the robot. In what is called once.
+#define SWARMTALK_KILOBOT_SYMBOL(name, value, bytes)                                       \
+  __asm__ volatile(".global " #name "\n\t.set " #name ", %0\n\t.type " #name               \
+                   ", @object\n\t.size " #name ", %1" ::"i"(static_cast<unsigned>(value)), \
+                   "i"(static_cast<unsigned>(bytes)))
+
+/// offset_NAME, as large as the variable: how many bytes behind `joined` (an object of Joined) a
+/// variable of its program lies.
+#define SWARMTALK_KILOBOT_OFFSET(name, joined, variable) \
+  SWARMTALK_KILOBOT_SYMBOL(offset_##name, (joined).offset_of(variable), sizeof(variable))
 
 namespace swarmtalk {
 namespace kilobot {
@@ -53,6 +55,7 @@ class Joined {
   }
 
   [[noreturn]] void run(uint16_t spacing = kDefaultSpacing) {
+    tell_fields();
     run_program({&setup, &loop, &receive, &next}, spacing);
   }
 
@@ -77,6 +80,18 @@ class Joined {
     unsigned char none;
     Parts parts;
   };
+
+  /// Symbols field_NAME: the first bit of a field in a packet, counted from the first bit of its
+  /// first byte; as large as the field has bits.
+  static void tell_fields() {
+    using P = typename Robot::Profile;
+    using Wire = core::Wire<P>;
+    SWARMTALK_KILOBOT_SYMBOL(field_node, 0, P::kNodeBits);
+    SWARMTALK_KILOBOT_SYMBOL(field_message, Wire::kMessageAt, P::kMessageBits);
+    SWARMTALK_KILOBOT_SYMBOL(field_sequence, Wire::kSequenceAt, P::kSequenceBits);
+    SWARMTALK_KILOBOT_SYMBOL(field_end, Wire::kEndAt, 1);
+    SWARMTALK_KILOBOT_SYMBOL(field_channel, Wire::kChannelAt, P::kChannelBits);
+  }
 
   static Parts& parts() { return room_.parts; }
   static void setup() { parts().program.setup(); }

@@ -45,18 +45,30 @@ class EmulationError(Exception):
     """One line for the user: what cannot be emulated, and what to do."""
 
 
-def variables_of(image: pathlib.Path) -> dict[str, str]:
-    """What to watch for each variable that an image names (SWARMTALK_KILOBOT_OFFSET): by name."""
+def symbols_of(image: pathlib.Path) -> list[tuple[int, int, str]]:
+    """Value, size and name of the symbols of an image that have a size."""
     tool = shutil.which("avr-nm")
     if tool is None:
         raise EmulationError("no avr-nm: apt-get install gcc-avr avr-libc")
     table = subprocess.run([tool, "-S", image], capture_output=True, text=True, check=True).stdout
-    symbols = [line.split() for line in table.splitlines() if len(line.split()) == 4]
-    rooms = [name for *_, name in symbols if "Joined" in name and name.endswith("room_E")]
+    lines = [line.split() for line in table.splitlines()]
+    return [(int(line[0], 16), int(line[1], 16), line[3]) for line in lines if len(line) == 4]
+
+
+def variables_of(image: pathlib.Path) -> dict[str, str]:
+    """What to watch for each variable that an image names (SWARMTALK_KILOBOT_OFFSET): by name."""
+    symbols = symbols_of(image)
+    rooms = [name for _, _, name in symbols if "Joined" in name and name.endswith("room_E")]
     if len(rooms) != 1:
         raise EmulationError(f"{image}: is not an image of the suite")
-    return {name.removeprefix("offset_"): f"{rooms[0]}+{int(offset, 16)}:{int(size, 16)}"
-            for offset, size, _, name in symbols if name.startswith("offset_")}
+    return {name.removeprefix("offset_"): f"{rooms[0]}+{offset}:{size}"
+            for offset, size, name in symbols if name.startswith("offset_")}
+
+
+def fields_of(image: pathlib.Path) -> dict[str, tuple[int, int]]:
+    """The fields of a packet as an image sends it: first bit and how many, by name."""
+    return {name.removeprefix("field_"): (at, bits)
+            for at, bits, name in symbols_of(image) if name.startswith("field_")}
 
 
 def watched_of(program: str, image: pathlib.Path) -> dict[str, str]:
@@ -123,30 +135,34 @@ def run(scenario: dict, log: pathlib.Path, emulator: str, images: pathlib.Path, 
         watched = watched_of(scenario["program"], image)
         file.write_text(emulator_file(scenario, image, list(watched)), encoding="utf-8")
         call([emulator, "--scenario", file, "--log", raw])
-        events = Conversion(scenario, raw, watched).events()
+        events = Conversion(scenario, raw, watched, fields_of(image)).events()
     with open(log, "w", encoding="utf-8") as output:
         for event in [scenario] + events:
             output.write(json.dumps(event, separators=(",", ":")) + "\n")
 
 
 class Packet:
-    """A SwarmTalk packet's header, as the profile of the Kilobots has it."""
+    """A SwarmTalk packet's header. @param fields  as the image tells them"""
 
-    def __init__(self, text: str):
-        header = int(text[:6], 16)
-        self.node = header >> 16
-        self.message = header >> 12 & 15
-        self.sequence = header >> 9 & 7
-        self.end = bool(header >> 8 & 1)
-        self.channel = header >> 4 & 15
+    def __init__(self, text: str, fields: dict[str, tuple[int, int]]):
+        def value(name: str) -> int:
+            at, bits = fields[name]
+            return int(text, 16) >> (4 * len(text) - at - bits) & (1 << bits) - 1
+        self.node = value("node")
+        self.message = value("message")
+        self.sequence = value("sequence")
+        self.end = bool(value("end"))
+        self.channel = value("channel")
 
 
 class Conversion:
     """One run of the emulator, read."""
 
-    def __init__(self, scenario: dict, raw: pathlib.Path, watched: dict[str, str]):
+    def __init__(self, scenario: dict, raw: pathlib.Path, watched: dict[str, str],
+                 fields: dict[str, tuple[int, int]]):
         self.scenario = scenario
         self.watched = watched
+        self.fields = fields
         self.by_kind = collections.defaultdict(list)
         with open(raw, encoding="utf-8") as file:
             for line in file:
@@ -161,7 +177,7 @@ class Conversion:
 
     def frames(self, kind: str) -> list[tuple[int, int, Packet, str]]:
         """Packets "sent" or "heard" undamaged: time, robot, packet, bytes."""
-        return [(e["time_us"], e["robot"], Packet(e["data"]), e["data"])
+        return [(e["time_us"], e["robot"], Packet(e["data"], self.fields), e["data"])
                 for e in self.by_kind[kind] if e["type"] == PACKET and e["crc_ok"]]
 
     def events(self) -> list[dict]:

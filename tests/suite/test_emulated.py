@@ -79,6 +79,16 @@ def test_an_image_tells_where_the_variables_of_its_program_lie(program):
     assert all(re.fullmatch(r"_Z\w*room_E\+[1-9]\d*:1", text) for text in watched), watched
 
 
+@pytest.mark.parametrize("image, fields", [
+    ("hop_count", [8, 4, 3, 1, 4]), ("hop_count_classic", [8, 4, 3, 1, 4])])
+def test_an_image_tells_the_fields_of_its_packets(image, fields):
+    found = emulated.fields_of(BUILD / f"kilobot/{image}.elf")
+    names = ("node", "message", "sequence", "end", "channel")
+    assert [found[name][1] for name in names] == fields
+    packet = emulated.Packet("5a3f7" + "0" * 13, {n: found[n] for n in names})
+    assert packet.node == 0x5A and packet.message == 3
+
+
 def test_an_image_that_tells_of_no_variable_is_refused_with_the_remedy():
     with pytest.raises(emulated.EmulationError, match="does not tell where flash lies; build"):
         emulated.watched_of("firefly", BUILD / "kilobot/edge_following.elf")
