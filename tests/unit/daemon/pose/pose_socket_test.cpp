@@ -171,7 +171,7 @@ TEST_F(PoseSocketTest, WhatIsNoSocketIsNotRemoved) {
 
 TEST_F(PoseSocketTest, UnknownGroupIsToldAndNoFileStays) {
   access_.group = "no-such-group";
-  EXPECT_NE(error().find("key 'socket.group': there is no group), std::string::npos);
+  EXPECT_NE(error().find("key 'socket.group': there is no group"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
