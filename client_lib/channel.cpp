@@ -3,7 +3,7 @@
 #include <mutex>
 #include <utility>
 
-#include "client_lib/session.hpp"
+#include "client_lib/engine.hpp"
 #include "client_lib/state.hpp"
 
 namespace swarmtalk {
@@ -18,7 +18,7 @@ void remove(std::shared_ptr<State>& state) {
 
 /// A state's session and its gate, held; neither when the session is gone.
 struct StateLock {
-  std::shared_ptr<client::Session> session;
+  std::shared_ptr<client::Engine> session;
   std::unique_lock<std::mutex> lock;
 };
 

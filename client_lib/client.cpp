@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "client_lib/session.hpp"
+#include "client_lib/engine.hpp"
 #include "client_lib/state.hpp"
 #include "client_lib/utf8.hpp"
 
@@ -21,7 +21,7 @@ Clock::time_point after(std::chrono::nanoseconds duration) {
 }  // namespace
 
 Client::Client(std::string_view name, ClientOptions options)
-    : session_(std::make_shared<client::Session>(name, std::move(options))) {}
+    : session_(std::make_shared<client::Engine>(name, std::move(options))) {}
 
 Client::Client(Client&&) noexcept = default;
 
@@ -138,16 +138,16 @@ void Client::stop() {
 }
 
 void Client::on_disconnect(std::function<void(const Status&)> callback) {
-  session_->on_disconnect = std::move(callback);
+  session_->callbacks().on_disconnect = std::move(callback);
 }
 void Client::on_reconnect(std::function<void()> callback) {
-  session_->on_reconnect = std::move(callback);
+  session_->callbacks().on_reconnect = std::move(callback);
 }
 void Client::on_gap(std::function<void(const Message&)> callback) {
-  session_->on_gap = std::move(callback);
+  session_->callbacks().on_gap = std::move(callback);
 }
 void Client::on_error(std::function<void(const Status&)> callback) {
-  session_->on_error = std::move(callback);
+  session_->callbacks().on_error = std::move(callback);
 }
 
 }  // namespace swarmtalk

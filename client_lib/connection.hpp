@@ -1,6 +1,6 @@
 // One non-blocking connection to the daemon: the socket, the ring in shared memory that takes what
 // is written if the daemon has passed one, what has been read and what waits to be written. Says
-// what happened; decides nothing. Used by Session, on its thread.
+// what happened; decides nothing. Used by Engine, on its thread.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What Session remembers of the handles it gave out. A handle and the session share it; whichever
+// What Engine remembers of the handles it gave out. A handle and the session share it; whichever
 // goes first marks it.
 #pragma once
 
@@ -28,7 +28,7 @@ struct OwnPose {
 };
 
 struct HandleState {
-  std::weak_ptr<Session> session;
+  std::weak_ptr<Engine> session;
   std::shared_ptr<const ChannelKey> key;
   bool is_closed = false;    // its handle is gone: no more callbacks
   bool is_answered = false;  // the daemon has answered on this connection

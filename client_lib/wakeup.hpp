@@ -1,5 +1,5 @@
 // The one descriptor that an app's event loop watches: an epoll instance holding the socket, a
-// timer and a doorbell. It outlives every connection. Owned by Session.
+// timer and a doorbell. It outlives every connection. Owned by Engine.
 #pragma once
 
 #include <atomic>

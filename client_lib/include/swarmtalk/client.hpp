@@ -129,7 +129,7 @@ class Client {
   void on_error(std::function<void(const Status&)> callback);
 
  private:
-  std::shared_ptr<client::Session> session_;
+  std::shared_ptr<client::Engine> session_;
 };
 
 }  // namespace swarmtalk

@@ -20,7 +20,7 @@
 namespace swarmtalk {
 
 namespace client {
-class Session;
+class Engine;
 struct PublisherState;
 struct SubscriberState;
 struct ChannelKey;
@@ -112,9 +112,9 @@ class Channel {
 
  private:
   friend class Client;
-  Channel(std::weak_ptr<client::Session> session, std::shared_ptr<const client::ChannelKey> key)
+  Channel(std::weak_ptr<client::Engine> session, std::shared_ptr<const client::ChannelKey> key)
       : session_(std::move(session)), key_(std::move(key)) {}
-  std::weak_ptr<client::Session> session_;
+  std::weak_ptr<client::Engine> session_;
   std::shared_ptr<const client::ChannelKey> key_;
 };
 

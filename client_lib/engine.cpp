@@ -1,5 +1,5 @@
 // The connection's life: attempts with back-off, greeting, loss; and the event loop.
-#include "client_lib/session.hpp"
+#include "client_lib/engine.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -74,45 +74,45 @@ class RingOnThrow {
 
 }  // namespace
 
-Session::Session(std::string_view name, ClientOptions options)
+Engine::Engine(std::string_view name, ClientOptions options)
     : name_(name),
       options_(std::move(options)),
       path_(socket_path(options_.socket_path)),
+      deliveries_(reports_,
+                  [this] {
+                    if (!is_processing_) wakeup_.ring();
+                  }),
+      requests_([this](const ipc::Envelope& envelope) {
+        const std::lock_guard lock(gate_);
+        return connection_.append(envelope);
+      }),
+      handles_(gate_, requests_, deliveries_,
+               {[this] { become_up(); }, [this] { flush_unless_gathering(); }}),
+      sender_(gate_, connection_, reports_, [this] { wakeup_.ring(); }),
       backoff_(options_.reconnect_first),
       jitter_(std::random_device{}()) {
   filter_protobuf_log();
-  set_default_callbacks();
   wakeup_.ring();  // so that an app that only polls fd() calls process(), which connects
 }
 
-Session::~Session() {
+Engine::~Engine() {
   close();
 }
 
-void Session::close() {
+void Engine::close() {
   if (std::exchange(is_closed_, true)) return;
   wakeup_.unwatch();
   wakeup_.clear_timer();
   const std::lock_guard lock(gate_);
   connection_.close();
   phase_ = Phase::kDown;
-  const auto forget = [](HandleState& handle) {
-    handle.id = 0;
-    handle.status = Status(StatusCode::kDisconnected, "the Client of this handle is gone");
-  };
-  for (auto& publisher : publishers_) forget(*publisher);
-  for (auto& subscriber : subscribers_) forget(*subscriber);
-  publishers_.clear();
-  subscribers_.clear();
-  publishers_by_id_.clear();
-  subscribers_by_id_.clear();
-  pending_.clear();
-  events_.clear();
-  read_ahead_ = 0;
+  handles_.close();
+  requests_.clear();
+  deliveries_.close();
 }
 
 /// One try to open the socket. Success means: greeting sent, answer awaited.
-Status Session::attempt() {
+Status Engine::attempt() {
   has_started_ = true;
   wakeup_.clear_timer();
   last_failure_ = check_name(name_);
@@ -126,21 +126,20 @@ Status Session::attempt() {
   }
   phase_ = Phase::kGreeting;
   wakeup_.set_timer(Wakeup::Clock::now() + options_.connect_timeout);
-  outgoing_.Clear();
-  ipc::Hello& hello = *outgoing_.mutable_hello();
+  ipc::Hello& hello = *requests_.make().mutable_hello();
   hello.set_major(ipc::kProtocolMajor);
   hello.set_minor(ipc::kProtocolMinor);
   hello.set_name(name_);
   if (wants_ring_) hello.add_features(ipc::kRingFeature);
-  append(outgoing_);
+  requests_.send_unnumbered();
   return flush();
 }
 
-void Session::attempt_in_background() {
+void Engine::attempt_in_background() {
   if (const Status status = attempt(); !status && phase_ == Phase::kDown) report_attempt(status);
 }
 
-void Session::schedule_attempt() {
+void Engine::schedule_attempt() {
   // Half to all of the back-off: many clients of one daemon must not return in step.
   std::uniform_int_distribution<std::int64_t> spread(backoff_.count() * 500,
                                                      backoff_.count() * 1000);
@@ -148,7 +147,7 @@ void Session::schedule_attempt() {
   backoff_ = std::min(options_.reconnect_max, backoff_ * 2);
 }
 
-void Session::on_timer() {
+void Engine::on_timer() {
   if (phase_ == Phase::kDown) {
     attempt_in_background();
   } else if (phase_ != Phase::kUp) {
@@ -157,7 +156,7 @@ void Session::on_timer() {
 }
 
 /// Ends the present connection; the next attempt is scheduled, all that waited is answered.
-void Session::drop(const Status& why) {
+void Engine::drop(const Status& why) {
   if (phase_ == Phase::kDown) return;
   phase_ = Phase::kDown;
   wakeup_.unwatch();
@@ -168,49 +167,30 @@ void Session::drop(const Status& why) {
   last_failure_ = why;
   if (std::exchange(was_up_, false)) {
     is_reconnect_ = true;
-    post({Event::Kind::kDisconnect, {}, {}, why});
+    deliveries_.post_disconnect(why);
   } else {
     report_attempt(why);
   }
-  forget_registrations();
+  const Status gone(StatusCode::kDisconnected);
+  handles_.forget(gone);
+  requests_.fail_all(gone);
+  is_pose_in_flight_ = false;
+  next_pose_.reset();
   if (why.code() == StatusCode::kVersionMismatch) backoff_ = options_.reconnect_max;
   schedule_attempt();
 }
 
-void Session::forget_registrations() {
-  const Status gone(StatusCode::kDisconnected);
-  for (auto& publisher : publishers_) {
-    std::size_t unsent = 0;
-    {
-      const std::lock_guard lock(gate_);
-      publisher->id = 0;
-      publisher->status = gone;
-      unsent = std::exchange(publisher->in_flight, {}).size();
-    }
-    for (; unsent > 0; --unsent) post({Event::Kind::kSent, {}, publisher, gone});
-  }
-  for (auto& subscriber : subscribers_) {
-    subscriber->id = 0;
-    subscriber->status = gone;
-  }
-  publishers_by_id_.clear();
-  subscribers_by_id_.clear();
-  for (auto pending = std::exchange(pending_, {}); auto& [id, done] : pending) done(nullptr, gone);
-  is_pose_in_flight_ = false;
-  next_pose_.reset();
-}
-
-void Session::become_up() {
+void Engine::become_up() {
   phase_ = Phase::kUp;
   was_up_ = true;
   wakeup_.clear_timer();
   backoff_ = options_.reconnect_first;
   last_failure_ = Status();
   reported_failure_.reset();
-  if (std::exchange(is_reconnect_, false)) post({Event::Kind::kReconnect, {}, {}, {}});
+  if (std::exchange(is_reconnect_, false)) deliveries_.post_reconnect();
 }
 
-Status Session::connect() {
+Status Engine::connect() {
   if (phase_ == Phase::kUp) return Status();
   const auto deadline = Wakeup::Clock::now() + options_.connect_timeout;
   const Scope<bool> quiet(is_connecting_, true);  // the caller gets the failure, on_error does not
@@ -225,13 +205,13 @@ Status Session::connect() {
   return failure;
 }
 
-Status Session::no_answer() const {
+Status Engine::no_answer() const {
   return Status(StatusCode::kTimeout, "swarmtalkd at " + path_ + " did not answer within " +
                                           std::to_string(options_.connect_timeout.count()) +
                                           " ms; it is stopped or overloaded");
 }
 
-Status Session::flush() {
+Status Engine::flush() {
   if (phase_ == Phase::kDown || is_ending_) return Status();
   Status status;
   bool waits_for_socket = false;
@@ -250,7 +230,7 @@ Status Session::flush() {
 
 /// Nothing can be written any more, but why may wait to be read, such as a refusal. Runs no
 /// callback: what comes is kept for process(). Ends in drop().
-void Session::read_last_words(const Status& why) {
+void Engine::read_last_words(const Status& why) {
   const Scope<int> waiting(waits_, waits_ + 1);
   const Scope<bool> ending(is_ending_, true);
   ipc::Envelope envelope;  // `incoming_` may be in use by our caller
@@ -267,14 +247,9 @@ void Session::read_last_words(const Status& why) {
   }
 }
 
-bool Session::append(const ipc::Envelope& envelope) {
-  const std::lock_guard lock(gate_);
-  return connection_.append(envelope);
-}
-
 /// Reads once and handles what has come, until `enough`; more stays for the next call.
 /// @return whether the socket may have more
-bool Session::read_envelopes(const std::function<bool()>& enough) {
+bool Engine::read_envelopes(const std::function<bool()>& enough) {
   if (phase_ == Phase::kDown) return false;
   const Status received = connection_.receive();
   while (phase_ != Phase::kDown) {
@@ -285,21 +260,21 @@ bool Session::read_envelopes(const std::function<bool()>& enough) {
     if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
       drop(Status(StatusCode::kProtocol));
     }
-    if (waits_ == 0 && read_ahead_ == 0) run_events();
+    if (waits_ == 0 && !deliveries_.has_read_ahead()) deliveries_.run();
   }
   if (!received) drop(received);
   return received.ok() && connection_.may_have_more();
 }
 
 /// Reads; and while there are messages of which only the newest or the young count, all that waits.
-void Session::read_ahead() {
+void Engine::read_ahead() {
   for (int i = 0; i < kReadsAhead && read_envelopes({}); ++i) {
-    if (read_ahead_ == 0 || events_.size() >= kEventsReadAhead) break;
+    if (!deliveries_.has_read_ahead() || deliveries_.size() >= kEventsReadAhead) break;
   }
 }
 
 /// Waits without running callbacks. @return enough()
-bool Session::wait_until(Deadline deadline, const std::function<bool()>& enough) {
+bool Engine::wait_until(Deadline deadline, const std::function<bool()>& enough) {
   const Scope<int> waiting(waits_, waits_ + 1);
   for (;;) {
     flush();
@@ -315,7 +290,7 @@ bool Session::wait_until(Deadline deadline, const std::function<bool()>& enough)
   }
 }
 
-Status Session::process() {
+Status Engine::process() {
   if (is_processing_) {
     return Status(StatusCode::kBadArgument, "process() and run() cannot be called in a callback");
   }
@@ -326,16 +301,16 @@ Status Session::process() {
   wakeup_.take_ring();
   if (!has_started_) attempt_in_background();
   if (wakeup_.take_timer()) on_timer();
-  run_events();
+  deliveries_.run();
   read_ahead();
   flush();
-  run_events();
-  report_losses();
+  deliveries_.run();
+  if (deliveries_.take_has_loss() && phase_ == Phase::kUp) handles_.report_losses();
   flush();
   return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
 }
 
-Status Session::run_until(Deadline deadline) {
+Status Engine::run_until(Deadline deadline) {
   const auto self = shared_from_this();
   for (;;) {
     const Status status = process();
@@ -347,7 +322,7 @@ Status Session::run_until(Deadline deadline) {
   }
 }
 
-Status Session::run_once(Deadline deadline) {
+Status Engine::run_once(Deadline deadline) {
   if (is_stopped_.exchange(false)) return Status();
   if (!is_processing_) wakeup_.wait(deadline);
   const Status status = process();
@@ -355,7 +330,7 @@ Status Session::run_once(Deadline deadline) {
   return status.code() == StatusCode::kBadArgument ? status : Status();
 }
 
-void Session::stop() {
+void Engine::stop() {
   is_stopped_.store(true);
   wakeup_.ring();
 }

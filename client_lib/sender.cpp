@@ -1,0 +1,88 @@
+#include "client_lib/sender.hpp"
+
+#include "client_lib/wakeup.hpp"
+
+namespace swarmtalk::client {
+namespace {
+
+constexpr std::size_t kOutgoingMaxBytes = std::size_t{1} << 20;  // then send() answers kBusy
+
+}  // namespace
+
+Status Sender::check_publication(const PublisherState& publisher, std::size_t size_bytes,
+                                 std::optional<std::uint32_t> ttl) const {
+  if (publisher.id == 0) return publisher.status;
+  if (size_bytes > publisher.max_message_bytes) {
+    return Status(StatusCode::kTooLong, "the message has " + std::to_string(size_bytes) +
+                                            " bytes; " + publisher.key->label +
+                                            " carries at most " +
+                                            std::to_string(publisher.max_message_bytes));
+  }
+  if (ttl && *ttl > publisher.max_ttl) {
+    return Status(StatusCode::kBadTtl, "a TTL of " + std::to_string(*ttl) + "; " +
+                                           publisher.key->label + " carries at most " +
+                                           std::to_string(publisher.max_ttl));
+  }
+  return check_room(publisher);
+}
+
+/// Whether another message may be on its way.
+Status Sender::check_room(const PublisherState& publisher) const {
+  if (connection_.outgoing_bytes() > kOutgoingMaxBytes) {
+    return Status(StatusCode::kBusy, "swarmtalkd does not read what this program sends");
+  }
+  const Sending& sending = publisher.sending;
+  if (sending.drop_oldest && sending.queue > 0) return Status();  // the daemon makes room
+  return publisher.in_flight.size() > sending.queue ? Status(StatusCode::kBusy) : Status();
+}
+
+bool Sender::is_busy(const PublisherState& publisher) {
+  const std::lock_guard lock(gate_);
+  return publisher.id != 0 && check_room(publisher).code() == StatusCode::kBusy;
+}
+
+/// Any thread: all that is used here is behind the gate. What only the owner can do, such as
+/// waiting for a socket that is full or reading why it has died, it is rung for.
+Status Sender::publish(PublisherState& publisher, std::string_view payload,
+                       std::optional<std::uint32_t> ttl, bool is_inside) {
+  std::unique_lock lock(gate_);
+  Status status = check_publication(publisher, payload.size(), ttl);
+  if (status) status = append_publication(publisher, payload, ttl);
+  const bool is_silent =
+      status.code() != StatusCode::kTooLong && status.code() != StatusCode::kBadTtl;
+  if (!is_silent) reports_.add(status);
+  bool needs_owner = !is_silent;
+  // Inside a callback: one write for all, at its end.
+  if (status && !is_inside) {
+    const bool is_written = connection_.flush().ok();
+    needs_owner = !is_written || connection_.has_outgoing();
+    if (!is_written) {
+      publisher.in_flight.pop_back();
+      status = Status(StatusCode::kDisconnected);
+    }
+  }
+  lock.unlock();
+  if (needs_owner && !is_inside) ring_();
+  return status;
+}
+
+Status Sender::append_publication(PublisherState& publisher, std::string_view payload,
+                                  std::optional<std::uint32_t> ttl) {
+  ipc::PublishFrame frame;
+  frame.publisher_id = publisher.id;
+  frame.publish_number = publisher.publish_number + 1;
+  frame.payload = payload;
+  frame.ttl = ttl;
+  if (publisher.tells_time) {
+    const auto now = Wakeup::Clock::now().time_since_epoch();
+    frame.sent_at_ns = static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+  }
+  if (!connection_.append(frame)) {
+    return Status(StatusCode::kTooLong, "the message is longer than the local protocol carries");
+  }
+  publisher.in_flight.push_back(++publisher.publish_number);
+  return Status();
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,43 @@
+// Sender: a program's messages on their way out, of any thread: what can be refused here, and what
+// is written at once. All that it shares with the owner's thread is behind the gate.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "client_lib/connection.hpp"
+#include "client_lib/reports.hpp"
+#include "client_lib/state.hpp"
+
+namespace swarmtalk::client {
+
+class Sender {
+ public:
+  /// All must outlive it. @param ring  wakes the owner, who can do what other threads cannot
+  Sender(std::mutex& gate, Connection& connection, Reports& reports, std::function<void()> ring)
+      : gate_(gate), connection_(connection), reports_(reports), ring_(std::move(ring)) {}
+
+  /// @param is_inside  in a callback: the owner writes for all at its end
+  Status publish(PublisherState& publisher, std::string_view payload,
+                 std::optional<std::uint32_t> ttl, bool is_inside);
+  bool is_busy(const PublisherState& publisher);
+
+ private:
+  Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
+                           std::optional<std::uint32_t> ttl) const;
+  Status check_room(const PublisherState& publisher) const;
+  Status append_publication(PublisherState& publisher, std::string_view payload,
+                            std::optional<std::uint32_t> ttl);
+
+  std::mutex& gate_;
+  Connection& connection_;
+  Reports& reports_;
+  std::function<void()> ring_;
+};
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,62 @@
+// What is refused before it reaches the daemon.
+#include "client_lib/sender.hpp"
+
+#include <gtest/gtest.h>
+
+namespace swarmtalk::client {
+namespace {
+
+class SenderAlone : public testing::Test {
+ protected:
+  SenderAlone() {
+    auto key = std::make_shared<ChannelKey>();
+    key->label = "channel hello";
+    publisher_.key = key;
+    publisher_.id = 1;
+    publisher_.max_message_bytes = 10;
+    publisher_.max_ttl = 3;
+  }
+  StatusCode send(std::string_view payload, std::optional<std::uint32_t> ttl = {}) {
+    return sender_.publish(publisher_, payload, ttl, true).code();
+  }
+
+  std::mutex gate_;
+  Connection connection_;
+  Reports reports_;
+  int rings_ = 0;
+  Sender sender_{gate_, connection_, reports_, [this] { ++rings_; }};
+  PublisherState publisher_;
+};
+
+TEST_F(SenderAlone, RefusesWhatTheChannelDoesNotCarryAndReportsIt) {
+  EXPECT_EQ(send("12345678901"), StatusCode::kTooLong);
+  EXPECT_EQ(send("x", 4), StatusCode::kBadTtl);
+  EXPECT_EQ(reports_.take().size(), 2u);
+  EXPECT_FALSE(connection_.has_outgoing());
+}
+
+TEST_F(SenderAlone, IsBusyWhileTheMessageBeforeIsOnItsWay) {
+  EXPECT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_TRUE(sender_.is_busy(publisher_));
+  EXPECT_EQ(send("y"), StatusCode::kBusy);
+  EXPECT_FALSE(reports_.has_any());
+  publisher_.in_flight.clear();
+  EXPECT_EQ(send("y"), StatusCode::kOk);
+}
+
+TEST_F(SenderAlone, SaysWhyAPublisherThatIsNotRegisteredCannotSend) {
+  publisher_.id = 0;
+  publisher_.status = Status(StatusCode::kBadChannel);
+  EXPECT_EQ(send("x"), StatusCode::kBadChannel);
+}
+
+TEST(Reports, KeepAFewUntilTheyAreTaken) {
+  Reports reports;
+  for (int i = 0; i < 100; ++i) reports.add(Status(StatusCode::kTooLong));
+  EXPECT_TRUE(reports.has_any());
+  EXPECT_EQ(reports.take().size(), 16u);
+  EXPECT_FALSE(reports.has_any());
+}
+
+}  // namespace
+}  // namespace swarmtalk::client
