@@ -58,14 +58,14 @@ class ThreadMark {
 };
 
 /// When a callback throws out of process(), what was left undone must be seen by the next poll.
-class RingOnThrow {
+class WakeOnThrow {
  public:
-  explicit RingOnThrow(Wakeup& wakeup) : wakeup_(wakeup), exceptions_(std::uncaught_exceptions()) {}
-  ~RingOnThrow() {
-    if (std::uncaught_exceptions() > exceptions_) wakeup_.ring();
+  explicit WakeOnThrow(Wakeup& wakeup) : wakeup_(wakeup), exceptions_(std::uncaught_exceptions()) {}
+  ~WakeOnThrow() {
+    if (std::uncaught_exceptions() > exceptions_) wakeup_.wake();
   }
-  RingOnThrow(const RingOnThrow&) = delete;
-  RingOnThrow& operator=(const RingOnThrow&) = delete;
+  WakeOnThrow(const WakeOnThrow&) = delete;
+  WakeOnThrow& operator=(const WakeOnThrow&) = delete;
 
  private:
   Wakeup& wakeup_;
@@ -80,7 +80,7 @@ Engine::Engine(std::string_view name, ClientOptions options)
       path_(socket_path(options_.socket_path)),
       deliveries_(reports_,
                   [this] {
-                    if (!is_processing_) wakeup_.ring();
+                    if (!is_processing_) wakeup_.wake();
                   }),
       requests_([this](const ipc::Envelope& envelope) {
         const std::lock_guard lock(gate_);
@@ -88,11 +88,11 @@ Engine::Engine(std::string_view name, ClientOptions options)
       }),
       handles_(gate_, requests_, deliveries_,
                {[this] { become_up(); }, [this] { flush_unless_gathering(); }}),
-      sender_(gate_, connection_, reports_, [this] { wakeup_.ring(); }),
+      sender_(gate_, connection_, reports_, [this] { wakeup_.wake(); }),
       backoff_(options_.reconnect_first),
       jitter_(std::random_device{}()) {
   filter_protobuf_log();
-  wakeup_.ring();  // so that an app that only polls fd() calls process(), which connects
+  wakeup_.wake();  // so that an app that only polls fd() calls process(), which connects
 }
 
 Engine::~Engine() {
@@ -282,7 +282,7 @@ bool Engine::wait_until(Deadline deadline, const std::function<bool()>& enough) 
     flush();
     const bool is_enough = enough();
     if (is_enough || Wakeup::Clock::now() >= deadline) {
-      wakeup_.ring();  // envelopes may be left in the buffer, where no poll sees them
+      wakeup_.wake();  // envelopes may be left in the buffer, where no poll sees them
       return is_enough;
     }
     wakeup_.wait_for_socket(deadline);
@@ -297,8 +297,8 @@ Status Engine::process() {
   const auto self = shared_from_this();  // a callback may destroy the Client
   const Scope<bool> processing(is_processing_, true);
   const ThreadMark mark(processing_thread_);
-  RingOnThrow ring_on_throw(wakeup_);
-  wakeup_.take_ring();
+  WakeOnThrow wake_on_throw(wakeup_);
+  wakeup_.take_wake();
   if (!has_started_) attempt_in_background();
   if (wakeup_.take_timer()) on_timer();
   deliveries_.run();
@@ -332,7 +332,7 @@ Status Engine::run_once(Deadline deadline) {
 
 void Engine::stop() {
   is_stopped_.store(true);
-  wakeup_.ring();
+  wakeup_.wake();
 }
 
 }  // namespace swarmtalk::client

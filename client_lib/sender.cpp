@@ -62,7 +62,7 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
     }
   }
   lock.unlock();
-  if (needs_owner && !is_inside) ring_();
+  if (needs_owner && !is_inside) wake_();
   return status;
 }
 

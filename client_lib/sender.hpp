@@ -18,9 +18,9 @@ namespace swarmtalk::client {
 
 class Sender {
  public:
-  /// All must outlive it. @param ring  wakes the owner, who can do what other threads cannot
-  Sender(std::mutex& gate, Connection& connection, Reports& reports, std::function<void()> ring)
-      : gate_(gate), connection_(connection), reports_(reports), ring_(std::move(ring)) {}
+  /// All must outlive it. @param wake  wakes the owner, who can do what other threads cannot
+  Sender(std::mutex& gate, Connection& connection, Reports& reports, std::function<void()> wake)
+      : gate_(gate), connection_(connection), reports_(reports), wake_(std::move(wake)) {}
 
   /// @param is_inside  in a callback: the owner writes for all at its end
   Status publish(PublisherState& publisher, std::string_view payload,
@@ -37,7 +37,7 @@ class Sender {
   std::mutex& gate_;
   Connection& connection_;
   Reports& reports_;
-  std::function<void()> ring_;
+  std::function<void()> wake_;
 };
 
 }  // namespace swarmtalk::client

@@ -32,16 +32,16 @@ bool poll_until(pollfd* descriptors, nfds_t count, Wakeup::Clock::time_point dea
 Wakeup::Wakeup() {
   epoll_fd_ = ::epoll_create1(EPOLL_CLOEXEC);
   timer_fd_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
-  ring_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  bool ok = epoll_fd_ >= 0 && timer_fd_ >= 0 && ring_fd_ >= 0;
-  for (int fd : {timer_fd_, ring_fd_}) {
+  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  bool ok = epoll_fd_ >= 0 && timer_fd_ >= 0 && wake_fd_ >= 0;
+  for (int fd : {timer_fd_, wake_fd_}) {
     epoll_event event{};
     event.events = EPOLLIN;
     ok = ok && ::epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, fd, &event) == 0;
   }
   if (!ok) {
     const int error = errno;
-    for (int fd : {epoll_fd_, timer_fd_, ring_fd_}) {
+    for (int fd : {epoll_fd_, timer_fd_, wake_fd_}) {
       if (fd >= 0) ::close(fd);
     }
     throw std::system_error(error, std::system_category(), "swarmtalk: cannot make an event loop");
@@ -49,7 +49,7 @@ Wakeup::Wakeup() {
 }
 
 Wakeup::~Wakeup() {
-  for (int fd : {epoll_fd_, timer_fd_, ring_fd_}) ::close(fd);
+  for (int fd : {epoll_fd_, timer_fd_, wake_fd_}) ::close(fd);
 }
 
 void Wakeup::watch(int socket_fd, bool for_writing) {
@@ -91,18 +91,18 @@ bool Wakeup::take_timer() {
   return true;
 }
 
-void Wakeup::ring() {
-  // First the bell, then the note of it: take_ring() must never see the note without the bell, or
-  // the descriptor would stay readable for ever.
+void Wakeup::wake() {
+  // First the eventfd, then the note of it: take_wake() must never see the note without the
+  // eventfd, or the descriptor would stay readable for ever.
   const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t count = ::write(ring_fd_, &one, sizeof(one));
-  has_rung_.store(true);
+  [[maybe_unused]] const ssize_t count = ::write(wake_fd_, &one, sizeof(one));
+  is_woken_.store(true);
 }
 
-bool Wakeup::take_ring() {
-  if (!has_rung_.load() || !has_rung_.exchange(false)) return false;
+bool Wakeup::take_wake() {
+  if (!is_woken_.load() || !is_woken_.exchange(false)) return false;
   std::uint64_t value = 0;
-  [[maybe_unused]] const ssize_t count = ::read(ring_fd_, &value, sizeof(value));
+  [[maybe_unused]] const ssize_t count = ::read(wake_fd_, &value, sizeof(value));
   return true;
 }
 

@@ -1,5 +1,5 @@
 // The one descriptor that an app's event loop watches: an epoll instance holding the socket, a
-// timer and a doorbell. It outlives every connection. Owned by Engine.
+// timer and an eventfd to wake it. It outlives every connection. Owned by Engine.
 #pragma once
 
 #include <atomic>
@@ -29,9 +29,9 @@ class Wakeup {
   /// True once when the timer has expired; it is then off.
   bool take_timer();
 
-  /// Makes fd() readable until take_ring(). Any thread, also a signal handler.
-  void ring();
-  bool take_ring();
+  /// Makes fd() readable until take_wake(). Any thread, also a signal handler.
+  void wake();
+  bool take_wake();
 
   /// Waits until something happens, or `deadline`. @return false: nothing has happened
   bool wait(Clock::time_point deadline) const;
@@ -41,12 +41,12 @@ class Wakeup {
  private:
   int epoll_fd_ = -1;
   int timer_fd_ = -1;
-  int ring_fd_ = -1;
+  int wake_fd_ = -1;
   int socket_fd_ = -1;
   bool for_writing_ = false;
   bool is_timer_set_ = false;
   Clock::time_point timer_deadline_{};
-  std::atomic<bool> has_rung_{false};
+  std::atomic<bool> is_woken_{false};
 };
 
 }  // namespace swarmtalk::client

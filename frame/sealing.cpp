@@ -37,7 +37,7 @@ Sealer::Sealer(std::shared_ptr<const SwarmKey> key) : key_(std::move(key)) {
   draw_session();
 }
 
-Sealer::Sealer(std::shared_ptr<const SwarmKey> key, const Session& session)
+Sealer::Sealer(std::shared_ptr<const SwarmKey> key, const SealSession& session)
     : key_(std::move(key)), session_(session) {}
 
 void Sealer::draw_session() {
@@ -102,7 +102,7 @@ ParseResult Opener::open_sealed(std::span<const std::uint8_t> bytes, const Seale
     return ParseResult::kOtherKey;
   }
   const ReplayWindow::Id id = id_of(bytes);
-  const bool is_own = own_ != Session{} && std::equal(own_.begin(), own_.end(), id.begin());
+  const bool is_own = own_ != SealSession{} && std::equal(own_.begin(), own_.end(), id.begin());
   if (is_own || !window_.is_fresh(id, frame.header.counter)) return ParseResult::kReplayed;
   const Nonce nonce = nonce_of(bytes);
   plaintext_.resize(sealed.ciphertext.size());

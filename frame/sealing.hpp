@@ -15,19 +15,19 @@
 
 namespace swarmtalk::frame {
 
-using Session = std::array<std::uint8_t, kSessionBytes>;
+using SealSession = std::array<std::uint8_t, kSessionBytes>;
 
 class Sealer {
  public:
   /// Draws a session. @param key  kept
   explicit Sealer(std::shared_ptr<const SwarmKey> key);
   /// With a session of the caller's: for vectors and tests.
-  Sealer(std::shared_ptr<const SwarmKey> key, const Session& session);
+  Sealer(std::shared_ptr<const SwarmKey> key, const SealSession& session);
 
   /// Another session: the frame counter is about to start over.
   void draw_session();
 
-  const Session& session() const { return session_; }
+  const SealSession& session() const { return session_; }
   const SwarmKey& key() const { return *key_; }
 
   /// Encrypts a frame in place. @param frame  header, key id, session, plaintext, and room for the
@@ -36,7 +36,7 @@ class Sealer {
 
  private:
   std::shared_ptr<const SwarmKey> key_;
-  Session session_;
+  SealSession session_;
 };
 
 /// Which frames of which sessions have been heard.
@@ -45,7 +45,7 @@ class ReplayWindow {
   static constexpr std::size_t kSessions = 512;  // remembered; the one unheard longest is forgotten
   static constexpr std::uint32_t kFrames = 64;   // how far back a late frame is told from a replay
 
-  /// Session, epoch and node as they stand in a frame.
+  /// SealSession, epoch and node as they stand in a frame.
   using Id = std::array<std::uint8_t, kSessionBytes + 4 + 2>;
 
   bool is_fresh(const Id& id, std::uint32_t counter) const;
@@ -71,7 +71,7 @@ class Opener {
   explicit Opener(std::shared_ptr<const SwarmKey> key = nullptr) : key_(std::move(key)) {}
 
   /// Frames of this session are our own, played back.
-  void refuse(const Session& own) { own_ = own; }
+  void refuse(const SealSession& own) { own_ = own; }
 
   /// Like parse(), and the key's rules. frame.packets may point into this object, until the next
   /// call.

@@ -25,9 +25,10 @@ ipc::KilobotEnd end_of(SequenceEnd end) {
 }  // namespace
 
 /// One link and the command that it is sending.
-class KilobotControl::Operator final : public SequenceUser {
+class KilobotControl::LinkCommands final : public SequenceUser {
  public:
-  Operator(std::string link_name, KilobotLink& link) : name(std::move(link_name)), link_(link) {}
+  LinkCommands(std::string link_name, KilobotLink& link)
+      : name(std::move(link_name)), link_(link) {}
 
   std::optional<Refusal> begin(KilobotPlan plan, KilobotClient& client, std::uint32_t id,
                                ipc::KilobotStarted& started) {
@@ -121,11 +122,11 @@ KilobotControl::KilobotControl() = default;
 KilobotControl::~KilobotControl() = default;
 
 void KilobotControl::add(const std::string& name, KilobotLink& link) {
-  links_.push_back(std::make_unique<Operator>(name, link));
+  links_.push_back(std::make_unique<LinkCommands>(name, link));
 }
 
 std::optional<Refusal> KilobotControl::find(const ipc::KilobotCommand& command,
-                                            Operator*& found) const {
+                                            LinkCommands*& found) const {
   std::string names;
   for (const auto& link : links_) {
     names += (names.empty() ? "" : ", ") + link->name;
@@ -143,7 +144,7 @@ std::optional<Refusal> KilobotControl::find(const ipc::KilobotCommand& command,
 
 std::optional<Refusal> KilobotControl::begin(const ipc::KilobotCommand& command,
                                              KilobotClient& client, ipc::KilobotStarted& started) {
-  Operator* link = nullptr;
+  LinkCommands* link = nullptr;
   if (auto refusal = find(command, link)) return refusal;
   KilobotPlan plan;
   if (auto refusal = plan_kilobot_command(command, link->has_single(), plan)) return refusal;

@@ -41,11 +41,11 @@ class KilobotControl {
   void forget(const KilobotClient& client);
 
  private:
-  class Operator;  // one link
+  class LinkCommands;  // one link
 
-  std::optional<Refusal> find(const ipc::KilobotCommand& command, Operator*& found) const;
+  std::optional<Refusal> find(const ipc::KilobotCommand& command, LinkCommands*& found) const;
 
-  std::vector<std::unique_ptr<Operator>> links_;
+  std::vector<std::unique_ptr<LinkCommands>> links_;
   std::uint32_t last_operation_id_ = 0;
 };
 

@@ -41,7 +41,7 @@ void walk(const Frame& frame) {
 
 /// A frame whose plaintext is `plain`, whatever it says.
 std::vector<std::uint8_t> seal(std::span<const std::uint8_t> plain, bool has_pose) {
-  const Sealer sealer(the_key(), Session{1, 2, 3, 4, 5, 6});
+  const Sealer sealer(the_key(), SealSession{1, 2, 3, 4, 5, 6});
   std::vector<std::uint8_t> frame(kSealedHeaderBytes + plain.size() + kTagBytes);
   FrameHeader header;
   header.node = 7;

@@ -19,7 +19,7 @@ using Bytes = std::vector<std::uint8_t>;
 struct Vector {
   std::string name;
   std::shared_ptr<const SwarmKey> key;  // sealed, refused
-  Session session{};
+  SealSession session{};
   std::string counter;  // empty: good
   FrameHeader header;
   std::vector<Bytes> packets;

@@ -122,7 +122,7 @@ TEST(Sealer, HidesPoseAndPackets) {
 TEST(Sealer, DrawsASessionOfItsOwnForEachLink) {
   EXPECT_NE(Sealer(key(1)).session(), Sealer(key(1)).session());
   Sealer sealer(key(1));
-  const Session before = sealer.session();
+  const SealSession before = sealer.session();
   sealer.draw_session();
   EXPECT_NE(sealer.session(), before);
 }
