@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "daemon/message/gateway_origin.hpp"
 #include "daemon/pose/pose_keeper.hpp"
 #include "daemon/pose/ranging.hpp"
+#include "daemon/station/last_messages.hpp"
 #include "daemon/station/node_identity.hpp"
 #include "daemon/station/station.hpp"
 #include "swarmtalk/swarmtalk.hpp"
@@ -170,7 +170,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
                  const drivers::FrameReception& frame) override;
   void on_frame(const drivers::FrameReception& frame) override;
   void on_link_state() override { user_.on_link_state(*this); }
-  std::size_t last_messages(std::span<frame::LastMessage> out) override;
+  std::size_t last_messages(std::span<frame::LastMessage> out) override { return left_.take(out); }
   void on_last_message(const frame::LastMessage& last,
                        const drivers::FrameReception& frame) override;
   bool is_own_frame(const frame::FrameHeader& header) override {
@@ -255,7 +255,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     user_.on_sent(*this, entry.number);
   }
   void note_left(Entry& entry) {
-    if (entry.left == nullptr) entry.left = &left_[entry.number];
+    if (entry.left == nullptr) entry.left = &left_.of(entry.number);
     *entry.left = numbers_[entry.number];
   }
   static void on_core_message(void* context, const std::uint8_t* bytes, std::uint16_t size,
@@ -273,10 +273,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   NodeIdentity& identity_;
   const PoseKeeper& poses_;
   StationUser& user_;
-  NumberTable<std::unique_ptr<Entry>> entries_;      // open channels
-  NumberTable<std::uint32_t> numbers_;               // last message sent on a channel
-  std::map<std::uint16_t, std::uint32_t> left_;      // the last of each channel that left whole
-  std::uint16_t told_channel_ = 0;                   // the last that a beacon told of
+  NumberTable<std::unique_ptr<Entry>> entries_;  // open channels
+  NumberTable<std::uint32_t> numbers_;           // last message sent on a channel
+  LastMessages left_;
   std::unique_ptr<Node> node_;                       // megabytes, most of them untouched
   std::vector<std::uint8_t> crossing_;               // reused
   const drivers::FrameReception* frame_ = nullptr;   // in which the packet in hand came
@@ -330,19 +329,6 @@ void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
   const bool is_namesake =
       frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();
   if (is_namesake && !is_told) user_.on_namesake(*this);
-}
-
-// In turns: there may be more channels than a beacon has room for.
-template <class P>
-std::size_t NodeStation<P>::last_messages(std::span<frame::LastMessage> out) {
-  const std::size_t count = std::min(out.size(), left_.size());
-  auto next = left_.upper_bound(told_channel_);
-  for (std::size_t i = 0; i < count; ++i, ++next) {
-    if (next == left_.end()) next = left_.begin();
-    out[i] = {next->first, next->second};
-    told_channel_ = next->first;
-  }
-  return count;
 }
 
 template <class P>
