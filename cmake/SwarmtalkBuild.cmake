@@ -58,34 +58,73 @@ function(swarmtalk_test name)
   swarmtalk_join_sources(${name})
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
+  set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})
 endfunction()
 
-# swarmtalk_pytest(PREFIX LABEL [ENVIRONMENT...]): the pytest files of this folder. Each of pytest's
-# tests is one of ctest's, so that what is skipped is counted as skipped; -rs prints the reason.
+# swarmtalk_pytest(PREFIX LABEL [ENVIRONMENT...] [NEEDS TARGETS...]): the pytest files of this folder.
+# Each of pytest's tests is one of ctest's, so that what is skipped is counted as skipped; -rs prints
+# the reason. Those marked with pytest.mark.long get the label "long" as well. NEEDS: what has to be
+# built before they run, for tools/test -R and --changed; targets that are not there are left out.
 function(swarmtalk_pytest prefix label)
+  cmake_parse_arguments(arg "" "" "NEEDS" ${ARGN})
   find_program(PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
-  set(environment "SWARMTALK_BUILD=${PROJECT_BINARY_DIR}" "PYTHONDONTWRITEBYTECODE=1" ${ARGN})
+  set(environment "SWARMTALK_BUILD=${PROJECT_BINARY_DIR}" "PYTHONDONTWRITEBYTECODE=1"
+    ${arg_UNPARSED_ARGUMENTS})
+  set(support ${PROJECT_SOURCE_DIR}/tests/support)
   file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.py)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${scripts})
   execute_process(
-    COMMAND ${CMAKE_COMMAND} -E env ${environment} SWARMTALK_COLLECTING=1
-      ${PYTHON3} -m pytest -q --collect-only -p no:cacheprovider .
+    COMMAND ${CMAKE_COMMAND} -E env ${environment} SWARMTALK_COLLECTING=1 PYTHONPATH=${support}
+      ${PYTHON3} -m pytest -q -s --collect-only -p no:cacheprovider -p long_tests .
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
     OUTPUT_VARIABLE collected RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "pytest cannot collect ${CMAKE_CURRENT_SOURCE_DIR}:\n${collected}")
   endif()
+  # "FOLDER/test_NAME.py::test_NAME[VALUES]", and the same behind "long: " for some.
+  get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  string(REGEX MATCHALL "long: ${folder}/test_[a-z_0-9]+\\.py::[^\n]+" long_tests "${collected}")
+  string(REGEX REPLACE "long: [^\n]+" "" collected "${collected}")
   string(REGEX MATCHALL "test_[a-z_0-9]+\\.py::[^\n]+" tests "${collected}")
   foreach(test IN LISTS tests)
     string(REGEX REPLACE "^test_(.*)\\.py::test_" "${prefix}.\\1." name ${test})
+    set(labels ${label})
+    if("long: ${folder}/${test}" IN_LIST long_tests)
+      list(APPEND labels long)
+    endif()
     # A folder of its own for each: pytest's common one is cleared by tests that run beside it. A
     # short one: the path of a Unix socket has at most 107 bytes.
-    string(MD5 folder ${PROJECT_BINARY_DIR}/${name})
-    string(SUBSTRING ${folder} 0 8 folder)
+    string(MD5 own ${PROJECT_BINARY_DIR}/${name})
+    string(SUBSTRING ${own} 0 8 own)
     add_test(NAME ${name} COMMAND ${PYTHON3} -m pytest -q -rs -s -p no:cacheprovider
-      --basetemp=/tmp/swarmtalk-test-${folder} ${test}
+      --basetemp=/tmp/swarmtalk-test-${own} ${test}
       WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS ${label}
+    set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS "${labels}"
       ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "\n1 skipped in ")
   endforeach()
+  list(JOIN arg_NEEDS " " needs)
+  set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_NEEDS
+    "${CMAKE_CURRENT_SOURCE_DIR} ${needs}")
+endfunction()
+
+# Called when all targets are known: writes, for tools/test -R and --changed, the GoogleTest programs
+# and what each folder of pytest's needs.
+function(swarmtalk_write_test_lists)
+  get_property(programs GLOBAL PROPERTY SWARMTALK_TEST_PROGRAMS)
+  get_property(folders GLOBAL PROPERTY SWARMTALK_TEST_NEEDS)
+  set(lines "")
+  foreach(folder IN LISTS folders)
+    separate_arguments(words UNIX_COMMAND "${folder}")
+    list(POP_FRONT words path)
+    foreach(target IN LISTS words)
+      if(NOT TARGET ${target})
+        list(REMOVE_ITEM words ${target})
+      endif()
+    endforeach()
+    list(JOIN words " " words)
+    string(APPEND lines "${path} ${words}\n")
+  endforeach()
+  list(JOIN programs "\n" programs)
+  file(WRITE ${PROJECT_BINARY_DIR}/test_programs.txt "${programs}\n")
+  file(WRITE ${PROJECT_BINARY_DIR}/test_needs.txt "${lines}")
 endfunction()

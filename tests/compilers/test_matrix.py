@@ -35,7 +35,9 @@ def lines_of(*command: pathlib.Path) -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O1", "-O2", "-O3"])
+@pytest.mark.parametrize("level", [
+    "-O0", pytest.param("-O1", marks=pytest.mark.long), "-O2",
+    pytest.param("-O3", marks=pytest.mark.long)])
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_is_clean_and_says_the_same(tmp_path, compiler, level):
     # "undefined" has the checks of shifts by too much and of negative numbers.

@@ -25,6 +25,11 @@ if not COLLECTING and not EMULATOR.exists():
     pytest.skip(f"no {EMULATOR}: libsimavr-dev is missing", allow_module_level=True)
 
 
+def long(*values):
+    """Values of a parametrised test that tools/test leaves out and tools/test --more runs."""
+    return pytest.param(*values, marks=pytest.mark.long)
+
+
 def image(name: str) -> str:
     """Path of one of our images, without its ending."""
     return str(IMAGES / f"{name}.elf")
