@@ -56,7 +56,7 @@ std::string counters(const std::vector<Counter>& list, const std::string& indent
   return text;
 }
 
-Json to_json(const std::vector<Counter>& list) {
+Json counters_json(const std::vector<Counter>& list) {
   Json json = Json::object();
   for (const Counter& counter : list) json[counter.name] = counter.value;
   return json;
@@ -145,7 +145,7 @@ Json to_json(const DaemonStatus& status) {
                              {"max_ttl", link.max_ttl},
                              {"node_id", link.node_id},
                              {"max_channel", link.max_channel},
-                             {"counters", to_json(link.counters)}});
+                             {"counters", counters_json(link.counters)}});
   }
   json["channels"] = Json::array();
   for (const ChannelStatus& channel : status.channels) {
@@ -172,7 +172,7 @@ Json to_json(const DaemonStatus& status) {
                                       {"lost_client", client.lost_client},
                                       {"messages_published", client.messages_published}});
   }
-  json["counters"] = to_json(status.counters);
+  json["counters"] = counters_json(status.counters);
   return json;
 }
 

@@ -22,19 +22,21 @@ if("undefined" IN_LIST SWARMTALK_SANITIZE)
   add_compile_options(-fno-sanitize-recover=undefined)
 endif()
 
-# Warnings for our own targets; generated code (protobuf) does not get them.
-function(swarmtalk_warnings target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-    -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Werror=return-type)
-endfunction()
-
 # Several sources compiled as one where the preset asks for it: headers, and templates under
-# sanitizers, cost most of a build. The presets test and release compile each source by itself, so a
-# missing include still shows, and a Raspberry Pi's memory is enough.
+# sanitizers, cost most of a build. The presets release and debug compile each source by itself, so a
+# Raspberry Pi's memory is enough; a test of tests/compilers does so as well, so that a missing
+# include shows.
 function(swarmtalk_join_sources target)
   if(SWARMTALK_JOIN_SOURCES)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
   endif()
+endfunction()
+
+# For our own targets: warnings, which generated code (protobuf) does not get, and joined sources.
+function(swarmtalk_warnings target)
+  swarmtalk_join_sources(${target})
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+    -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Werror=return-type)
 endfunction()
 
 # Includes are written from the repository's root ("drivers/link/link.hpp"), so the folder an include
@@ -45,7 +47,6 @@ function(swarmtalk_library name)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_link_libraries(${name} PUBLIC ${arg_DEPENDS})
   swarmtalk_warnings(${name})
-  swarmtalk_join_sources(${name})
 endfunction()
 
 # swarmtalk_test(NAME SOURCES... DEPENDS...): one GoogleTest program, its tests known to ctest.
@@ -55,7 +56,6 @@ function(swarmtalk_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   swarmtalk_warnings(${name})
-  swarmtalk_join_sources(${name})
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
   set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})

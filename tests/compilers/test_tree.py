@@ -1,0 +1,47 @@
+"""Each source of the tree by itself, through both compilers of the release, warnings being errors:
+the usual build joins sources, so a missing include does not show there. Nothing is linked."""
+import concurrent.futures
+import json
+import os
+import pathlib
+import shlex
+import shutil
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def configure(folder: pathlib.Path, compiler: str) -> list[dict]:
+    """The commands that compile the whole tree, whatever it generates being there."""
+    c_compiler = {"g++": "gcc", "clang++": "clang"}[compiler]
+    subprocess.run(["cmake", "-G", "Ninja", "-S", ROOT, "-B", folder, "-DSWARMTALK_TESTS=ON",
+                    "-DSWARMTALK_BENCHMARKS=ON", f"-DCMAKE_CXX_COMPILER={compiler}",
+                    f"-DCMAKE_C_COMPILER={c_compiler}"], check=True, capture_output=True)
+    subprocess.run(["ninja", "-C", folder, "swarmtalk_ipc_generated"], check=True,
+                   capture_output=True)
+    return json.loads((folder / "compile_commands.json").read_text())
+
+
+def complaint(entry: dict) -> str:
+    """What the compiler has against a source; nothing if it takes it."""
+    words = shlex.split(entry["command"])
+    end = words.index("-o")
+    done = subprocess.run([*words[:end], *words[end + 2:], "-Werror", "-fsyntax-only"],
+                          cwd=entry["directory"], capture_output=True, text=True)
+    lines = [line for line in done.stderr.splitlines() if "error" in line]
+    return "" if done.returncode == 0 else f"{entry['file']}:\n" + "\n".join(lines[:5])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_each_source_compiles_by_itself(tmp_path, compiler):
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is missing (tools/setup test installs it)")
+    entries = configure(tmp_path / "build", compiler)
+    assert len(entries) > 300, "the whole tree"
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as workers:
+        found = [text for text in workers.map(complaint, entries) if text]
+    print(f"{compiler}: {len(entries)} sources, {len(found)} refused")
+    assert not found, "\n".join(found)
