@@ -102,9 +102,16 @@ function(swarmtalk_pytest prefix label)
     set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS "${labels}"
       ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "\n1 skipped in ")
   endforeach()
-  list(JOIN arg_NEEDS " " needs)
-  set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_NEEDS
-    "${CMAKE_CURRENT_SOURCE_DIR} ${needs}")
+  swarmtalk_pytest_needs("" ${arg_NEEDS})
+endfunction()
+
+# swarmtalk_pytest_needs(SCRIPT TARGETS...): what one script of this folder needs, instead of what the
+# others need.
+function(swarmtalk_pytest_needs script)
+  list(JOIN ARGN " " needs)
+  cmake_path(APPEND CMAKE_CURRENT_SOURCE_DIR "${script}" OUTPUT_VARIABLE path)
+  string(REGEX REPLACE "/$" "" path ${path})
+  set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_NEEDS "${path} ${needs}")
 endfunction()
 
 # Called when all targets are known: writes, for tools/test -R and --changed, the GoogleTest programs

@@ -11,14 +11,18 @@ import pathlib
 import re
 import subprocess
 import sys
+import typing
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build-test"
 LIMIT_S = 120  # what a change of one file should take; more is told
+SLOW_S = 45  # a test that takes longer than that is left to tools/test
 TEST_MACRO = re.compile(r"\b(?:TYPED_TEST|TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)"
                         r"\(\s*(\w+),\s*(\w+)")
 INSTANCE_MACRO = re.compile(r"\bINSTANTIATE_TEST_SUITE_P\(\s*(\w*),\s*(\w+)")
 ADD_TEST = re.compile(r"^add_test\(\[=\[(.+?)\]=\] (.*)\)$", re.MULTILINE)
+SCRIPT = re.compile(r"(classic|compilers|faults|integration|kilobot|kilobot_bridge|suite)"
+                    r"\.[a-z_0-9]+\.(?!\d)")
 WHOLE_BUILD = re.compile(r"(^|/)CMakeLists\.txt$|\.cmake$|^CMakePresets\.json$|^tools/setup$")
 
 
@@ -63,7 +67,7 @@ class Build:
         for test in self.tests:
             test.setdefault("command", re.findall(r'"([^"]*)"', commands.get(test["name"], "")))
         self.programs = (BUILD / "test_programs.txt").read_text().split()
-        self.needs = {}  # folder of pytest's -> targets
+        self.needs = {}  # folder of pytest's, or a script in one -> targets
         for line in (BUILD / "test_needs.txt").read_text().splitlines():
             folder, *targets = line.split()
             self.needs[folder] = targets
@@ -112,8 +116,10 @@ class Build:
 
     def targets(self, test: dict) -> list[str]:
         """What the command of a test needs: files and folders of the build that it names."""
-        if self.folder(test) in self.needs:
-            return self.needs[self.folder(test)]
+        folder = self.folder(test)
+        if folder in self.needs:
+            script = f"{folder}/{test['command'][-1].split('::')[0]}"
+            return self.needs.get(script, self.needs[folder])
         command = " ".join(test["command"])
         found = re.findall(re.escape(f"{BUILD}/") + r"([\w./+-]+)", command)
         return [f"{path}/all" if (BUILD / path).is_dir() else path for path in found]
@@ -124,11 +130,29 @@ class Build:
         return name if name in self.programs else ""
 
 
-def exactly(names) -> str:
-    return "^(" + "|".join(re.escape(name) for name in sorted(names)) + ")$" if names else ""
+def literal(text: str) -> str:
+    return re.sub(r"([][().*+?^$|\\])", r"\\\1", text)
 
 
-def by_names(build: Build, names: str) -> tuple[set[str], str]:
+class Picked(typing.NamedTuple):
+    """Ninja's targets, and regular expressions for ctest: what runs, and what of it does not."""
+    targets: set[str] = set()
+    tests: str = ""
+    without: str = ""
+
+
+def pattern(suites: set[str], names: set[str], by_script: bool = True) -> str:
+    """A regular expression for ctest, which takes no long one and few parentheses: whole suites of
+    GoogleTest, with or without "INSTANCE/" before, scripts of pytest ("suite.limits."), names."""
+    parts = [text for suite in sorted(suites) for text in (f"^{suite}[./]", f"/{suite}[./]")]
+    scripts = {match[0] for match in map(SCRIPT.match, names) if match and by_script}
+    parts += ["^" + literal(script) for script in sorted(scripts)]
+    others = {name for name in names if not (by_script and SCRIPT.match(name))}
+    parts += ["^" + literal(name) + "$" for name in sorted(others)]
+    return "|".join(parts)
+
+
+def by_names(build: Build, names: str) -> Picked:
     try:
         wanted = re.compile(names)
     except re.error as error:
@@ -146,7 +170,7 @@ def by_names(build: Build, names: str) -> tuple[set[str], str]:
     if not found:
         fail(f"no test has a name that matches '{names}'; ctest --test-dir build-test -N lists "
              "those that are built")
-    return targets, names
+    return Picked(targets, names, "")
 
 
 def changed_files(since: str) -> tuple[str, list[str]]:
@@ -189,12 +213,19 @@ class Touched:
         self.known |= inputs & self.files
         return bool(inputs & (self.objects | self.files))
 
+    def is_named(self, sources) -> bool:
+        """Whether one of these names a changed file that is not compiled, such as a document."""
+        loose = {pathlib.Path(name).name: name for name in self.files
+                 if not name.endswith((".py", ".cpp", ".hpp", ".c", ".h"))}
+        text = "".join(path.read_text() for path in sources) if loose else ""
+        hit = {path for name, path in loose.items() if name in text}
+        self.known |= hit
+        return bool(hit)
+
     def scripts(self) -> set[str]:
         """Tests of changed Python files: of a helper, those of its whole folder. And tests that
         name a changed file that is not compiled."""
         names = set()
-        loose = {pathlib.Path(name).name: name for name in self.files - self.known
-                 if not name.startswith("tests/") or not name.endswith(".py")}
         for test in self.build.tests:
             folder = self.build.folder(test)
             if folder not in self.build.needs:
@@ -203,9 +234,7 @@ class Touched:
             helpers = {str(path.relative_to(ROOT)) for path in pathlib.Path(folder).glob("*.py")
                        if not path.name.startswith("test_")}
             hit = self.files & (helpers | {str(script.relative_to(ROOT))})
-            text = script.read_text()
-            hit |= {path for name, path in loose.items() if name in text}
-            if hit:
+            if hit or self.is_named([script]):
                 names.add(test["name"])
                 self.known |= hit
         for test in self.build.tests:
@@ -240,42 +269,46 @@ def compile_s(outputs: set[str]) -> float:
     return sum(took.get(output, 0) for output in outputs)
 
 
-def by_change(build: Build, since: str, jobs: int) -> tuple[set[str], str]:
+def by_change(build: Build, since: str, jobs: int) -> Picked:
     words, files = changed_files(since)
     if not files:
         print(f"Nothing has changed {words}.")
-        return set(), ""
+        return Picked()
     if not (BUILD / ".ninja_deps").exists():
         fail("--changed needs an earlier build to know what a file touches; run tools/test once")
     print(f"{len(files)} files have changed {words}.")
-    usual = [test for test in build.tests if not build.long(test)]
     whole = [name for name in files if WHOLE_BUILD.search(name)]
     if whole:
-        print(f"{whole[0]} decides about the whole build: all tests run. tools/test does the same.")
-        return {"all"}, exactly({test["name"] for test in usual} | {
-            name for program in build.programs for name in build.names(program)})
+        print(f"{whole[0]} decides about the whole build, so all tests run, as with tools/test.")
+        return Picked({"all"}, ".", "")
     touched = Touched(build, files)
-    targets, names = set(), set()
-    for program in build.programs:
-        if touched.is_hit(program):
-            targets.add(program)
-            names |= set(build.names(program))
+    targets = {program for program in build.programs
+               if touched.is_hit(program) or touched.is_named(build.sources(program))}
+    suites = {name.split(".")[0].split("/")[-1] for program in targets
+              for name in build.names(program)}
+    picked = [test for test in build.tests if build.program(test) in targets]
     scripts = touched.scripts()
-    for test in usual:
+    names = set()
+    for test in build.tests:
         needed = build.targets(test)
-        is_hit = test["name"] in scripts or any([touched.is_hit(target) for target in needed])
-        if is_hit or build.program(test) in targets:
+        # All of them, so that each file that anything depends on is known.
+        is_hit = any([touched.is_hit(target) for target in needed])
+        if (is_hit or test["name"] in scripts) and not build.long(test) and not build.program(test):
             names.add(test["name"])
             targets |= set(needed)
+            picked.append(test)
     for name in sorted(set(files) - touched.known):
         print(f"  no test is known to depend on {name}")
     known = costs()
-    test_s = sum(known.get(name, 0.5) for name in names) / jobs
-    hit = touched.objects | {in_tree(name) for name in targets}
-    total_s = test_s + compile_s(hit) / max(1, jobs - 1)
-    print(f"{len(names)} tests, {len(targets)} targets, {len(touched.objects)} files to compile: "
-          f"about {total_s:.0f} s" + (", for much depends on this" if total_s > LIMIT_S else ""))
-    return targets, exactly(names)
+    slow = {test["name"] for test in picked if known.get(test["name"], 0) > SLOW_S}
+    for name in sorted(slow):
+        print(f"  left out, for it takes {known[name]:.0f} s: {name}")
+    test_s = sum(known.get(test["name"], 0.1) for test in picked if test["name"] not in slow)
+    compiled = touched.objects | {name for name in targets if "/" in name}
+    total_s = test_s / jobs + compile_s(compiled)
+    print(f"{len(picked) - len(slow)} tests, {len(touched.objects)} files to compile: about "
+          f"{total_s:.0f} s" + (", for much depends on this" if total_s > LIMIT_S else ""))
+    return Picked(targets, pattern(suites, names), pattern(set(), slow, False))
 
 
 def main():
@@ -286,10 +319,11 @@ def main():
     parser.add_argument("--into", type=pathlib.Path, required=True)
     options = parser.parse_args()
     build = Build()
-    targets, tests = by_names(build, options.names) if options.names is not None else \
+    picked = by_names(build, options.names) if options.names is not None else \
         by_change(build, options.changed or "", options.jobs)
-    (options.into / "targets").write_text("".join(f"{name}\n" for name in sorted(targets)))
-    (options.into / "tests").write_text(tests)
+    (options.into / "targets").write_text("".join(f"{name}\n" for name in sorted(picked.targets)))
+    (options.into / "tests").write_text(picked.tests)
+    (options.into / "without").write_text(picked.without)
 
 
 if __name__ == "__main__":
