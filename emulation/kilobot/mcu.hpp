@@ -59,6 +59,9 @@ class Mcu {
   /// has not read the bytes before: two wait, a third in the shift register, more are lost.
   void push_serial_byte(std::uint8_t byte);
 
+  /// The charger's signal at PD0: low while it is at work. It is not, from power-on.
+  void set_charging(bool is_charging);
+
   std::uint8_t data(std::uint16_t address) const;
   std::uint32_t program_counter() const;
   std::vector<std::uint8_t> flash() const;  // kFlashBytes

@@ -214,7 +214,7 @@ void Mcu::install_hooks() {
       irq(static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(settings_.infrared_led.port)),
           settings_.infrared_led.bit),
       Hooks::infrared_pin, this);
-  avr_raise_irq(irq(AVR_IOCTL_IOPORT_GETIRQ('D'), 0), 1);  // high: not on the charger
+  set_charging(false);
 
   const std::array<std::uint16_t, 6> ports{reg::kDdrB,  reg::kDdrC,  reg::kDdrD,
                                            reg::kPortB, reg::kPortC, reg::kPortD};
@@ -255,6 +255,19 @@ void Mcu::push_light(const SignalEdge& edge) {
   const bool is_first = edge.cycle < front_end_.next_cycle();
   front_end_.push(edge);
   if (is_first) arm_light_timer();
+}
+
+void Mcu::set_charging(bool is_charging) {
+  constexpr int kPinCharging = 0;
+  // Stronger than the processor's own pull-up.
+  avr_ioport_external_t external{};
+  external.name = 'D';
+  external.mask = 1 << kPinCharging;
+  external.value = is_charging ? 0 : 1 << kPinCharging;
+  avr_ioctl(avr_, static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_SET_EXTERNAL('D')), &external);
+  avr_raise_irq(
+      avr_io_getirq(avr_, static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ('D')), kPinCharging),
+      is_charging ? 0 : 1);
 }
 
 void Mcu::push_serial_byte(std::uint8_t byte) {

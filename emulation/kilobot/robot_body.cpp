@@ -34,8 +34,8 @@ LedColour read_led(const Mcu& mcu) {
 }
 
 MotorDuty read_motors(const Mcu& mcu) {
-  return {pin_duty(mcu, reg::kCom2b1, reg::kOcr2b, reg::kDdrD, reg::kPortD, 3),
-          pin_duty(mcu, reg::kCom2a1, reg::kOcr2a, reg::kDdrB, reg::kPortB, 3)};
+  return {pin_duty(mcu, reg::kCom2a1, reg::kOcr2a, reg::kDdrB, reg::kPortB, 3),
+          pin_duty(mcu, reg::kCom2b1, reg::kOcr2b, reg::kDdrD, reg::kPortD, 3)};
 }
 
 BodyPose move(const BodyPose& pose, const MotorDuty& duty, double seconds) {

@@ -26,7 +26,8 @@ struct BodyPose {
 /// PC2, blue PC5 and PC4; the first of each pair counts one, the second two.
 LedColour read_led(const Mcu& mcu);
 
-/// The duty of the two motor pins, left OC2B (PD3), right OC2A (PB3).
+/// The duty of the two motor pins: left OC2A (PB3), right OC2B (PD3). That is kilolib's convention,
+/// in which the motor of its first argument, alone, turns the robot left.
 MotorDuty read_motors(const Mcu& mcu);
 
 /// Moves a pose on as a real robot would at this duty: below kMotorThreshold a motor does not

@@ -14,10 +14,12 @@ int16_t read_adc(uint8_t channel) {
     if (!is_receiving()) {
       const uint8_t control = ADCSRA;
       ADMUX = channel;
-      ADCSRA = (1 << ADEN) | (1 << ADPS1) | (1 << ADPS0);  // no trigger: software starts it
+      // No trigger: software starts it. Clock / 8, or / 128.
+      ADCSRA = channel == kAdcTemperature ? (1 << ADEN) | (1 << ADPS2) | (1 << ADPS1) | (1 << ADPS0)
+                                          : (1 << ADEN) | (1 << ADPS1) | (1 << ADPS0);
       ADCSRA |= 1 << ADSC;
       // A conversion takes 13 converter clocks, the first 25; the limit is for a broken converter.
-      for (uint8_t i = 0; (ADCSRA & (1 << ADSC)) != 0 && i < 100; ++i) {
+      for (uint16_t i = 0; (ADCSRA & (1 << ADSC)) != 0 && i < 1000; ++i) {
       }
       reading = static_cast<int16_t>(ADC);
       ADMUX = kAdcHighGain;

@@ -52,6 +52,8 @@ void stop_board() {
   TCCR1B = 0;
   TCCR2A = 0;
   TCCR2B = 0;
+  OCR2A = 0;
+  OCR2B = 0;
   clear_ports();
 }
 

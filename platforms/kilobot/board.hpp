@@ -9,8 +9,8 @@ namespace kilobot {
 
 constexpr uint8_t kPinCharging = 0;       // port D, low while the charger is at work
 constexpr uint8_t kPinReceiverPower = 2;  // port D
-constexpr uint8_t kPinMotorA = 3;         // port B, OC2A: right motor
-constexpr uint8_t kPinMotorB = 3;         // port D, OC2B: left motor
+constexpr uint8_t kPinMotorLeft = 3;      // port B, OC2A: turns the robot left (counter-clockwise)
+constexpr uint8_t kPinMotorRight = 3;     // port D, OC2B: turns it right
 /// Pins of port B that may carry infrared LEDs; not the motor, and not the programmer's.
 constexpr uint8_t kTransmitPins = 0xC7;
 constexpr uint8_t kDefaultTransmitPins = 0x01;
@@ -39,11 +39,13 @@ constexpr uint8_t led_rgb8(uint8_t red, uint8_t green, uint8_t blue) {
 }
 
 constexpr uint8_t kLedOff = led_rgb(0, 0, 0);
-constexpr uint8_t kLedRed = led_rgb(1, 0, 0);
-constexpr uint8_t kLedGreen = led_rgb(0, 1, 0);
-constexpr uint8_t kLedBlue = led_rgb(0, 0, 1);
-constexpr uint8_t kLedYellow = led_rgb(1, 1, 0);
-constexpr uint8_t kLedWhite = led_rgb(1, 1, 1);
+constexpr uint8_t kLedRed = led_rgb(3, 0, 0);
+constexpr uint8_t kLedDimRed = led_rgb(1, 0, 0);
+constexpr uint8_t kLedGreen = led_rgb(0, 3, 0);
+constexpr uint8_t kLedBlue = led_rgb(0, 0, 3);
+constexpr uint8_t kLedDimBlue = led_rgb(0, 0, 1);
+constexpr uint8_t kLedYellow = led_rgb(3, 3, 0);
+constexpr uint8_t kLedWhite = led_rgb(3, 3, 3);
 
 /// Whether the charger is at work.
 bool is_charging();

@@ -17,9 +17,9 @@ constexpr int16_t kBatteryFull = 682;
 constexpr int16_t kBatteryGood = 648;
 constexpr int16_t kBatteryLow = 614;
 
-/// A flash every 0.2 s, 5 ms long: longer than a pass of the main loop.
-constexpr uint16_t kFlashPeriodUnits = 1562;
-constexpr uint16_t kFlashUnits = 40;
+/// Flashes of 1 ms, 200 ms apart.
+constexpr uint16_t kFlashPeriodUnits = 1570;
+constexpr uint16_t kFlashUnits = 9;
 constexpr uint16_t kSleepGlanceUnits = 78;   // 10 ms: listen after waking from deep sleep
 constexpr uint16_t kSleepListenUnits = 781;  // 100 ms: after something was heard
 
@@ -47,7 +47,6 @@ void on_urgent_message(uint8_t type) {
 void Control::start() {
   uid_ = read_uid();
   read_motor_calibration(motors_);
-  enable_motors();
 }
 
 void Control::handle(const IrMessage& message) {
@@ -61,8 +60,9 @@ void Control::handle(const IrMessage& message) {
 void Control::set_state(State state) {
   if (state == state_) return;
   state_ = state;
+  moves_ = 0;
   motion_.stop();
-  set_led(kLedOff);
+  flash_units_ = units();
 }
 
 void Control::run() {
@@ -72,50 +72,69 @@ void Control::run() {
   enable_motors();
 }
 
-void Control::move(uint8_t left, uint8_t right) {
-  if (state_ != State::kMoving) enable_motors();
+void Control::begin_moving() {
+  if (state_ == State::kMoving) return;
   set_state(State::kMoving);
-  motion_.start(left, right, 0);
+  enable_motors();
 }
 
-void Control::show_uid_bit(uint8_t bit) {
-  const bool is_one = ((uid_ >> (bit & 15)) & 1) != 0;
-  move(is_one ? motors_.turn_left : uint8_t{0}, 0);
-}
-
-void Control::calibrate(const uint8_t* data) {
-  switch (data[0]) {
-    case kSave:
-      if (state_ != State::kMoving) return;
-      write_eeprom(kEepromUid, static_cast<uint8_t>(uid_));
-      write_eeprom(kEepromUid + 1, static_cast<uint8_t>(uid_ >> 8));
-      write_motor_calibration(motors_);
-      set_state(State::kIdle);
-      break;
-    case kSetUid:
-      uid_ = static_cast<uint16_t>(data[1] | (static_cast<uint16_t>(data[2]) << 8));
-      move(0, 0);
-      break;
-    case kTurnLeft:
-      motors_.turn_left = data[3];
-      move(motors_.turn_left, 0);
-      break;
-    case kTurnRight:
-      motors_.turn_right = data[4];
-      move(0, motors_.turn_right);
-      break;
-    case kStraight:
-      motors_.straight_left = data[5];
-      motors_.straight_right = data[6];
-      move(motors_.straight_left, motors_.straight_right);
-      break;
-    default:
-      break;
+/// A message that comes again changes nothing; a new mode or duty begins with a push.
+void Control::move(uint8_t mode, uint8_t left, uint8_t right) {
+  if (moves_ == mode && motion_.has_duties(left, right)) return;
+  moves_ = mode;
+  if (mode == 0) {
+    motion_.stop();
+  } else {
+    motion_.push(mode != kTurnRight, mode != kTurnLeft, left, right);
   }
 }
 
+void Control::show_uid_bit(uint8_t bit) {
+  if (state_ != State::kMoving) set_led(kLedOff);
+  begin_moving();
+  const bool is_one = bit < 16 && ((uid_ >> bit) & 1) != 0;
+  const uint8_t duty = motors_.turn_left == kNoDuty ? kModerateDuty : motors_.turn_left;
+  move(is_one ? uint8_t{kTurnLeft} : uint8_t{0}, is_one ? duty : uint8_t{0}, 0);
+}
+
+void Control::save_calibration() {
+  if (state_ != State::kMoving) return;
+  write_eeprom(kEepromUid, static_cast<uint8_t>(uid_));
+  write_eeprom(kEepromUid + 1, static_cast<uint8_t>(uid_ >> 8));
+  write_motor_calibration(motors_);
+  set_state(State::kIdle);
+  disable_motors();
+}
+
+void Control::calibrate(const uint8_t* data) {
+  const uint8_t mode = data[0];
+  if (mode == kSave) return save_calibration();
+  begin_moving();
+  if (mode == kSetUid) {
+    uid_ = static_cast<uint16_t>(data[1] | (static_cast<uint16_t>(data[2]) << 8));
+    move(0, 0, 0);
+  } else if (mode == kTurnLeft) {
+    motors_.turn_left = data[3];
+    move(mode, data[3], 0);
+  } else if (mode == kTurnRight) {
+    motors_.turn_right = data[4];
+    move(mode, 0, data[4]);
+  } else if (mode == kStraight) {
+    motors_.straight_left = data[5];
+    motors_.straight_right = data[6];
+    move(mode, data[5], data[6]);
+  }
+}
+
+/// A flash at a time: it is as long as it is, whatever the main loop has to do.
 void Control::flash(uint8_t rgb) {
-  set_led(units() % kFlashPeriodUnits < kFlashUnits ? rgb : kLedOff);
+  const uint16_t start = units();
+  if (!has_come(start, flash_units_)) return;
+  flash_units_ = static_cast<uint16_t>(start + kFlashPeriodUnits);
+  set_led(rgb);
+  while (static_cast<uint16_t>(units() - start) < kFlashUnits) {
+  }
+  set_led(kLedOff);
 }
 
 void Control::show_battery() {
@@ -147,7 +166,7 @@ void Control::poll() {
   if (state_ == State::kBattery) show_battery();
   if (state_ == State::kCharging) {
     if (is_charging()) {
-      flash(kLedRed);
+      flash(kLedDimRed);
     } else {
       set_led(kLedOff);
     }

@@ -47,7 +47,9 @@ class Control {
   void run();
   void show_uid_bit(uint8_t bit);
   void calibrate(const uint8_t* data);
-  void move(uint8_t left, uint8_t right);
+  void save_calibration();
+  void begin_moving();
+  void move(uint8_t mode, uint8_t left, uint8_t right);
   void show_battery();
   void sleep();
   void flash(uint8_t rgb);
@@ -57,6 +59,8 @@ class Control {
   Motion motion_;
   State state_ = State::kIdle;  // 0: the object needs no constructor
   bool is_set_up_ = false;
+  uint8_t moves_ = 0;         // mode of the calibration that moves the robot, 0: none
+  uint16_t flash_units_ = 0;  // when the LED flashes next
 };
 
 }  // namespace kilobot

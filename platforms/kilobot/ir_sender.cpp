@@ -57,8 +57,8 @@ bool transmit(const IrMessage& message, uint16_t crc) {
 }  // namespace
 
 void start_sender() {
-  transmit_pins = read_eeprom(kEepromTransmitPins) & kTransmitPins;
-  if (transmit_pins == 0 || transmit_pins == kTransmitPins) transmit_pins = kDefaultTransmitPins;
+  transmit_pins = read_eeprom(kEepromTransmitPins);
+  if ((transmit_pins & ~kTransmitPins) != 0) transmit_pins = kDefaultTransmitPins;
   DDRB |= transmit_pins;
 }
 

@@ -14,6 +14,7 @@ namespace kilobot {
 namespace {
 
 constexpr uint16_t kPassUnits = 32;  // 4.1 ms between two passes of the main loop
+constexpr uint16_t kPushUnits = 2;   // the same while a push of the motors has to end in time
 
 Control robot_control;
 Backoff backoff;
@@ -82,7 +83,8 @@ void run_program(const Program& program, uint16_t spacing) {
     const bool sends_first =
         robot_control.state() == State::kRunning && has_come(next_pass, backoff.due());
     sleep_until(sends_first ? backoff.due() : next_pass);
-    next_pass = static_cast<uint16_t>(units() + kPassUnits);
+    const uint16_t pass = robot_control.motion().is_pushing() ? kPushUnits : kPassUnits;
+    next_pass = static_cast<uint16_t>(units() + pass);
     feed_guard();
     receive_all(program);
     robot_control.poll();

@@ -57,7 +57,7 @@ def last_motors(log) -> tuple[int, int]:
 @pytest.mark.parametrize("message, colour", [(RESET, "green"), (BOOT, "blue")])
 def test_reset_and_boot_reach_a_program_that_never_returns(tmp_path, message, colour):
     log = hang(tmp_path, command(2.1, RUN) + command(4.0, message), 7.0)
-    assert log.of("led", "k0", red=1, green=1, blue=1), "it has run"
+    assert log.of("led", "k0", red=3, green=3, blue=3), "it has run"
     flashes = [e for e in log.of("led", "k0") if e["time_us"] > 5e6 and e[colour]]
     assert flashes
     assert all(e["red"] == 0 for e in flashes)

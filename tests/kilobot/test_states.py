@@ -31,7 +31,7 @@ def test_reset_starts_again_in_idle(tmp_path):
     log = emulate(tmp_path, command(2.1, RUN) + command(4.0, RESET), 7.0)
     assert log.sent("k0", 2.7, 4.0) > 10
     assert log.sent("k0", 4.6, 7.0) == 0
-    greens = [e for e in log.of("led", "k0", green=1) if e["time_us"] > 5e6]
+    greens = [e for e in log.of("led", "k0", green=3) if e["time_us"] > 5e6]
     assert len(greens) >= 8  # five flashes a second
 
 
@@ -40,13 +40,13 @@ def test_sleeping_robot_wakes_up(tmp_path):
     log = emulate(tmp_path, command(2.1, SLEEP) + command(4.0, WAKEUP, hold=10.0), 16.0)
     asleep = [e for e in log.of("led", "k0") if 3e6 < e["time_us"] < 9e6]
     assert asleep == []
-    greens = [e for e in log.of("led", "k0", green=1) if e["time_us"] > 14e6]
+    greens = [e for e in log.of("led", "k0", green=3) if e["time_us"] > 14e6]
     assert greens, "idle again"
 
 
 def test_voltage_shows_a_colour(tmp_path):
     log = emulate(tmp_path, command(2.1, VOLTAGE), 4.0)
-    assert led_at(log, 3.9) == (0, 1, 0)  # the emulator's battery reads about 700
+    assert led_at(log, 3.9) == (0, 3, 0)  # the emulator's battery reads about 700
 
 
 def test_uid_is_shown_by_turning(tmp_path):

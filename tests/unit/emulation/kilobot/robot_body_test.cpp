@@ -24,15 +24,15 @@ std::unique_ptr<Mcu> run(const std::vector<std::uint16_t>& words) {
 }
 
 TEST(RobotBody, ReadsTheMotorsFromTheirTimer) {
-  // sbi DDRD, 3; TCCR2A = COM2A1 | COM2B1 | WGM20; TCCR2B = 2; OCR2B = 70; rjmp .
+  // sbi DDRB, 3; TCCR2A = COM2A1 | COM2B1 | WGM20; TCCR2B = 2; OCR2A = 70; rjmp .
   const auto mcu =
-      run({0x9A53, 0xEA01, 0x9300, 0x00B0, 0xE002, 0x9300, 0x00B1, 0xE406, 0x9300, 0x00B4, 0xCFFF});
+      run({0x9A23, 0xEA01, 0x9300, 0x00B0, 0xE002, 0x9300, 0x00B1, 0xE406, 0x9300, 0x00B3, 0xCFFF});
   EXPECT_EQ(read_motors(*mcu), (MotorDuty{70, 0}));
 }
 
 TEST(RobotBody, ReadsTheMotorsFromTheirPinsWithoutTimer) {
-  // sbi DDRB, 3; sbi PORTB, 3; rjmp .: a push at full power
-  EXPECT_EQ(read_motors(*run({0x9A23, 0x9A2B, 0xCFFF})), (MotorDuty{0, 255}));
+  // sbi DDRD, 3; sbi PORTD, 3; rjmp .: a push at full power
+  EXPECT_EQ(read_motors(*run({0x9A53, 0x9A5B, 0xCFFF})), (MotorDuty{0, 255}));
 }
 
 TEST(RobotBody, ReadsTheLedFromTheDirections) {
