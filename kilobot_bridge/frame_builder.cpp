@@ -57,6 +57,19 @@ OverheadFrame forward_raw_frame(std::uint8_t ir_type, const IrData& data, std::u
   return frame;
 }
 
+OverheadFrame ending_after(const OverheadFrame& repeated, std::chrono::nanoseconds duration) {
+  constexpr std::chrono::nanoseconds kCopy = std::chrono::microseconds(kCopyMicroseconds);
+  const auto copies = static_cast<std::uint16_t>(
+      std::clamp<std::int64_t>((duration + kCopy).count() / kCopy.count(), 1, kMostCopies));
+  OverheadFrame frame = repeated;
+  frame[kOverheadCopies] = static_cast<std::uint8_t>(copies);
+  frame[kOverheadCopies + 1] = static_cast<std::uint8_t>(copies >> 8);
+  frame[kOverheadCopies + 2] = static_cast<std::uint8_t>(~frame[kOverheadCopies]);
+  frame[kOverheadCopies + 3] = static_cast<std::uint8_t>(~frame[kOverheadCopies + 1]);
+  frame.back() = frame_checksum(frame);
+  return frame;
+}
+
 OverheadFrame forward_single_frame(std::uint8_t ir_type, const IrData& data) {
   return message_frame(OverheadType::kForwardSingle, ir_type, data);
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -32,6 +33,9 @@ OverheadFrame led_toggle_frame();
 OverheadFrame forward_frame(std::uint8_t ir_type, const IrData& data = {});
 /// The same with the checksum given, right or wrong.
 OverheadFrame forward_raw_frame(std::uint8_t ir_type, const IrData& data, std::uint16_t crc);
+/// The same frame of a repetition that our controller ends by itself after `duration`, in its time.
+/// @param duration  rounded up to a copy; at most kMostCopies of them
+OverheadFrame ending_after(const OverheadFrame& repeated, std::chrono::nanoseconds duration);
 /// Sent once. Controllers older than 2013 and some others ignore it silently.
 OverheadFrame forward_single_frame(std::uint8_t ir_type, const IrData& data = {});
 /// @param number  0 to kProgramPages - 1: what lies behind is the robots' bootloader

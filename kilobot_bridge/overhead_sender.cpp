@@ -7,6 +7,9 @@ namespace {
 
 constexpr unsigned kStops = 2;  // one may lose a byte on the line, and nobody would know
 constexpr auto kLinePoll = std::chrono::milliseconds(1);
+/// A repetition ends by itself so long after it should have been ended, in case that nobody is left
+/// to do it; more than the line and a busy machine ever need.
+constexpr auto kGrace = std::chrono::seconds(2);
 constexpr auto kStallLimit = std::chrono::milliseconds(500);  // beyond the time the bytes take
 
 }  // namespace
@@ -67,7 +70,9 @@ std::optional<TimedFrame> OverheadSender::take() {
 }
 
 void OverheadSender::put_on_line(const TimedFrame& frame, Time now) {
-  bytes_ = padding_.pad(frame.frame);
+  const Duration hold = std::max(frame.hold, pacing_.silence_after(frame.frame));
+  bytes_ = padding_.pad(is_repeated(frame.frame) ? ending_after(frame.frame, hold + kGrace)
+                                                 : frame.frame);
   silence_ = pacing_.to_ours(pacing_.silence_after(frame.frame));
   hold_ = std::max(silence_, pacing_.to_ours(frame.hold));
   if (is_repeated(frame.frame)) {

@@ -76,7 +76,9 @@ void OhcDouble::act(std::uint64_t time_ns) {
   const auto type = static_cast<FrameType>(frame[1]);
   switch (type) {
     case FrameType::kLedToggle:
-      is_led_on_ = !is_led_on_;
+      // A flag of its own: what was sent since has put the LED out, not the flag.
+      is_led_wanted_ = !is_led_wanted_;
+      is_led_on_ = is_led_wanted_;
       break;
     case FrameType::kForward:
     case FrameType::kSingle:

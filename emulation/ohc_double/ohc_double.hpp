@@ -95,6 +95,7 @@ class OhcDouble {
   bool is_on_air_ = false;
   std::uint64_t pass_start_ns_ = 0;
   bool is_led_on_ = false;
+  bool is_led_wanted_ = false;
   Counters counters_;
 };
 

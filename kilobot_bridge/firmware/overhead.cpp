@@ -17,13 +17,14 @@ namespace {
 using namespace swarmtalk::kilobot;
 using namespace swarmtalk::kilobot_bridge;
 
-constexpr uint8_t kVersion = 1;
+constexpr uint8_t kVersion = 2;
 constexpr uint8_t kMessagesPerPage = 22;
 constexpr uint8_t kBytesPerMessage = 6;
 
 OverheadFrameFinder finder;
 volatile bool has_frame;
 uint8_t frame[kOverheadFrameBytes];  // the one acted on
+bool is_led_wanted;
 
 /// An interrupt within a pulse would stretch it: off for its nine cycles.
 struct Pulse {
@@ -77,8 +78,25 @@ void forward(uint16_t crc) {
   _delay_ms(3);
 }
 
+uint16_t word_in_frame(uint8_t offset) {
+  const uint16_t high = frame[offset + 1];
+  return static_cast<uint16_t>((high << 8) | frame[offset]);
+}
+
+/// Or until the host has been silent for so long that it must be dead.
 void forward_until_next_frame(uint16_t crc) {
-  while (!has_frame) forward(crc);
+  uint16_t copies = word_in_frame(kOverheadCopies);
+  const uint16_t check = word_in_frame(kOverheadCopies + 2);
+  if (copies != static_cast<uint16_t>(~check) || copies > kMostCopies) copies = kMostCopies;
+  for (; copies != 0 && !has_frame; --copies) forward(crc);
+}
+
+/// Behind a page or positions.
+void blink() {
+  set_led(true);
+  _delay_ms(10);
+  set_led(false);
+  _delay_ms(10);
 }
 
 /// 21 messages of 6 bytes and one of 2: a robot needs all of them.
@@ -114,7 +132,7 @@ void report_version() {
   report.append(kProductOverhead);
   report.append(kVersion);
   report.append16(0xFF);  // types 0 to 7
-  report.append(kHearsWhileSending);
+  report.append(kHearsWhileSending | kEndsByItself);
   report.end();
   for (uint8_t i = 0; i < report.size(); ++i) {
     while (!can_write_serial()) {
@@ -132,26 +150,28 @@ void take_frame() {
 void act() {
   switch (static_cast<OverheadType>(frame[1])) {
     case OverheadType::kLedToggle:
-      led_port() ^= kLedPin;
+      // A flag of its own, as with the stock controller: what was sent since has put the LED out.
+      is_led_wanted = !is_led_wanted;
+      set_led(is_led_wanted);
       break;
     case OverheadType::kForward:
       forward_until_next_frame(ir_crc(message_in_frame()));
       break;
-    case OverheadType::kForwardRaw: {
-      const uint16_t high = frame[kOverheadPayload + kIrBodyBytes + 1];
-      forward_until_next_frame(
-          static_cast<uint16_t>((high << 8) | frame[kOverheadPayload + kIrBodyBytes]));
+    case OverheadType::kForwardRaw:
+      forward_until_next_frame(word_in_frame(kOverheadPayload + kIrBodyBytes));
       break;
-    }
     case OverheadType::kForwardSingle:
       forward(ir_crc(message_in_frame()));
       break;
     case OverheadType::kPage:
       // Past the last page of programs lies the robots' bootloader: never.
-      if (frame[kOverheadPayload] < kProgramPages) send_page();
+      if (frame[kOverheadPayload] >= kProgramPages) break;
+      send_page();
+      blink();
       break;
     case OverheadType::kGps:
       send_gps();
+      blink();
       break;
     case OverheadType::kVersion:
       report_version();

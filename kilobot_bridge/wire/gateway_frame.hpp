@@ -33,6 +33,8 @@ constexpr uint8_t kGatewayFrameMax = kGatewayPayloadMax + 4;
 constexpr uint8_t kProductOverhead = 1;
 /// Flags in a version report: serial bytes are heard while infrared is sent.
 constexpr uint8_t kHearsWhileSending = 1;
+/// A repetition ends without its host (kOverheadCopies).
+constexpr uint8_t kEndsByItself = 2;
 
 /// Builds one frame, byte by byte, COBS included: append the payload, then end().
 class GatewayFrame {

@@ -16,6 +16,13 @@ constexpr uint8_t kOverheadFrameBytes = 132;
 constexpr uint8_t kOverheadHeader = 0x55;
 constexpr uint8_t kOverheadPayload = 2;   // offset of the payload
 constexpr uint8_t kOverheadPageData = 3;  // offset of a program page's bytes, behind its number
+/// kForward, kForwardRaw: how many copies are sent at most, uint16 little-endian, and behind it the
+/// same with all bits turned over. Anything else, as from hosts that know nothing of it, means
+/// kMostCopies. Only our controller reads it; the stock one goes on for ever.
+constexpr uint8_t kOverheadCopies = 14;
+/// 30 s: more than it takes to wake robots that sleep.
+constexpr uint16_t kMostCopies = 2885;
+constexpr uint16_t kCopyMicroseconds = 10400;
 constexpr uint8_t kProgramPageBytes = 128;
 constexpr uint8_t kProgramPages = 220;  // beyond lies the bootloader
 constexpr uint8_t kGpsRecordBytes = 8;  // id u16, x i16, y i16 (little-endian), theta i8, 0

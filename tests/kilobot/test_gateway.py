@@ -95,5 +95,5 @@ def test_the_overhead_controller_reports_its_version_when_asked(tmp_path):
     payloads = decode_frames(log.serial("ohc"))
     assert [p[0] for p in payloads] == [KIND_VERSION]
     report = payloads[0]
-    assert (report[2], report[3], report[6]) == (1, 1, 1)  # product, version, flags
+    assert (report[2], report[3], report[6]) == (1, 2, 3)  # product, version, flags
     assert int.from_bytes(report[4:6], "little") == 0xFF  # frame types 0 to 7

@@ -80,6 +80,19 @@ TEST(FrameBuilder, CutsAProgramIntoThePagesOfTheStandardHostProgram) {
   EXPECT_EQ(frame_checksum(second), 0x50);
 }
 
+TEST(FrameBuilder, WritesWhenARepetitionEndsTwiceSoThatNothingElseLooksLikeIt) {
+  using std::chrono::milliseconds;
+  const auto copies = [](const OverheadFrame& frame) {
+    EXPECT_EQ(frame_problem(frame), "");
+    for (const std::size_t i : {0u, 1u})
+      EXPECT_EQ(frame[kOverheadCopies + i] ^ frame[kOverheadCopies + 2 + i], 0xFF);
+    return frame[kOverheadCopies] + 256 * frame[kOverheadCopies + 1];
+  };
+  EXPECT_EQ(copies(ending_after(forward_frame(0x88), milliseconds(1000))), 97);
+  EXPECT_EQ(copies(ending_after(forward_raw_frame(3, {}, 0), milliseconds(0))), 1);
+  EXPECT_EQ(copies(ending_after(forward_frame(3), milliseconds(10'000'000))), kMostCopies);
+}
+
 TEST(FrameBuilder, KnowsWhatMustNeverLeave) {
   for (unsigned page = 0; page < 256; ++page) {
     const auto frame = page_frame(static_cast<std::uint8_t>(page), {});

@@ -79,8 +79,16 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
     }
     for (const std::uint8_t byte : bytes) {
       const auto found = finder_.put(byte);
-      if (found && !found->is_false) frames_.push_back(found->frame);
+      if (found && !found->is_false) frames_.push_back(as_built(found->frame));
     }
+  }
+  /// As frame_builder makes it: without what the sender adds for the case that its host dies.
+  ohc_double::Frame as_built(ohc_double::Frame frame) {
+    if (!is_repeated(frame)) return frame;
+    last_copies_ = frame[kOverheadCopies] + 256u * frame[kOverheadCopies + 1];
+    std::fill_n(frame.begin() + kOverheadCopies, 4, std::uint8_t{0});
+    frame.back() = frame_checksum(frame);
+    return frame;
   }
   bool last_is(const OverheadFrame& frame) const {
     return !frames_.empty() && frames_.back() == frame;
@@ -121,6 +129,7 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
   std::optional<Pty> gateway_{std::in_place, path("gateway")};
   ohc_double::FrameFinder finder_;
   std::vector<ohc_double::Frame> frames_;
+  unsigned last_copies_ = 0;  // of the last repetition: how many there are to be at most
   std::deque<Packet> outgoing_;
   bool is_endless_ = false;
   unsigned pulled_ = 0;
@@ -339,6 +348,15 @@ TEST_F(KilobotLinkTest, TellsHowLongACommandOfOneMessageIsStillHeld) {
   const std::string refusal = link_->begin(command_sequence(Command::kRun), *this);
   EXPECT_NE(refusal.find("for another 0:1"), std::string::npos) << refusal << "; it takes 12 s";
   EXPECT_NE(link_->state().find("0:1"), std::string::npos) << link_->state();
+}
+
+/// A host that is killed cannot send STOP: our controller then ends 2 s after the hold of 12 s.
+TEST_F(KilobotLinkTest, TellsTheControllerWhenARepetitionIsToEndByItself) {
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(command_sequence(Command::kWakeup), *this), "");
+  ASSERT_TRUE(run_until([&] { return last_is(forward_frame(0x85)); }));
+  EXPECT_NEAR(last_copies_ * 0.0104, 14, 0.02);
 }
 
 TEST_F(KilobotLinkTest, LeavesAStopBehindWhenItGoes) {

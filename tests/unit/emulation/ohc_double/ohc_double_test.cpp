@@ -182,6 +182,18 @@ TEST_F(OhcDoubleTest, TogglesItsLed) {
   EXPECT_FALSE(ohc_.is_led_on());
 }
 
+/// As the stock controller: what it sends puts the LED out and leaves the flag as it was.
+TEST_F(OhcDoubleTest, TogglesAFlagOfItsOwnAndNotTheLight) {
+  send(make_frame(FrameType::kLedToggle));
+  send(make_message_frame(FrameType::kSingle, 7));
+  wait_ms(20);
+  EXPECT_FALSE(ohc_.is_led_on());
+  send(make_frame(FrameType::kLedToggle));
+  EXPECT_FALSE(ohc_.is_led_on());
+  send(make_frame(FrameType::kLedToggle));
+  EXPECT_TRUE(ohc_.is_led_on());
+}
+
 TEST(Bench, LoadsAProgramIntoRobotsWithLoss) {
   Bench::Settings settings;
   settings.robots = 2;
