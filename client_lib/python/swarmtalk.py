@@ -1,0 +1,2142 @@
+# -*- coding: utf-8 -*-
+"""swarmtalk: robot programs in Python, connected to the swarmtalkd of their robot.
+
+    import swarmtalk
+    robot = swarmtalk.Client("my_program")
+    hello = robot.advertise("hello")
+    robot.subscribe("hello", lambda m: print(m.sender, m.text, m.distance))
+    hello.send("good morning")
+    robot.run(5)
+
+The manual is docs/python.md, the protocol docs/ipc.md. Metres, radians and seconds everywhere.
+
+One file on purpose: copy it to a robot and it works, with the standard library alone, on Python 2.7
+and on 3.5 and later. From top to bottom: errors, the bytes of the protocol, what is handed to a
+program (messages, poses), publishers and subscribers, the Client, harvest, and what runs scripts
+written for Coachbots. One thread owns a Client and all it hands out; callbacks run inside
+process() and run(), never elsewhere. From any thread may come Publisher.send() and stop().
+"""
+from __future__ import print_function
+
+import atexit
+import ctypes
+import errno
+import os
+import random
+import select
+import socket
+import stat
+import struct
+import sys
+import threading
+import time
+import traceback
+import weakref
+from collections import deque, namedtuple
+
+__version__ = "0.1.0"
+DEFAULT_SOCKET = "/run/swarmtalk/swarmtalkd.sock"
+DEFAULT_QUEUE = 16      # messages of a publisher that wait in the daemon
+MESSAGES_THAT_WAIT = 1024  # of a subscriber without a callback; then the oldest goes
+UNKNOWN = float("nan")  # a distance or bearing: every comparison with it is false
+
+_MAJOR, _MINOR = 1, 2
+_FRAME_MAX = 65536
+_READ_BYTES = 65536
+_READS_AHEAD = 16          # of 64 KiB, before callbacks run
+_EVENTS_MAX = 4096         # kept while a call waits; then the oldest message goes
+_OUTGOING_MAX = 1 << 20    # then send() is refused
+_SENT_EVERY_MAX = 64
+_RECONNECT_FIRST_S, _RECONNECT_MAX_S = 0.02, 0.25
+_POSE_MAX_M = 32.767
+_NAME_MAX_BYTES = 1024
+_TEXT = type(u"")
+
+
+# ---- Errors ---------------------------------------------------------------------------------
+
+class Error(Exception):
+    """What went wrong, as a sentence with the remedy; `code` is for the program.
+
+    Codes: busy, too_long, disconnected, no_daemon, daemon_dead, no_permission, version_mismatch,
+    timeout, bad_channel, channel_conflict, limit, bad_ttl, bad_pose, unsupported, link_down,
+    protocol, dropped, rate, bad_argument, system.
+    """
+
+    def __init__(self, code, text):
+        Exception.__init__(self, text)
+        self.code = code
+        self.text = text
+
+
+class BadArgument(Error, ValueError):
+    """A call that makes no sense: over-long message, impossible TTL, pose, channel or option."""
+
+
+_ARGUMENT_CODES = ("too_long", "bad_ttl", "bad_pose", "bad_channel", "bad_argument")
+_CODES = {1: "version_mismatch", 2: "protocol", 3: "too_long", 4: "busy", 5: "bad_channel",
+          6: "channel_conflict", 7: "limit", 8: "protocol", 9: "bad_ttl", 10: "bad_pose",
+          11: "unsupported", 12: "link_down", 13: "bad_argument", 14: "dropped", 15: "rate"}
+
+
+def _error(code, text):
+    return (BadArgument if code in _ARGUMENT_CODES else Error)(code, text)
+
+
+def _bad(text):
+    return BadArgument("bad_argument", text)
+
+
+class Refused(object):
+    """What send() returns instead of True: false in an `if`, with `code` and `text`.
+
+    When a message was refused because too many wait, and the program throws this away without a
+    look, its owner is told on stderr, at most once a second.
+    """
+
+    __slots__ = ("_code", "_text", "_tell")
+
+    def __init__(self, code, text, tell=None):
+        self._code, self._text, self._tell = code, text, tell
+
+    def __bool__(self):
+        self._tell = None
+        return False
+
+    __nonzero__ = __bool__
+
+    @property
+    def code(self):
+        self._tell = None
+        return self._code
+
+    @property
+    def text(self):
+        self._tell = None
+        return self._text
+
+    def __repr__(self):
+        return "Refused(%r, %r)" % (self.code, self.text)
+
+    def __del__(self):
+        if self._tell:
+            self._tell(self._text)
+
+
+def _print_error(text):
+    try:
+        sys.stderr.write("swarmtalk: %s\n" % text)
+        sys.stderr.flush()
+    except Exception:  # stderr is closed, or the interpreter ends: nobody is left to be told
+        pass
+
+
+# ---- The clock and a timer, which Python 2 does not have ---------------------------------------
+
+_libc = ctypes.CDLL(None, use_errno=True)
+_CLOCK_MONOTONIC = 1
+_timespec = ctypes.c_long * 2
+_itimerspec = ctypes.c_long * 4
+
+
+def _monotonic_of_libc():
+    now = _timespec()
+    _libc.clock_gettime(_CLOCK_MONOTONIC, ctypes.byref(now))
+    return now[0] + now[1] * 1e-9
+
+
+_monotonic = getattr(time, "monotonic", _monotonic_of_libc)
+
+
+def _open_timer():
+    """A descriptor that becomes readable at a time set with _set_timer()."""
+    fd = _libc.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | 0o2000000)
+    if fd < 0:
+        raise Error("system", "cannot make a timer: " + os.strerror(ctypes.get_errno()))
+    return fd
+
+
+def _set_timer(fd, seconds):
+    """Readable after so long; None: never."""
+    value = _itimerspec(0, 0, 0, 0)
+    if seconds is not None:
+        nanoseconds = max(int(seconds * 1e9), 1)
+        value[2], value[3] = divmod(nanoseconds, 10 ** 9)
+    _libc.timerfd_settime(fd, 0, ctypes.byref(value), None)
+
+
+# ---- The bytes of the protocol (ipc/ipc.proto) -------------------------------------------------
+# A message is a sequence of fields: a varint of number * 8 + kind, then a varint (kind 0), a float
+# (5), or a length and so many bytes (2).
+
+def _varint(value):
+    out = bytearray()
+    while value > 127:
+        out.append(value & 127 | 128)
+        value >>= 7
+    out.append(value)
+    return bytes(out)
+
+
+def _uint(field, value):
+    return _varint(field << 3) + _varint(value)
+
+
+def _bytes(field, value):
+    return _varint(field << 3 | 2) + _varint(len(value)) + value
+
+
+def _float(field, value):
+    return _varint(field << 3 | 5) + struct.pack("<f", value)
+
+
+def _frame(envelope):
+    if len(envelope) > _FRAME_MAX:
+        raise BadArgument("too_long", "this is longer than the local protocol carries")
+    return struct.pack("<I", len(envelope)) + envelope
+
+
+_unpack_float = struct.Struct("<f").unpack_from
+_unpack_length = struct.Struct("<I").unpack_from
+
+
+def _read_varint(buf, pos):
+    byte = buf[pos]
+    pos += 1
+    if byte < 128:
+        return byte, pos
+    value, shift = byte & 127, 7
+    while True:
+        byte = buf[pos]
+        pos += 1
+        value |= (byte & 127) << shift
+        if byte < 128:
+            return value, pos
+        shift += 7
+        if shift > 63:
+            raise ValueError("a varint of more than ten bytes")
+
+
+def _fields(buf, pos, end):
+    """The fields of a message, in order: [(number, int, float or bytearray)].
+
+    Raises ValueError, IndexError or struct.error for what is no message.
+    """
+    found = []
+    while pos < end:
+        tag = buf[pos]
+        pos += 1
+        if tag > 127:
+            tag, pos = _read_varint(buf, pos - 1)
+        kind = tag & 7
+        if kind == 0:
+            value = buf[pos]
+            pos += 1
+            if value > 127:
+                value, pos = _read_varint(buf, pos - 1)
+        elif kind == 2:
+            size = buf[pos]
+            pos += 1
+            if size > 127:
+                size, pos = _read_varint(buf, pos - 1)
+            value = buf[pos:pos + size]
+            pos += size
+        elif kind == 5:
+            value = _unpack_float(buf, pos)[0]
+            pos += 4
+        elif kind == 1:
+            value = buf[pos:pos + 8]
+            pos += 8
+        else:
+            raise ValueError("a field of an unknown kind")
+        found.append((tag >> 3, value))
+    if pos != end:
+        raise ValueError("a field goes on past the end")
+    return found
+
+
+def _text(value):
+    return bytes(value).decode("utf-8", "replace")
+
+
+def _native(text):
+    """Text as a str of this Python: for names in sentences."""
+    return text if isinstance(text, str) else text.encode("utf-8")
+
+
+class Record(object):
+    """Named values that the daemon told: neighbours, status."""
+
+    def __init__(self, **values):
+        self.__dict__.update(values)
+
+    def __repr__(self):
+        return "%s(%s)" % (type(self).__name__, ", ".join(
+            "%s=%r" % item for item in sorted(self.__dict__.items())))
+
+
+def _record(spec, buf, kind=Record):
+    """Reads a message by its table {number: (name, conversion, default)}; a list as default means
+    that the field is repeated."""
+    record = kind(**{name: list(default) if isinstance(default, list) else default
+                     for name, _, default in spec.values()})
+    for number, value in _fields(buf, 0, len(buf)):
+        if number in spec:
+            name, conversion, default = spec[number]
+            if isinstance(default, list):
+                getattr(record, name).append(conversion(value))
+            else:
+                setattr(record, name, conversion(value))
+    return record
+
+
+# ---- What is handed to a program ---------------------------------------------------------------
+
+Pose = namedtuple("Pose", "x y theta age")  # metres, radians, seconds
+GatewayOrigin = namedtuple("GatewayOrigin", "link node message_number")
+
+
+def _pose(buf):
+    """None when the pose is not known."""
+    told = dict(_fields(buf, 0, len(buf)))
+    if 1 not in told or 2 not in told or 3 not in told:
+        return None
+    return Pose(told[1], told[2], told[3], told.get(4, 0) / 1000.0)
+
+
+class Loss(object):
+    """Messages that did not come, by the place where they were lost. False when there are none."""
+
+    __slots__ = ("air", "kernel", "daemon", "client", "late")
+
+    def __init__(self, air=0, kernel=0, daemon=0, client=0, late=0):
+        self.air = air        # gaps in a sender's message numbers that nothing else explains
+        self.kernel = kernel  # of such gaps: at most what the kernel dropped meanwhile
+        self.daemon = daemon  # by the daemon: queue full, too old, no memory
+        self.client = client  # in this program, which reads too slowly
+        self.late = late      # told as lost before, came after all
+
+    @property
+    def total(self):
+        return self.air + self.kernel + self.daemon + self.client
+
+    def add(self, other):
+        for place in self.__slots__:
+            setattr(self, place, getattr(self, place) + getattr(other, place))
+
+    def __bool__(self):
+        return self.total + self.late != 0
+
+    __nonzero__ = __bool__
+
+    def __eq__(self, other):
+        return isinstance(other, Loss) and all(
+            getattr(self, place) == getattr(other, place) for place in self.__slots__)
+
+    def __ne__(self, other):
+        return not self == other
+
+    __hash__ = None
+
+    def __repr__(self):
+        return "Loss(%s)" % ", ".join("%s=%d" % (p, getattr(self, p)) for p in self.__slots__)
+
+
+class Message(object):
+    """One message: `data` exactly as it was sent, and what was sensed when it arrived.
+
+    `distance` (metres), `bearing` (radians, counter-clockwise from this robot's heading) and
+    `sender_pose` belong to the last transmitter, which with `hops` above 0 is not `sender`.
+    Unknown distance and bearing are NaN, so `m.distance < 0.5` is false for them; unknown
+    poses and origins are None.
+    """
+
+    __slots__ = ("data", "channel", "sender", "epoch", "message_number", "distance", "bearing",
+                 "sender_pose", "hops", "ttl", "delay", "received_at", "local", "origin",
+                 "lost_before")
+
+    def __init__(self, fields):
+        get = dict(fields).get
+        self.data = bytes(get(2, b""))
+        self.channel = get(3, 0)
+        self.sender = get(4, 0)          # node id of the origin
+        self.message_number = get(5, 0)  # per sender, channel and epoch
+        self.distance = get(6, UNKNOWN)
+        self.bearing = get(7, UNKNOWN)
+        pose = get(8)
+        self.sender_pose = None if pose is None else _pose(pose)
+        self.hops = get(9, 0)            # 0: heard from the sender itself; 255: not known
+        self.ttl = get(10, 0)
+        delay, received = get(11), get(12)
+        # Of timestamped channels: from send() to the reception here, the air left out.
+        self.delay = None if delay is None else delay * 1e-6
+        self.received_at = None if received is None else received * 1e-9  # CLOCK_MONOTONIC
+        self.local = bool(get(13, 0))    # published on this robot, by another program
+        self.epoch = get(15, 0)          # tells two runs of one sender apart
+        lost, origin = get(16), get(30)
+        if lost is None:
+            self.lost_before = Loss()
+        else:
+            told = dict(_fields(lost, 0, len(lost)))
+            self.lost_before = Loss(told.get(1, 0), told.get(2, 0), told.get(3, 0), 0,
+                                    told.get(4, 0))
+        if origin is None:
+            self.origin = None
+        else:
+            told = dict(_fields(origin, 0, len(origin)))
+            self.origin = GatewayOrigin(_text(told.get(1, b"")), told.get(2, 0), told.get(3, 0))
+
+    @property
+    def text(self):
+        """`data` as text; bytes that are no UTF-8 become U+FFFD."""
+        return self.data.decode("utf-8", "replace")
+
+    @property
+    def age(self):
+        """Seconds since it was received, and before that in buffers where it is known (`delay`).
+        NaN when neither is known."""
+        if self.received_at is None:
+            return UNKNOWN
+        return _monotonic() - self.received_at + (self.delay or 0)
+
+    @property
+    def has_distance(self):
+        return self.distance == self.distance
+
+    @property
+    def has_bearing(self):
+        return self.bearing == self.bearing
+
+    def __repr__(self):
+        return "Message(%r, sender=%d, distance=%.2f)" % (self.data, self.sender, self.distance)
+
+
+class Neighbour(Record):
+    """A robot heard within the last 10 s."""
+
+
+def _milliseconds(value):
+    return value / 1000.0
+
+
+def _same(value):
+    return value
+
+
+_NEIGHBOUR = {
+    1: ("link", _text, u""), 2: ("node_id", _same, 0), 3: ("epoch", _same, 0),
+    4: ("address", _text, u""), 5: ("age", _milliseconds, 0.0),
+    6: ("distance", _same, UNKNOWN), 7: ("bearing", _same, UNKNOWN), 8: ("pose", _pose, None),
+    9: ("frames", _same, 0), 10: ("frames_lost", _same, 0), 11: ("loss", _same, 0.0),
+    12: ("duplicate_id", bool, False), 13: ("out_of_range", bool, False)}
+
+
+def _counter(buf):
+    told = dict(_fields(buf, 0, len(buf)))
+    return _text(told.get(1, b"")), told.get(2, 0)
+
+
+_LINK = {
+    1: ("name", _text, u""), 2: ("type", _text, u""), 3: ("device", _text, u""),
+    4: ("up", bool, False), 5: ("state", _text, u""), 6: ("mtu_bytes", _same, 0),
+    7: ("max_message_bytes", _same, 0), 8: ("counters", _counter, []),
+    9: ("profile", _text, u""), 10: ("max_ttl", _same, 0), 30: ("node_id", _same, 0),
+    31: ("max_channel", _same, 0)}
+_CHANNEL = {
+    1: ("number", _same, 0), 2: ("name", _text, u""), 3: ("publishers", _same, 0),
+    4: ("subscribers", _same, 0), 5: ("timestamped", bool, False), 6: ("received", _same, 0),
+    7: ("lost_air", _same, 0), 8: ("lost_kernel", _same, 0), 9: ("lost_daemon", _same, 0),
+    10: ("late", _same, 0), 30: ("links", _text, [])}
+_PROGRAM = {
+    1: ("name", _text, u""), 2: ("pid", _same, 0), 3: ("uid", _same, 0),
+    4: ("subscriptions", _same, 0), 5: ("publishers", _same, 0), 6: ("queued_messages", _same, 0),
+    7: ("queued_bytes", _same, 0), 8: ("deliveries_sent", _same, 0), 9: ("lost_daemon", _same, 0),
+    10: ("lost_client", _same, 0), 11: ("messages_published", _same, 0)}
+
+
+def _link(buf):
+    link = _record(_LINK, buf)
+    link.counters = dict(link.counters)
+    return link
+
+
+_STATUS = {
+    1: ("version", _text, u""), 2: ("node_id", _same, 0), 3: ("epoch", _same, 0),
+    4: ("uptime", _milliseconds, 0.0), 5: ("clients", _same, 0), 6: ("pose", _pose, None),
+    7: ("links", _link, []), 8: ("channels", lambda buf: _record(_CHANNEL, buf), []),
+    9: ("counters", _counter, []), 10: ("config_file", _text, u""),
+    11: ("node_id_fixed", bool, False),
+    12: ("programs", lambda buf: _record(_PROGRAM, buf), [])}
+
+
+# ---- Publishers and subscribers ----------------------------------------------------------------
+
+def _payload(data):
+    if isinstance(data, bytes):
+        return data
+    if isinstance(data, _TEXT):
+        return data.encode("utf-8")
+    if isinstance(data, (bytearray, memoryview)):
+        return data.tobytes() if isinstance(data, memoryview) else bytes(data)
+    raise TypeError("a message is bytes or text, not %s; make bytes of it, with struct.pack() or "
+                    "json.dumps()" % type(data).__name__)
+
+
+def _number(value, what, least=0, most=0xFFFFFFFF):
+    """An int of an argument, or BadArgument."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise _bad("%s must be a whole number, not %r" % (what, value))
+    if not least <= value <= most:
+        raise _bad("%s must be %d to %d, not %d" % (what, least, most, value))
+    return int(value)
+
+
+def _seconds(value, what):
+    """Milliseconds of an argument in seconds, or BadArgument."""
+    try:
+        value = float(value)
+    except (TypeError, ValueError):
+        raise _bad("%s must be a number of seconds, not %r" % (what, value))
+    if not 0 <= value <= 4e6:
+        raise _bad("%s must be 0 to 4000000 seconds, not %r" % (what, value))
+    return int(value * 1000 + 0.5)
+
+
+class _Handle(object):
+    """What publishers and subscribers have in common: a registration with the daemon."""
+
+    def __init__(self, client, channel, timestamped):
+        if isinstance(channel, (bytes, _TEXT)):
+            try:
+                name = channel if isinstance(channel, _TEXT) else channel.decode("utf-8")
+                self._channel = _bytes(1, name.encode("utf-8"))
+            except UnicodeError:
+                raise BadArgument("bad_channel", "the name of a channel is not UTF-8 text")
+            self.label = "channel " + _native(name)
+        else:
+            if isinstance(channel, bool) or not hasattr(channel, "__index__"):
+                raise BadArgument("bad_channel", "a channel is a name or a number, not %r"
+                                  % (channel,))
+            if not 0 <= channel <= 65535:
+                raise BadArgument("bad_channel", "channel numbers go from 0 to 65535, not %d"
+                                  % channel)
+            self._channel = _uint(2, int(channel))
+            self.label = "channel %d" % channel
+        self._client = client
+        self._timestamped = timestamped
+        self._id = 0
+        self._answered = False
+        self._closed = False
+        self._failure = Error("disconnected", "not connected to swarmtalkd; reconnecting")
+        self.channel_number = None
+
+    @property
+    def status(self):
+        """None while registered; else the Error that says why not."""
+        return self._failure
+
+    def close(self):
+        """Unregisters. Nothing is sent or heard with it any more."""
+        if not self._closed:
+            self._closed = True
+            self._client._remove(self)
+            self._failure = Error("disconnected", "this handle was closed")
+            self._id = 0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.close()
+
+
+class Publisher(_Handle):
+    """One end of a channel. Made by Client.advertise()."""
+
+    def __init__(self, client, channel, ttl, timestamped, queue, drop_oldest, repeat,
+                 repeat_interval, sent):
+        _Handle.__init__(self, client, channel, timestamped)
+        self._ttl = None if ttl is None else _number(ttl, "ttl")
+        self._queue = _number(queue, "queue")
+        self._drop_oldest = bool(drop_oldest) and self._queue > 0
+        self._repeat = _number(repeat, "repeat", 1)
+        self._interval_ms = (None if repeat_interval is None
+                             else _seconds(repeat_interval, "repeat_interval"))
+        if sent not in (None, True) and not callable(sent):
+            raise _bad("sent must be a function, or True, not %r" % (sent,))
+        self._sent = sent
+        # Without a look at each, the daemon tells of several that have left at once.
+        self._sent_every = 1
+        if sent is None and not self._drop_oldest:
+            self._sent_every = min(max((self._queue + 1) // 4, 1), _SENT_EVERY_MAX)
+        self._publish_number = 0
+        self._in_flight = deque()
+        self._futures = {}
+        self._max_ttl = 0
+        self._tells_time = True
+        self._head = b""
+        self._told_busy_at = None
+        self._untold_busy = 0
+        self.max_message_bytes = 0
+
+    def send(self, data, ttl=None):
+        """Hands one message to the daemon and returns at once. Any thread.
+
+        Returns True; or, when it could not be taken, a Refused, which is false in an `if` and has
+        `code` ("busy", "disconnected") and `text`. Raises BadArgument when the message is too long
+        or the TTL too large, TypeError for what is neither bytes nor text.
+        """
+        return self._client._publish(self, _payload(data), ttl, None)
+
+    def busy(self):
+        """Whether send() would be refused because too many messages wait. Any thread."""
+        return self._id != 0 and self._no_room() is not None
+
+    def async_send(self, data, ttl=None):
+        """In asyncio: send(), as something to await until the message has left.
+
+        Raises Error, there or here, when it was refused or never will leave. The publisher must
+        have been made with sent=True.
+        """
+        if self._sent is None and self._sent_every > 1:
+            raise _bad("async_send() waits for each message: advertise(..., sent=True)")
+        future = self._client.attach().create_future()
+        result = self._client._publish(self, _payload(data), ttl, future)
+        if not result:
+            raise _error(result.code, result.text)
+        return future
+
+    def _no_room(self):
+        """Why another message cannot be taken, or None."""
+        if len(self._client._outgoing) > _OUTGOING_MAX:
+            return "swarmtalkd does not read what this program sends"
+        if not self._drop_oldest and len(self._in_flight) > self._queue:
+            return "%d messages have not left yet" % len(self._in_flight)
+        return None
+
+    def _tell_busy(self, text):
+        """A refusal that nobody looked at."""
+        now = _monotonic()
+        self._untold_busy += 1
+        if self._told_busy_at is not None and now - self._told_busy_at < 1:
+            return
+        self._told_busy_at = now
+        count, self._untold_busy = self._untold_busy, 0
+        _print_error(
+            "%s: %s not sent, and nobody looked at what send() returned: %s; send more slowly, "
+            "try again when busy() is false, or advertise with a longer queue or drop_oldest=True"
+            % (self.label, "a message was" if count == 1 else "%d messages were" % count, text))
+
+    def _request(self):
+        body = _bytes(1, self._channel)
+        if self._ttl is not None:
+            body += _uint(2, self._ttl)
+        if self._timestamped is not None:
+            body += _uint(3, bool(self._timestamped))
+        if self._queue:
+            body += _uint(4, self._queue)
+        if self._drop_oldest:
+            body += _uint(5, 1)
+        if self._repeat != 1:
+            body += _uint(6, self._repeat)
+        if self._interval_ms is not None:
+            body += _uint(7, self._interval_ms)
+        if self._sent_every > 1:
+            body += _uint(8, self._sent_every)
+        return _bytes(8, body)
+
+    def _registered(self, reply):
+        told = dict(_fields(reply[9], 0, len(reply[9])))
+        self._max_ttl = told.get(4, 0)
+        self.max_message_bytes = told.get(3, 0)
+        self.channel_number = told.get(2, 0)
+        self._tells_time = bool(told.get(5, 1))
+        self._head = _uint(1, told.get(1, 0))
+        self._id = told.get(1, 0)
+
+    def _unregister(self):
+        return _bytes(10, _uint(1, self._id))
+
+
+class Subscriber(_Handle):
+    """The other end. Made by Client.subscribe().
+
+    Without a callback, its messages are fetched: `for message in subscriber` waits for each (until
+    stop()), get() waits for one, take() fetches all there are; in asyncio, `async for`.
+    """
+
+    def __init__(self, client, channel, receive, within, known_distance_only, keep_last,
+                 latest_from_each, no_older_than, timestamped):
+        _Handle.__init__(self, client, channel, timestamped)
+        if receive is not None and not callable(receive):
+            raise _bad("receive must be a function of one message, not %r" % (receive,))
+        self._receive = receive
+        self._within = None
+        if within is not None:
+            try:
+                self._within = float(within)
+            except (TypeError, ValueError):
+                raise _bad("within must be a distance in metres, not %r" % (within,))
+            if not self._within >= 0:
+                raise _bad("within must be 0 metres or more, not %r" % (within,))
+        self._known_distance_only = bool(known_distance_only)
+        self._keep_last = None if keep_last is None else _number(keep_last, "keep_last", 1)
+        self._latest_from_each = bool(latest_from_each)
+        self._max_age_ms = (None if no_older_than is None
+                            else _seconds(no_older_than, "no_older_than"))
+        self._waiting = deque()
+        self._lost = Loss()
+        self._unreported_loss = 0
+        self._futures = deque()
+
+    # Messages fetched by the program.
+
+    def get(self, timeout=None):
+        """The next message; None after `timeout` seconds without one, or when stop() was called."""
+        self._need_no_callback("get()")
+        deadline = None if timeout is None else _monotonic() + timeout
+        while True:
+            message = self._pop()
+            if message is not None:
+                return message
+            left = None if deadline is None else deadline - _monotonic()
+            if self._closed or (left is not None and left < 0):
+                return None
+            if self._client._run_once(left):
+                return None
+
+    def take(self):
+        """All messages that have come, oldest first, without waiting."""
+        self._need_no_callback("take()")
+        if not self._client._processing:
+            self._client.process()
+        messages = []
+        while True:
+            message = self._pop()
+            if message is None:
+                return messages
+            messages.append(message)
+
+    def __iter__(self):
+        self._need_no_callback("iteration")
+        return self
+
+    def __next__(self):
+        message = self.get()
+        if message is None:
+            raise StopIteration
+        return message
+
+    next = __next__
+
+    def __aiter__(self):
+        self._need_no_callback("iteration")
+        self._client.attach()
+        return self
+
+    def __anext__(self):
+        future = self._client.attach().create_future()
+        message = self._pop()
+        if message is not None:
+            future.set_result(message)
+        elif self._closed or self._client._closed:
+            future.set_exception(StopAsyncIteration())  # noqa: F821 (Python 2 has none)
+        else:
+            self._futures.append(future)
+        return future
+
+    def _need_no_callback(self, what):
+        if self._receive is not None:
+            raise _bad("%s is for a subscriber without a callback; this one of %s has one"
+                       % (what, self.label))
+
+    # What waits, and what goes first.
+
+    def _put(self, message):
+        """Queues a message. Returns whether an event is due for it."""
+        waiting = self._waiting
+        before = len(waiting)
+        if self._latest_from_each:
+            for index, other in enumerate(waiting):
+                if other.sender == message.sender and other.epoch == message.epoch:
+                    self._drop(index)
+                    break
+        most = self._keep_last
+        if most is None and self._receive is None:
+            most = MESSAGES_THAT_WAIT
+        if most is not None and len(waiting) >= most:
+            self._drop(0)
+        if self._lost:
+            message.lost_before.add(self._lost)
+            self._lost = Loss()
+        waiting.append(message)
+        return len(waiting) != before
+
+    def _drop(self, index):
+        """Drops a message that waits; the next one tells."""
+        lost = self._waiting[index].lost_before
+        lost.client += 1
+        del self._waiting[index]
+        if index < len(self._waiting):
+            self._waiting[index].lost_before.add(lost)
+        else:
+            self._lost.add(lost)
+        self._note_loss()
+
+    def _note_loss(self):
+        self._unreported_loss += 1
+        self._client._has_unreported_loss = True
+
+    def _pop(self):
+        """The next message that is young enough, or None."""
+        while self._waiting:
+            message = self._take_first()
+            if message is not None:
+                return message
+        return None
+
+    def _take_first(self):
+        """The first message; None when it was too old."""
+        message = self._waiting.popleft()
+        if self._max_age_ms is not None and message.age * 1000 > self._max_age_ms:
+            self._lost.add(message.lost_before)
+            self._lost.client += 1
+            self._note_loss()
+            return None
+        if self._lost:
+            message.lost_before.add(self._lost)
+            self._lost = Loss()
+        if message.lost_before and self._client.on_gap:
+            self._client.on_gap(message)
+        return message
+
+    def _serve_futures(self):
+        while self._futures and (self._waiting or self._closed):
+            future = self._futures.popleft()
+            if future.done():
+                continue
+            message = self._pop()
+            if message is not None:
+                future.set_result(message)
+            elif self._closed:
+                future.set_exception(StopAsyncIteration())  # noqa: F821
+            else:
+                self._futures.appendleft(future)
+
+    def close(self):
+        _Handle.close(self)
+        self._serve_futures()
+
+    def _request(self):
+        body = _bytes(1, self._channel)
+        if self._keep_last is not None:
+            body += _uint(2, self._keep_last)
+        if self._within is not None:
+            body += _float(3, self._within)
+        if self._known_distance_only:
+            body += _uint(4, 1)
+        if self._timestamped is not None:
+            body += _uint(5, bool(self._timestamped))
+        if self._latest_from_each:
+            body += _uint(6, 1)
+        if self._max_age_ms is not None:
+            body += _uint(7, self._max_age_ms)
+        return _bytes(5, body)
+
+    def _registered(self, reply):
+        told = dict(_fields(reply[6], 0, len(reply[6])))
+        self.channel_number = told.get(2, 0)
+        self._id = told.get(1, 0)
+
+    def _unregister(self):
+        return _bytes(7, _uint(1, self._id))
+
+
+# ---- The Client --------------------------------------------------------------------------------
+
+_DOWN, _GREETING, _REGISTERING, _UP = range(4)
+
+
+def _owned(method):
+    """For what only the thread that owns the Client may call."""
+    def guarded(self, *arguments, **options):
+        if os.getpid() != self._pid:
+            raise _bad("this Client belongs to the parent process; make one after the fork")
+        if not self._owner.acquire(False):
+            raise _bad("another thread is inside this Client, in %s() say; only send() and stop() "
+                       "may be called meanwhile" % ("run" if self._running else "process"))
+        try:
+            return method(self, *arguments, **options)
+        finally:
+            self._owner.release()
+    guarded.__name__, guarded.__doc__ = method.__name__, method.__doc__
+    return guarded
+
+
+def _connect_error(number, path):
+    """The sentence for a connect() that failed."""
+    standard = path == DEFAULT_SOCKET
+    if number == errno.ECONNREFUSED and not stat.S_ISSOCK(os.stat(path).st_mode):
+        number = errno.ENOTSOCK
+    if number in (errno.ENOENT, errno.ENOTDIR):
+        return Error("no_daemon", "cannot reach swarmtalkd: %s does not exist; %s" % (
+            path, "start it with: systemctl start swarmtalkd" if standard
+            else "start swarmtalkd for that socket"))
+    if number == errno.ECONNREFUSED:
+        return Error("daemon_dead", "cannot reach swarmtalkd: %s is there but nobody listens, so "
+                     "the daemon has died; %s" % (
+                         path, "start it with: systemctl restart swarmtalkd" if standard
+                         else "start swarmtalkd for that socket"))
+    if number in (errno.ENOTSOCK, errno.EPROTOTYPE):
+        return _bad("cannot reach swarmtalkd: %s is not a socket of swarmtalkd" % path)
+    if number in (errno.EACCES, errno.EPERM):
+        return Error("no_permission", "no permission for %s; join group swarmtalk: "
+                     "sudo usermod -aG swarmtalk $USER, then log in again" % path)
+    if number == errno.EAGAIN:
+        return Error("timeout", "swarmtalkd at %s accepts no connections; it is stopped or "
+                     "overloaded" % path)
+    return Error("system", "cannot connect to %s: %s" % (path, os.strerror(number)))
+
+
+_clients = weakref.WeakSet()
+
+
+class Client(object):
+    """One program's connection to the swarmtalkd of its robot. It reconnects by itself.
+
+    name: of the program, for the daemon's log. socket_path: None: $SWARMTALK_SOCKET, else the
+    standard one. connect: False: begin without; the first call that needs the daemon tries, and
+    run() goes on trying. Raises Error when connecting fails.
+    """
+
+    request_timeout = 1.0
+    connect_timeout = 2.0
+
+    def __init__(self, name, socket_path=None, connect=True):
+        name = name.decode("utf-8") if isinstance(name, bytes) else name
+        if not isinstance(name, _TEXT):
+            raise _bad("the name of a Client is text, not %r" % (name,))
+        self._name = name.encode("utf-8")
+        if len(self._name) > _NAME_MAX_BYTES:
+            raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
+        self._path = str(socket_path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET)
+        self.node_id = 0       # of this robot; 0 before the first connection
+        self.daemon_name = ""
+        # Replace these; None silences one.
+        self.on_disconnect = lambda error: _print_error(error.text)
+        self.on_reconnect = lambda: _print_error("connected to swarmtalkd again")
+        self.on_gap = None     # called with a message whose lost_before is not empty, before it
+        self.on_error = self._print_once_a_second
+        self._printed_at = {}
+
+        self._pid = os.getpid()
+        self._owner = threading.RLock()
+        self._gate = threading.Lock()  # what send() of any thread shares with the owner
+        self._phase = _DOWN
+        self._socket = None
+        self._incoming = bytearray()
+        self._outgoing = bytearray()
+        self._write_error = None
+        self._wants_write = False
+        self._started = self._was_up = self._is_reconnect = self._closed = False
+        self._connecting = self._processing = self._running = self._ending = False
+        self._processing_thread = None
+        self._waits = 0
+        self._stopped = False
+        self._failure = None            # of the last attempt
+        self._reported_failure = None   # its code: the same failure is reported once
+        self._backoff = _RECONNECT_FIRST_S
+        self._timer_at = None
+        self._handles = []
+        self._publishers, self._subscribers = {}, {}
+        self._registrations_left = 0
+        self._adding = None             # the handle that _add() waits for
+        self._last_request = 0
+        self._pending = {}
+        self._first_refusal = None
+        self._pose_in_flight, self._next_pose = False, None
+        self._events = deque()
+        self._has_unreported_loss = False
+        self._log = None
+        self._loop = None
+        self._heard_nothing_of = None   # a subscription with a callback, until process() is called
+
+        self._timer = _open_timer()
+        self._wake_read, self._wake_write = os.pipe()
+        for fd in (self._wake_read, self._wake_write):
+            _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
+            _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
+        self._epoll = select.epoll()
+        self._epoll.register(self._timer, select.EPOLLIN)
+        self._epoll.register(self._wake_read, select.EPOLLIN)
+        self._rung = False
+        self._ring()
+        _clients.add(self)
+        if connect:
+            try:
+                self.connect()
+            except Error:
+                self.close()
+                raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.close()
+
+    # -- What a program calls.
+
+    @_owned
+    def connect(self):
+        """Waits until connected, at most connect_timeout; runs no callback. Raises Error."""
+        self._need_open()
+        if self._phase == _UP:
+            return
+        deadline = _monotonic() + self.connect_timeout
+        self._connecting = True
+        try:
+            if self._phase == _DOWN:
+                self._attempt()
+            self._wait_until(deadline, lambda: self._phase == _UP or (
+                self._phase == _DOWN and self._failure and self._failure.code != "timeout"))
+        finally:
+            self._connecting = False
+        if self._phase != _UP:
+            failure = self._failure or self._no_answer()
+            self._reported_failure = failure.code
+            raise failure
+
+    @property
+    def connected(self):
+        return self._phase == _UP
+
+    @_owned
+    def advertise(self, channel, ttl=None, timestamped=None, queue=DEFAULT_QUEUE,
+                  drop_oldest=False, repeat=1, repeat_interval=None, sent=None):
+        """A Publisher on a channel, by name or number.
+
+        ttl: hops after the first. queue: so many messages wait behind the one on its way; then
+        send() is refused, or with drop_oldest the oldest that waits is dropped. repeat: each
+        message is sent so often, repeat_interval seconds apart, and heard once. timestamped:
+        carries its delay; all programs of the channel must agree. sent(error): called for each
+        message, with None when it has left, else with the Error why it never will; True: needed
+        for async_send().
+        """
+        return self._add(Publisher(self, channel, ttl, timestamped, queue, drop_oldest, repeat,
+                                   repeat_interval, sent))
+
+    @_owned
+    def subscribe(self, channel, receive=None, within=None, known_distance_only=False,
+                  keep_last=None, latest_from_each=False, no_older_than=None, timestamped=None):
+        """A Subscriber of a channel, by name or number.
+
+        receive(message): called inside process() and run(); without, messages are fetched from the
+        Subscriber. within: only from so many metres; what has no distance comes too, unless
+        known_distance_only. keep_last: so many wait while the program is busy, the oldest goes
+        first; latest_from_each: of these only the newest of each sender. no_older_than: what is
+        older, in seconds, when its turn comes is dropped.
+        """
+        subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
+                                          keep_last, latest_from_each, no_older_than, timestamped))
+        if receive is not None and self._heard_nothing_of is None:
+            self._heard_nothing_of = subscriber.label
+        return subscriber
+
+    @_owned
+    def set_pose(self, x, y, theta):
+        """Tells where this robot is now; it ages from here. The newest of all programs counts."""
+        self._set_pose(x, y, theta, False)
+
+    @_owned
+    def set_fixed_pose(self, x, y, theta):
+        """The same of a robot that stands still: the pose does not age."""
+        self._set_pose(x, y, theta, True)
+
+    @_owned
+    def get_pose(self):
+        """This robot's Pose as the daemon knows it; None when it is missing or stale."""
+        return _pose(self._ask(_bytes(17, b""))[18])
+
+    @_owned
+    def neighbours(self):
+        """The robots heard within the last 10 s: [Neighbour]."""
+        reply = self._ask(_bytes(30, b""))[31]
+        return [_record(_NEIGHBOUR, value, Neighbour)
+                for number, value in _fields(reply, 0, len(reply)) if number == 1]
+
+    @_owned
+    def status(self):
+        """What the daemon tells of itself: version, links, channels, programs, counters."""
+        status = _record(_STATUS, self._ask(_bytes(14, b""))[15])
+        status.counters = dict(status.counters)
+        return status
+
+    @_owned
+    def sync(self):
+        """Waits until the daemon has answered all that was asked. Raises the first refusal."""
+        self._need_connection()
+        done = self._wait_until(_monotonic() + self.request_timeout,
+                                lambda: not self._pending and self._next_pose is None)
+        refusal, self._first_refusal = self._first_refusal, None
+        if not done:
+            raise Error("timeout", "swarmtalkd did not answer in time")
+        if refusal is not None:
+            raise refusal
+        self._need_connection()
+
+    @_owned
+    def log(self, line):
+        """Sends a line to whoever listens to channel debug (`swarmtalk-cli log`), over a few hops.
+
+        Never waits; returns as send() does. Raises Error when the daemon's configuration has the
+        channel off.
+        """
+        if self._log is None:
+            self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
+                                       sent=lambda error: None)
+        return self._log.send(line)
+
+    # -- Event loops.
+
+    def fileno(self):
+        """For an event loop of your own: readable when process() has work, also while there is no
+        daemon. Stays the same. Do not read or close it."""
+        return self._epoll.fileno()
+
+    @_owned
+    def process(self):
+        """Does all that waits: reads, calls callbacks, reconnects. Never waits itself.
+
+        Returns whether there is a daemon."""
+        self._need_open()
+        if self._processing:
+            raise _bad("process(), run() and waiting for messages make no sense inside a callback")
+        self._processing = True
+        self._processing_thread = _thread_id()
+        done = False
+        try:
+            self._heard_nothing_of = None
+            if self._rung:
+                self._rung = False
+                self._drain_pipe()
+            if not self._started:
+                self._attempt_in_background()
+            self._take_timer()
+            self._run_events()
+            for _ in range(_READS_AHEAD):
+                if not self._read() or len(self._events) >= _EVENTS_MAX // 4:
+                    break
+            self._flush()
+            self._run_events()
+            self._report_losses()
+            self._flush()
+            done = True
+        finally:
+            self._processing = False
+            self._processing_thread = None
+            if not done:
+                self._ring()  # a callback threw: the rest must be seen by the next poll
+        return self._phase == _UP
+
+    @_owned
+    def run(self, seconds=None):
+        """process() in a loop: for ever, for a time, or until stop()."""
+        deadline = None if seconds is None else _monotonic() + seconds
+        was_running, self._running = self._running, True
+        try:
+            while True:
+                self.process()
+                if self._take_stop():
+                    return
+                left = None if deadline is None else deadline - _monotonic()
+                if left is not None and left <= 0:
+                    return
+                self._poll(left)
+        finally:
+            self._running = was_running
+
+    run_for = run
+
+    def run_once(self, timeout=None):
+        """Waits for something to do, at most `timeout` seconds, and does it once."""
+        self._run_once(timeout)
+
+    def stop(self):
+        """Makes the running run() or wait, or else the next, return. Any thread, and signals."""
+        self._stopped = True
+        self._ring()
+
+    def attach(self, loop=None):
+        """In asyncio: process() is called by the event loop from now on. Returns the loop."""
+        if self._loop is None:
+            import asyncio
+            self._loop = loop or getattr(asyncio, "get_running_loop", asyncio.get_event_loop)()
+            self._loop.add_reader(self.fileno(), self.process)
+        return self._loop
+
+    def close(self):
+        """Ends the connection and everything registered. No callback is called after this."""
+        if self._closed or os.getpid() != self._pid:
+            return
+        if self._heard_nothing_of is not None and self._started:
+            _print_error("%s was subscribed to and nothing was heard: call run() or process(), "
+                         "callbacks are called in there only" % self._heard_nothing_of)
+        self._closed = True
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.remove_reader(self.fileno())
+        self._unwatch()
+        with self._gate:
+            if self._socket is not None:
+                self._socket.close()
+                self._socket = None
+            self._phase = _DOWN
+            gone = Error("disconnected", "the Client of this handle is closed")
+            handles, self._handles = self._handles, []
+            for handle in handles:
+                handle._id, handle._failure, handle._closed = 0, gone, True
+        for handle in handles:
+            if isinstance(handle, Subscriber):
+                handle._serve_futures()
+        self._events.clear()
+        self._pending.clear()
+        self._epoll.close()
+        os.close(self._timer)
+        with self._gate:
+            os.close(self._wake_read)
+            os.close(self._wake_write)
+            self._wake_write = None
+
+    # -- The connection's life: attempts with growing pauses, greeting, loss.
+
+    def _need_open(self):
+        if self._closed:
+            raise Error("disconnected", "this Client is closed")
+
+    def _attempt(self):
+        """One try to open the socket. Success means: greeting sent, answer awaited."""
+        self._started = True
+        self._set_timer(None)
+        self._failure = None
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            connection.setblocking(False)
+            _libc.fcntl(connection.fileno(), 2, 1)  # F_SETFD, FD_CLOEXEC
+            connection.connect(self._path)
+        except (OSError, IOError, ValueError) as error:  # IOError: Python 2
+            connection.close()
+            if error.errno is None:  # Python's own check
+                self._failure = _bad("socket path too long: " + self._path)
+            else:
+                self._failure = _connect_error(error.errno, self._path)
+            self._schedule_attempt()
+            return
+        with self._gate:
+            self._socket = connection
+            self._outgoing = bytearray()
+            self._incoming = bytearray()
+            self._write_error = None
+            self._wants_write = False
+        self._epoll.register(connection.fileno(), select.EPOLLIN)
+        self._phase = _GREETING
+        self._set_timer(self.connect_timeout)
+        self._append(_bytes(2, _uint(1, _MAJOR) + _uint(2, _MINOR) + _bytes(4, self._name)))
+        self._flush()
+
+    def _attempt_in_background(self):
+        self._attempt()
+        if self._failure is not None and self._phase == _DOWN:
+            self._report_attempt(self._failure)
+
+    def _schedule_attempt(self):
+        # Half to all of the pause: many clients of one daemon must not return in step.
+        self._set_timer(self._backoff * random.uniform(0.5, 1))
+        self._backoff = min(_RECONNECT_MAX_S, self._backoff * 2)
+
+    def _set_timer(self, seconds):
+        self._timer_at = None if seconds is None else _monotonic() + seconds
+        _set_timer(self._timer, seconds)
+
+    def _take_timer(self):
+        if self._timer_at is None or _monotonic() < self._timer_at:
+            return
+        self._set_timer(None)
+        if self._phase == _DOWN:
+            self._attempt_in_background()
+        elif self._phase != _UP:
+            self._drop(self._no_answer())
+
+    def _no_answer(self):
+        return Error("timeout", "swarmtalkd at %s did not answer within %g s; it is stopped or "
+                     "overloaded" % (self._path, self.connect_timeout))
+
+    def _unwatch(self):
+        if self._socket is not None:
+            self._epoll.unregister(self._socket.fileno())
+
+    def _drop(self, why):
+        """Ends this connection; the next attempt is scheduled, all that waited is answered."""
+        if self._phase == _DOWN:
+            return
+        self._phase = _DOWN
+        self._unwatch()
+        with self._gate:
+            self._socket.close()
+            self._socket = None
+            self._outgoing = bytearray()
+        self._failure = why
+        if self._was_up:
+            self._was_up, self._is_reconnect = False, True
+            self._post(("disconnect", why))
+        else:
+            self._report_attempt(why)
+        self._forget_registrations()
+        if why.code == "version_mismatch":
+            self._backoff = _RECONNECT_MAX_S
+        self._schedule_attempt()
+
+    def _forget_registrations(self):
+        gone = Error("disconnected", "not connected to swarmtalkd; reconnecting")
+        for handle in self._handles:
+            numbers, futures = (), {}
+            with self._gate:
+                handle._id, handle._failure = 0, gone
+                if isinstance(handle, Publisher):
+                    numbers, handle._in_flight = handle._in_flight, deque()
+                    futures, handle._futures = handle._futures, {}
+            for number in numbers:
+                self._post(("sent", handle, gone, futures.get(number)))
+        self._publishers.clear()
+        self._subscribers.clear()
+        pending, self._pending = self._pending, {}
+        for done in pending.values():
+            done(None, gone)
+        self._pose_in_flight, self._next_pose = False, None
+
+    def _become_up(self):
+        self._phase = _UP
+        self._was_up = True
+        self._set_timer(None)
+        self._backoff = _RECONNECT_FIRST_S
+        self._failure = self._reported_failure = None
+        if self._is_reconnect:
+            self._is_reconnect = False
+            self._post(("reconnect",))
+
+    # -- Bytes in and out.
+
+    def _ring(self):
+        """Makes the descriptor readable. Any thread."""
+        self._rung = True
+        try:
+            os.write(self._wake_write, b"!")
+        except (OSError, TypeError):  # full, which is as good; closed
+            pass
+
+    def _drain_pipe(self):
+        try:
+            os.read(self._wake_read, 4096)
+        except OSError:
+            pass
+
+    def _append(self, envelope):
+        with self._gate:
+            self._outgoing += _frame(envelope)
+
+    def _write(self):
+        """As much as the socket takes. Any thread, inside the gate."""
+        while self._outgoing and self._socket is not None:
+            try:
+                count = self._socket.send(self._outgoing)
+            except (OSError, IOError) as error:
+                if error.errno == errno.EINTR:
+                    continue
+                if error.errno not in (errno.EAGAIN, errno.EWOULDBLOCK):
+                    self._write_error = os.strerror(error.errno)
+                return
+            del self._outgoing[:count]
+
+    def _flush(self):
+        if self._phase == _DOWN or self._ending:
+            return
+        with self._gate:
+            self._write()
+            wants_write = bool(self._outgoing) and self._write_error is None
+            failed = self._write_error
+        if failed is not None:
+            self._read_last_words(Error("disconnected",
+                                        "lost swarmtalkd: %s; reconnecting" % failed))
+        elif wants_write != self._wants_write:
+            self._wants_write = wants_write
+            self._epoll.modify(self._socket.fileno(),
+                               select.EPOLLIN | (select.EPOLLOUT if wants_write else 0))
+
+    def _read_last_words(self, why):
+        """Nothing can be written any more, but why may wait to be read. Ends in _drop()."""
+        self._ending = True
+        try:
+            while self._read():
+                pass
+        finally:
+            self._ending = False
+        self._drop(why)
+
+    def _read(self):
+        """Reads once and handles what has come. Returns whether there may be more."""
+        if self._phase == _DOWN:
+            return False
+        try:
+            chunk = self._socket.recv(_READ_BYTES)
+        except (OSError, IOError) as error:
+            if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR):
+                return False
+            self._drop(Error("disconnected", "lost swarmtalkd: %s; reconnecting"
+                             % os.strerror(error.errno)))
+            return False
+        if not chunk:
+            self._drop(Error("disconnected",
+                             "lost swarmtalkd: it closed the connection; reconnecting"))
+            return False
+        buf = self._incoming
+        buf += chunk
+        pos, have = 0, len(buf)
+        try:
+            while have - pos >= 4:
+                end = pos + 4 + _unpack_length(buf, pos)[0]
+                if not pos + 4 < end <= pos + 4 + _FRAME_MAX:
+                    raise ValueError("an impossible length")
+                if end > have:
+                    break
+                self._handle(dict(_fields(buf, pos + 4, end)))
+                if self._phase == _DOWN:
+                    return False
+                pos = end
+        except (ValueError, IndexError, struct.error, KeyError, TypeError):
+            self._drop(Error("protocol", "swarmtalkd sent something that is not the protocol"))
+            return False
+        if buf is self._incoming:
+            del buf[:pos]
+        return len(chunk) == _READ_BYTES or self._ending
+
+    # -- What comes in.
+
+    def _handle(self, envelope):
+        if self._phase == _GREETING:
+            self._handle_greeting(envelope)
+        elif 13 in envelope:
+            deliver = envelope[13]
+            fields = _fields(deliver, 0, len(deliver))
+            subscriber = None
+            for number, value in fields:
+                if number == 1:
+                    subscriber = self._subscribers.get(value)
+            if subscriber is not None:  # else it was on its way when we unsubscribed
+                message = Message(fields)
+                if subscriber._put(message) and subscriber._receive is not None:
+                    self._post(("message", subscriber))
+        elif 12 in envelope:
+            told = dict(_fields(envelope[12], 0, len(envelope[12])))
+            self._handle_publish_end(told.get(1, 0), told.get(2, 0), None)
+        elif 1 in envelope:
+            done = self._pending.pop(envelope[1], None)
+            if done is None:
+                return  # its caller gave up waiting
+            if 3 in envelope:
+                done(None, self._convert_failure(envelope[3])[0])
+            else:
+                done(envelope, None)
+        elif 3 in envelope:
+            error, publisher, number = self._convert_failure(envelope[3])
+            if publisher is not None:
+                self._handle_publish_end(publisher, number, error)
+            else:
+                self._post(("error", error))
+        # Anything else is from a newer minor: not for us.
+
+    @staticmethod
+    def _convert_failure(body):
+        told = dict(_fields(body, 0, len(body)))
+        code = _CODES.get(told.get(1, 0), "protocol")
+        text = _native(_text(told.get(2, b""))) or "swarmtalkd refused: " + code
+        return _error(code, text), told.get(4), told.get(5, 0)
+
+    def _handle_greeting(self, envelope):
+        if 3 in envelope:
+            return self._drop(self._convert_failure(envelope[3])[0])
+        told = dict(_fields(envelope[2], 0, len(envelope[2])))
+        name = _native(_text(told.get(4, b"")))
+        if told.get(1, 0) != _MAJOR:
+            return self._drop(Error(
+                "version_mismatch", "%s at %s speaks local protocol %d.%d, this program %d.%d; "
+                "update the older of the two" % (name, self._path, told.get(1, 0), told.get(2, 0),
+                                                 _MAJOR, _MINOR)))
+        self.node_id, self.daemon_name = told.get(5, 0), name
+        self._phase = _REGISTERING
+        self._registrations_left = 1  # ours, so that no answer ends the phase before all are asked
+        for handle in self._handles:
+            self._register(handle)
+        self._end_registration()
+
+    def _end_registration(self):
+        if self._phase == _REGISTERING:
+            self._registrations_left -= 1
+            if self._registrations_left == 0:
+                self._become_up()
+
+    def _handle_publish_end(self, publisher_id, number, error):
+        publisher = self._publishers.get(publisher_id)
+        if publisher is None:
+            return
+        in_flight = publisher._in_flight
+        with self._gate:
+            if error is None and publisher._sent_every > 1:
+                while in_flight and in_flight[0] <= number:
+                    in_flight.popleft()
+                return  # it has no callback
+            if in_flight and in_flight[0] == number:
+                in_flight.popleft()
+            else:
+                try:
+                    in_flight.remove(number)
+                except ValueError:
+                    return
+            future = publisher._futures.pop(number, None)
+        if callable(publisher._sent) or future is not None or error is not None:
+            self._post(("sent", publisher, error, future))
+
+    def _post(self, event):
+        if self._closed:
+            return
+        if event[0] == "message" and len(self._events) >= _EVENTS_MAX:
+            self._drop_oldest_message()
+        self._events.append(event)
+        if not self._processing and not self._rung:
+            self._ring()
+
+    def _drop_oldest_message(self):
+        for index, event in enumerate(self._events):
+            if event[0] == "message":
+                del self._events[index]
+                event[1]._drop(0)
+                return
+
+    def _run_events(self):
+        events = self._events
+        while events:
+            event = events.popleft()
+            kind = event[0]
+            if kind == "message":
+                message = event[1]._take_first()
+                if message is not None and not event[1]._closed:
+                    event[1]._receive(message)
+            elif kind == "sent":
+                self._tell_sent(*event[1:])
+            elif kind == "disconnect":
+                if self.on_disconnect:
+                    self.on_disconnect(event[1])
+            elif kind == "reconnect":
+                if self.on_reconnect:
+                    self.on_reconnect()
+            elif self.on_error:
+                self.on_error(event[1])
+        for handle in self._handles:
+            if isinstance(handle, Subscriber) and handle._futures:
+                handle._serve_futures()
+
+    def _tell_sent(self, publisher, error, future):
+        if future is not None and not future.done():
+            if error is None:
+                future.set_result(None)
+            else:
+                future.set_exception(error)
+        if publisher._closed:
+            return
+        if callable(publisher._sent):
+            publisher._sent(error)
+        elif future is None and error is not None and error.code not in ("disconnected",
+                                                                         "dropped"):
+            if self.on_error:
+                self.on_error(error)
+
+    def _report(self, error):
+        self._post(("error", error))
+
+    def _report_attempt(self, error):
+        """Told once, not at each attempt, and not after "lost swarmtalkd" when all it says is that
+        the daemon is still away."""
+        if self._connecting or self._reported_failure == error.code:
+            return
+        self._reported_failure = error.code
+        if not (self._is_reconnect and error.code in ("no_daemon", "daemon_dead", "disconnected")):
+            self._report(error)
+
+    def _print_once_a_second(self, error):
+        now = _monotonic()
+        if now - self._printed_at.get(error.code, -1e9) >= 1:
+            self._printed_at[error.code] = now
+            _print_error(error.text)
+
+    def _report_losses(self):
+        """The daemon counts what programs lose."""
+        if not self._has_unreported_loss or self._phase != _UP:
+            return
+        self._has_unreported_loss = False
+        for handle in self._handles:
+            if isinstance(handle, Subscriber) and handle._unreported_loss and handle._id:
+                lost, handle._unreported_loss = handle._unreported_loss, 0
+                self._append(_bytes(19, _uint(1, handle._id) + _uint(2, lost)))
+
+    # -- What goes out.
+
+    def _request(self, body, done):
+        self._last_request = self._last_request % 0xFFFFFFFF + 1
+        self._append(_uint(1, self._last_request) + body)
+        self._pending[self._last_request] = done
+        return self._last_request
+
+    def _need_connection(self):
+        self._need_open()
+        if not self._started:
+            self.connect()
+        if self._phase != _UP:
+            raise self._failure or Error("disconnected",
+                                         "not connected to swarmtalkd; reconnecting")
+
+    def _ask(self, body):
+        """Sends a request and waits for its reply: {field: value} of the envelope."""
+        self._need_connection()
+        answers = []
+        number = self._request(body, lambda reply, error: answers.append((reply, error)))
+        if not self._wait_until(_monotonic() + self.request_timeout, lambda: answers):
+            self._pending.pop(number, None)
+            raise Error("timeout", "swarmtalkd did not answer in time")
+        reply, error = answers[0]
+        if error is not None:
+            raise error
+        return reply
+
+    def _wait_until(self, deadline, enough):
+        """Waits without running callbacks. Returns enough()."""
+        while True:
+            self._flush()
+            while self._read():
+                pass
+            self._flush()
+            done = enough()
+            left = deadline - _monotonic()
+            if done or left <= 0:
+                if self._events:
+                    self._ring()
+                return done
+            if self._timer_at is not None:
+                left = min(left, max(self._timer_at - _monotonic(), 0))
+            poll = select.poll()
+            if self._socket is not None:
+                poll.register(self._socket.fileno(), select.POLLIN | (
+                    select.POLLOUT if self._outgoing else 0))
+            _interruptible(poll.poll, int(left * 1000) + 1)
+            self._take_timer()
+
+    def _poll(self, seconds):
+        _interruptible(self._epoll.poll, -1 if seconds is None else max(seconds, 0))
+
+    @_owned
+    def _run_once(self, timeout):
+        """Returns whether stop() was called."""
+        if not self._take_stop():
+            if not self._processing:
+                self._poll(timeout)
+            self.process()
+            return self._take_stop()
+        return True
+
+    def _take_stop(self):
+        stopped, self._stopped = self._stopped, False
+        return stopped or self._closed
+
+    def _add(self, handle):
+        """Registers a new handle, now or, without a daemon, when it comes. Raises a refusal."""
+        self._need_open()
+        self._handles.append(handle)
+        self._adding = handle
+        try:
+            if not self._started:
+                try:
+                    self.connect()  # registers it as well
+                except Error as error:
+                    self._report(error)
+            elif self._phase in (_UP, _REGISTERING):
+                self._register(handle)
+                if not self._wait_until(_monotonic() + self.request_timeout,
+                                        lambda: handle._answered):
+                    self._remove(handle)
+                    raise Error("timeout", "swarmtalkd did not answer in time")
+        finally:
+            self._adding = None
+        failure = handle._failure
+        if failure is not None and failure.code != "disconnected":
+            self._handles.remove(handle)
+            raise failure
+        return handle
+
+    def _register(self, handle):
+        if self._phase == _REGISTERING:
+            self._registrations_left += 1
+        handle._answered = False
+
+        def done(reply, error):
+            handle._answered = True
+            if error is None:
+                with self._gate:
+                    handle._registered(reply)
+                    handle._failure = None
+                table = (self._publishers if isinstance(handle, Publisher) else self._subscribers)
+                table[handle._id] = handle
+                if handle._closed:
+                    self._remove(handle)
+            elif error.code != "disconnected":
+                handle._failure = error
+                if handle is not self._adding:  # nobody waits for it
+                    self._report(error)
+            self._end_registration()
+
+        self._request(handle._request(), done)
+
+    def _remove(self, handle):
+        if handle in self._handles:
+            self._handles.remove(handle)
+        table = self._publishers if isinstance(handle, Publisher) else self._subscribers
+        if handle._id and table.pop(handle._id, None) is not None and self._socket is not None:
+            self._request(handle._unregister(), self._note_refusal)
+            if not self._processing:
+                self._flush()
+
+    def _note_refusal(self, reply, error):
+        if error is not None and error.code != "disconnected" and self._first_refusal is None:
+            self._first_refusal = error
+
+    def _set_pose(self, x, y, theta, fixed):
+        try:
+            x, y, theta = float(x), float(y), float(theta)
+        except (TypeError, ValueError):
+            raise BadArgument("bad_pose", "a pose is three numbers, not %r" % ((x, y, theta),))
+        if not (abs(x) <= _POSE_MAX_M and abs(y) <= _POSE_MAX_M and abs(theta) < 3e38):
+            raise BadArgument("bad_pose", "a pose must be finite and within +-32.767 m, not "
+                              "%g %g %g" % (x, y, theta))
+        self._need_connection()
+        body = _float(1, x) + _float(2, y) + _float(3, theta) + (_uint(4, 1) if fixed else b"")
+        if self._pose_in_flight:
+            self._next_pose = body  # the newest wins
+        else:
+            self._send_pose(body)
+            if not self._processing:
+                self._flush()
+
+    def _send_pose(self, body):
+        self._pose_in_flight = True
+        self._request(_bytes(16, body), self._pose_answered)
+
+    def _pose_answered(self, reply, error):
+        self._pose_in_flight = False
+        if error is not None:
+            if error.code == "disconnected":
+                return
+            self._note_refusal(reply, error)
+            self._report(error)
+        if self._next_pose is not None:
+            body, self._next_pose = self._next_pose, None
+            self._send_pose(body)
+
+    def _publish(self, publisher, payload, ttl, future):
+        """Any thread: all that is used here is behind the gate."""
+        if ttl is not None:
+            ttl = _number(ttl, "ttl")
+        inside = self._processing_thread is not None and self._processing_thread == _thread_id()
+        with self._gate:
+            if not publisher._id:
+                failure = publisher._failure
+                return Refused(failure.code, failure.text)
+            if len(payload) > publisher.max_message_bytes:
+                raise BadArgument("too_long", "the message has %d bytes; %s carries at most %d" % (
+                    len(payload), publisher.label, publisher.max_message_bytes))
+            if ttl is not None and ttl > publisher._max_ttl:
+                raise BadArgument("bad_ttl", "a TTL of %d; %s carries at most %d" % (
+                    ttl, publisher.label, publisher._max_ttl))
+            full = publisher._no_room()
+            if full is not None:
+                return Refused("busy", full, publisher._tell_busy)
+            number = publisher._publish_number + 1
+            body = publisher._head + b"\x10" + _varint(number)
+            if payload:
+                body += b"\x1a" + _varint(len(payload)) + payload
+            if ttl is not None:
+                body += b"\x20" + _varint(ttl)
+            if publisher._tells_time:
+                body += b"\x28" + _varint(int(_monotonic() * 1e9))
+            self._outgoing += _frame(b"\x5a" + _varint(len(body)) + body)
+            publisher._publish_number = number
+            publisher._in_flight.append(number)
+            if future is not None:
+                publisher._futures[number] = future
+            if inside:
+                return True  # one write for all, at the end of the callback
+            self._write()
+            needs_owner = self._outgoing or self._write_error is not None
+        if needs_owner:
+            self._ring()
+        return True
+
+
+def _thread_id():
+    return threading.current_thread().ident
+
+
+def _interruptible(poll, timeout):
+    """A poll of Python 2 ends with an error when a signal comes; one of Python 3 goes on."""
+    try:
+        return poll(timeout)
+    except (OSError, IOError, select.error) as error:
+        if error.args[0] != errno.EINTR:
+            raise
+        return []
+
+
+@atexit.register
+def _close_all():
+    for client in list(_clients):
+        client.close()
+
+
+# ---- Harvest ------------------------------------------------------------------------------------
+
+class HarvestedValue(Record):
+    """One value of one program of a robot: node_id, epoch, hops, local, key, value (text), data
+    (the value's bytes)."""
+
+
+class Harvest(object):
+    """Values of this program for whoever asks, and questions for those of others, over hops.
+
+    Speaks on the reserved channel "harvest", which the daemon's configuration must switch on.
+    """
+
+    MAX_KEY_BYTES, MAX_VALUE_BYTES, MAX_VALUES, DEFAULT_TTL = 64, 512, 64, 4
+    _ANSWER_BYTES = 1000  # of one message; more values go into more messages
+
+    def __init__(self, client):
+        self._values = {}
+        self._found = None
+        self._question = 0
+        self._publisher = client.advertise("harvest", queue=16, drop_oldest=True,
+                                           sent=lambda error: None)
+        self._subscriber = client.subscribe("harvest", self._hear)
+        client._heard_nothing_of = None
+
+    def set(self, key, value):
+        """From now on this value, bytes or text, answers questions for `key`."""
+        key, value = _payload(key), _payload(value)
+        if not 1 <= len(key) <= self.MAX_KEY_BYTES:
+            raise _bad("the key of a value has 1 to %d bytes, not %d"
+                       % (self.MAX_KEY_BYTES, len(key)))
+        if len(value) > self.MAX_VALUE_BYTES:
+            raise _bad("a value has at most %d bytes, not %d" % (self.MAX_VALUE_BYTES, len(value)))
+        if key not in self._values and len(self._values) >= self.MAX_VALUES:
+            raise _bad("a program sets at most %d values; remove one" % self.MAX_VALUES)
+        self._values[key] = value
+
+    def remove(self, key):
+        self._values.pop(_payload(key), None)
+
+    def ask(self, prefix, found, ttl=DEFAULT_TTL):
+        """Asks all robots within `ttl` hops after the first for values whose keys begin with
+        `prefix`. found(HarvestedValue) is called for each answer, until the next ask(). Answers
+        may be lost: ask again. Returns as send() does."""
+        if not callable(found):
+            raise _bad("found must be a function of one value, not %r" % (found,))
+        ttl = _number(ttl, "ttl", 0, 255)
+        self._question = random.randint(1, 0xFFFFFFFF)
+        self._found = found
+        return self._publisher.send(struct.pack(">cIB", b"Q", self._question, ttl)
+                                    + _payload(prefix), ttl)
+
+    def close(self):
+        self._publisher.close()
+        self._subscriber.close()
+
+    def _hear(self, message):
+        data = message.data
+        if len(data) >= 6 and data[:1] == b"Q":
+            question, ttl = struct.unpack(">IB", data[1:6])
+            self._answer(question, ttl, data[6:])
+        elif self._found is not None and data[:5] == struct.pack(">cI", b"A", self._question):
+            found = self._found  # which may ask anew
+            for key, value in self._values_of(data[5:]):
+                found(HarvestedValue(
+                    node_id=message.sender, epoch=message.epoch, hops=message.hops,
+                    local=message.local, key=_text(key), value=_text(value), data=value))
+
+    @staticmethod
+    def _values_of(data):
+        """The values of an answer; of one that is cut, those before the cut."""
+        while data:
+            size = struct.unpack(">B", data[:1])[0]
+            if size == 0 or len(data) < 1 + size + 2:
+                return
+            value_size = struct.unpack(">H", data[1 + size:3 + size])[0]
+            end = 3 + size + value_size
+            if len(data) < end:
+                return
+            yield data[1:1 + size], data[3 + size:end]
+            data = data[end:]
+
+    def _answer(self, question, ttl, prefix):
+        empty = struct.pack(">cI", b"A", question)
+        most = min(self._ANSWER_BYTES, self._publisher.max_message_bytes)
+        answer = empty
+        for key in sorted(self._values):
+            if not key.startswith(prefix):
+                continue
+            value = self._values[key]
+            each = (struct.pack(">B", len(key)) + key + struct.pack(">H", len(value)) + value)
+            if len(answer) > len(empty) and len(answer) + len(each) > most:
+                self._publisher.send(answer, min(ttl, self._publisher._max_ttl))
+                answer = empty
+            answer += each
+        if len(answer) > len(empty):
+            self._publisher.send(answer, min(ttl, self._publisher._max_ttl))
+
+
+# ---- Scripts written for Coachbots --------------------------------------------------------------
+
+class _Id(int):
+    """A number that may be called: `robot.virtual_id` and `robot.virtual_id()` are both in use."""
+
+    def __call__(self):
+        return int(self)
+
+
+class Robot(object):
+    """What a script `usr(robot)` gets: the calls of a Coachbot, over swarmtalkd.
+
+    Calls that are not here go to the robot that was wrapped; without one (on a laptop, in the lab)
+    time and pose come from here and from the daemon, and motors and LED do nothing. `swarm` is the
+    Client, for all that Coachbots do not have.
+    """
+
+    _POSE_EVERY_S = 0.02  # asking coach-os for the pose takes up to 3 ms
+
+    def __init__(self, robot, client, channel="coachbot", within=None):
+        self.swarm = client
+        self._robot = robot
+        self._started = _monotonic()
+        self._pose, self._pose_asked_at = None, -1e9
+        self._missing = set()
+        self._bad_pose_told = False
+        self._publisher = client.advertise(channel, queue=16, drop_oldest=True)
+        self._subscriber = client.subscribe(channel, within=within)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if self._robot is not None:
+            self._feed_pose()
+            return getattr(self._robot, name)
+        if name not in ("set_vel", "set_led", "signal"):
+            raise AttributeError("a Coachbot's robot has no %r; swarmtalk has more in robot.swarm"
+                                 % name)
+        if name not in self._missing:
+            self._missing.add(name)
+            _print_error("no Coachbot here: robot.%s() does nothing" % name)
+        return lambda *arguments, **options: True
+
+    def send_msg(self, msg):
+        """Sends exactly these bytes to all robots around; never waits. Returns whether it was
+        taken. Raises BadArgument, where a Coachbot truncates."""
+        self._feed_pose()
+        return bool(self._publisher.send(msg))
+
+    def recv_msg(self, clear=False):
+        """The messages since the last call, each exactly as it was sent: [bytes]."""
+        return [message.data for message in self.recv()]
+
+    def recv(self):
+        """The same as Message objects, with sender, distance, bearing: [Message]."""
+        self._feed_pose()
+        return self._subscriber.take()
+
+    def get_pose(self):
+        """(x, y, theta), the last that is known; None before the first. Whether it is new since
+        the last call does not matter, as it does on a Coachbot alone."""
+        self._feed_pose(0)
+        if self._robot is not None:
+            return self._pose
+        pose = self.swarm.get_pose()
+        return None if pose is None else (pose.x, pose.y, pose.theta)
+
+    def get_pose_blocking(self):
+        while True:
+            pose = self.get_pose()
+            if pose is not None:
+                return pose
+            self.delay(20)
+
+    def get_clock(self):
+        """Seconds since the program started; not the same on two robots."""
+        self._feed_pose()
+        if self._robot is not None:
+            return self._robot.get_clock()
+        return _monotonic() - self._started
+
+    def delay(self, ms=20):
+        """Waits so many milliseconds."""
+        self._feed_pose()
+        if self._robot is not None:
+            self._robot.delay(ms)
+        else:
+            self.swarm.run(ms / 1000.0)
+        self._feed_pose()
+
+    @property
+    def virtual_id(self):
+        """This robot's number, as attribute and as call: coach-os's, else the node id."""
+        own = getattr(self._robot, "virtual_id", None)
+        own = own() if callable(own) else own
+        return _Id(self.swarm.node_id if own is None else own)
+
+    @property
+    def id(self):
+        own = getattr(self._robot, "id", None)
+        own = own() if callable(own) else own
+        return _Id(self.swarm.node_id if own is None or own < 0 else own)
+
+    @property
+    def logger(self):
+        own = getattr(self._robot, "logger", None)
+        if own is not None:
+            return own
+        import logging
+        return logging.getLogger("usr")
+
+    def _feed_pose(self, every=_POSE_EVERY_S):
+        """Tells the daemon where the robot is, when it has a new pose (get_pose() of a Coachbot
+        gives each once)."""
+        now = _monotonic()
+        if self._robot is None or now - self._pose_asked_at < every:
+            return
+        self._pose_asked_at = now
+        pose = self._robot.get_pose()
+        if not pose:
+            return
+        self._pose = pose
+        try:
+            self.swarm.set_pose(*pose[:3])
+        except Error as error:
+            # No reason to end a script; a lost daemon was told already.
+            if error.code != "disconnected" and not self._bad_pose_told:
+                self._bad_pose_told = True
+                _print_error("the pose %r is not passed on: %s" % (pose, error.text))
+
+
+def wrap(robot=None, channel="coachbot", within=None, name="usr_code"):
+    """The robot of a Coachbot script with swarmtalkd behind it. Raises Error without a daemon.
+
+    robot: coach-os's, or None where there is none. channel: of send_msg() and recv_msg().
+    within: messages from farther, in metres, are not heard.
+    """
+    return Robot(robot, Client(name), channel, within)
+
+
+_DEBUG_OFF = ("the debug channel is off on this robot, so a traceback stays here; to see it on "
+              "others, put these two lines into /etc/swarmtalk/swarmtalkd.toml: [reserved] and "
+              "debug = true; then: systemctl reload swarmtalkd")
+_LINES_OF_A_TRACEBACK = 15
+
+
+def _tell_swarm(client, lines):
+    """Sends lines to the debug channel and waits, a second at most, until they have left."""
+    try:
+        for line in lines:
+            client.log(line)
+        deadline = _monotonic() + 1
+        while client._log._in_flight and _monotonic() < deadline:
+            client.run_once(0.1)
+    except Error as error:
+        _print_error("the traceback could not be sent to the other robots: " + error.text)
+
+
+def run_script(path, robot=None, channel="coachbot", within=None):
+    """Runs a Coachbot script, a file with `usr(robot)`, as it is. Returns when usr() does.
+
+    What kills the script is printed, goes to the debug channel line by line, where `swarmtalk-cli
+    log` shows it on any robot, and is raised again.
+    """
+    wrapped = wrap(robot, channel, within, name=os.path.basename(path))
+    client = wrapped.swarm
+    try:
+        client._log = client.advertise("debug", ttl=4, queue=16, drop_oldest=True,
+                                       sent=lambda error: None)
+    except Error as error:
+        _print_error(_DEBUG_OFF if error.code == "bad_channel" else error.text)
+    try:
+        namespace = {"__name__": "usr_code", "__file__": path, "__builtins__": __builtins__}
+        with open(path, "rb") as file:
+            code = compile(file.read(), path, "exec")
+        exec(code, namespace)
+        if "usr" not in namespace:
+            raise _bad("%s has no function usr(robot)" % path)
+        namespace["usr"](wrapped)
+    except Exception:
+        lines = traceback.format_exc().rstrip().split("\n")
+        if client._log is not None:
+            _tell_swarm(client, ["%s died on robot %d:" % (os.path.basename(path),
+                                                           client.node_id)]
+                        + lines[-_LINES_OF_A_TRACEBACK:])
+        raise
+    finally:
+        client.close()
+
+
+def main(arguments=None):
+    """swarmtalk-run [--python PROGRAM] [--channel NAME] [--within METRES] SCRIPT"""
+    import argparse
+    parser = argparse.ArgumentParser(
+        prog="swarmtalk-run", description="Runs a Coachbot script, a file with usr(robot), as it "
+        "is, with the swarmtalkd of this robot behind send_msg() and recv_msg().")
+    parser.add_argument("--python", help="of another version, such as python2.7")
+    parser.add_argument("--channel", default="coachbot", help="of the messages (%(default)s)")
+    parser.add_argument("--within", type=float, metavar="METRES",
+                        help="do not hear robots that are farther away")
+    parser.add_argument("--version", action="version", version=__version__)
+    parser.add_argument("script")
+    options = parser.parse_args(arguments)
+    if options.python:
+        command = [options.python, os.path.abspath(__file__), "--channel", options.channel]
+        if options.within is not None:
+            command += ["--within", repr(options.within)]
+        try:
+            os.execvp(command[0], command + [options.script])
+        except OSError as error:
+            _print_error("%s cannot be started: %s" % (options.python, error.strerror))
+            return 2
+    try:
+        run_script(options.script, None, options.channel, options.within)
+    except (KeyboardInterrupt, SystemExit) as end:
+        return end.code if isinstance(end, SystemExit) else 130
+    except IOError as error:
+        if error.filename != options.script:
+            raise
+        _print_error("cannot read %s: %s" % (options.script, error.strerror))
+        return 2
+    except Error as error:
+        if traceback.extract_tb(sys.exc_info()[2])[-1][0] == options.script:
+            raise
+        if error.code in ("no_daemon", "daemon_dead", "no_permission", "timeout"):
+            _print_error(error.text)
+            return 3
+        raise
+    return 0
+
+
+if __name__ == "__main__":
+    sys.modules["swarmtalk"] = sys.modules["__main__"]  # for a script that imports it
+    sys.exit(main())

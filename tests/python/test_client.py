@@ -1,0 +1,163 @@
+"""The Python client with every Python that can be had, and against what is written in C++."""
+import asyncio
+import json
+import subprocess
+
+import pytest
+from conftest import BUILD, HERE, find_python
+from daemons import CLI, CLIENT
+
+import swarmtalk
+
+PATIENCE_S = 10
+
+
+@pytest.mark.parametrize("name", ["python3", "python2.7", "newer_Pythons"])
+def test_it_behaves_with(name):
+    for python in find_python(name):
+        done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour.py")],
+                              capture_output=True, text=True, timeout=250)
+        print(python, done.stderr.strip().splitlines()[-1])
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["python3", "python2.7"])
+def test_a_mistake_at_the_end_is_a_traceback_and_exit_code_1(name, tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text("import swarmtalk\nswarmtalk.Client('x', '/nowhere/s')\n")
+    done = subprocess.run([find_python(name)[0], program], capture_output=True, text=True,
+                          env={"PYTHONPATH": CLIENT, "PYTHONDONTWRITEBYTECODE": "1"}, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr.strip().splitlines()[-1].endswith(
+        "cannot reach swarmtalkd: /nowhere/s does not exist; start swarmtalkd for that socket")
+
+
+def frames_of_cpp():
+    done = subprocess.run([str(BUILD / "tests/python/golden_frames")], capture_output=True,
+                          text=True, timeout=60, check=True)
+    return {name: bytes.fromhex(text) for name, text in map(str.split, done.stdout.splitlines())}
+
+
+class Recorder(swarmtalk.Client):
+    """A client without a daemon, whose bytes are looked at."""
+
+    def __init__(self):
+        super().__init__("grüß", "/nowhere", connect=False)
+        self._started, self._phase = True, 3
+
+    def _flush(self):
+        pass
+
+    def take_bytes(self):
+        taken, self._outgoing = bytes(self._outgoing), bytearray()
+        return taken
+
+
+def test_its_frames_are_those_of_protobuf_byte_for_byte():
+    golden = frames_of_cpp()
+    client = Recorder()
+    made = {}
+    client._append(swarmtalk._bytes(2, swarmtalk._uint(1, 1) + swarmtalk._uint(2, 2)
+                                    + swarmtalk._bytes(4, client._name)))
+    made["hello"] = client.take_bytes()
+    subscriber = swarmtalk.Subscriber(client, "c", None, 1.5, True, 300, True, 2.5, False)
+    client._request(subscriber._request(), None)
+    made["subscribe"] = client.take_bytes()
+    publisher = swarmtalk.Publisher(client, 65535, 4, True, 200, True, 3, 0.15, None)
+    client._request(publisher._request(), None)
+    made["advertise"] = client.take_bytes()
+    plain = swarmtalk.Publisher(client, 0, None, None, 16, False, 1, None, None)
+    client._request(plain._request(), None)
+    made["advertise_plain"] = client.take_bytes()
+    client._pending.clear()
+    client.set_fixed_pose(-1.25, 2, 3.1415927)
+    made["set_pose"] = client.take_bytes()
+    plain._registered({9: bytearray.fromhex("08c801100018808001280020ff01")})
+    plain.send(b"x" * 200, ttl=0)
+    made["publish"] = client.take_bytes()
+    plain.send(b"")
+    made["publish_nothing"] = client.take_bytes()
+    subscriber._id, subscriber._unreported_loss, client._has_unreported_loss = 7, 1000, True
+    client._handles.append(subscriber)
+    client._report_losses()
+    made["client_loss"] = client.take_bytes()
+    for name, frame in made.items():
+        assert frame.hex() == golden[name].hex(), name
+    assert set(golden) - set(made) == {"deliver", "deliver_nothing"}
+
+
+def test_it_reads_a_delivery_as_protobuf_wrote_it():
+    golden = frames_of_cpp()
+
+    def read(name):
+        frame = bytearray(golden[name])
+        envelope = dict(swarmtalk._fields(frame, 4, len(frame)))
+        return swarmtalk.Message(swarmtalk._fields(envelope[13], 0, len(envelope[13])))
+    message = read("deliver")
+    assert message.data == b"\0\xff\n"
+    assert (message.channel, message.sender, message.message_number) == (41000, 65534, 4000000000)
+    assert (message.distance, message.bearing) == (0.5, -1.25)
+    assert message.sender_pose == swarmtalk.Pose(-3.5, 0, 1.5, 1.5)
+    assert (message.hops, message.ttl, message.local, message.epoch) == (2, 5, True, 4294967295)
+    assert message.delay == 1.5
+    assert message.received_at == pytest.approx(123456789.012345678)
+    assert message.lost_before == swarmtalk.Loss(1, 2, 3, 0, 4)
+    assert message.origin == ("serial", 9, 77)
+    nothing = read("deliver_nothing")
+    assert nothing.data == b"" and not nothing.has_distance and not nothing.lost_before
+    assert nothing.delay is None and nothing.sender_pose is None and nothing.origin is None
+
+
+def test_cpp_hears_python_and_python_hears_cpp(two_robots):
+    with swarmtalk.Client("p", two_robots[0].socket) as robot:
+        robot.set_fixed_pose(0, 0, 0)
+        robot.sync()
+        subprocess.run([CLI, "--socket", two_robots[1].socket, "pose", "set", "3", "4", "0"],
+                       check=True, timeout=30)
+        sub = subprocess.Popen([CLI, "--socket", two_robots[1].socket, "sub", "c", "--json", "-C",
+                                "2", "-W", "30"], stdout=subprocess.PIPE, text=True)
+        with swarmtalk.Client("q", two_robots[1].socket) as other:
+            while not other.status().channels:
+                other.run(0.02)
+        publisher = robot.advertise("c")
+        payload = bytes(range(256))
+        assert publisher.send("grüß") and publisher.send(payload)
+        heard = [json.loads(line) for line in sub.communicate(timeout=40)[0].splitlines()]
+        assert heard[0]["text"] == "grüß" and heard[1]["hex"] == payload.hex()
+        assert heard[0]["sender"] == 1 and heard[0]["distance_m"] == pytest.approx(5, abs=0.01)
+        subscriber = robot.subscribe("d")
+        subprocess.run([CLI, "--socket", two_robots[1].socket, "pub", "d", "00ff0a", "--hex"],
+                       check=True, timeout=30)
+        message = subscriber.get(PATIENCE_S)
+        assert message.data == b"\x00\xff\n" and message.sender == 2
+        assert message.distance == pytest.approx(5, abs=0.01)
+
+
+def test_asyncio_hears_and_waits_until_messages_have_left(two_robots):
+    async def scene():
+        with swarmtalk.Client("a", two_robots[0].socket) as robot, \
+                swarmtalk.Client("b", two_robots[1].socket) as other:
+            subscriber = other.subscribe("c")
+            publisher = robot.advertise("c", sent=True)
+
+            async def talk():
+                for number in range(5):
+                    await publisher.async_send(str(number))
+            talking = asyncio.ensure_future(talk())
+            heard = []
+            async for message in subscriber:
+                heard.append(message.text)
+                if len(heard) == 5:
+                    subscriber.close()
+            await talking
+            assert heard == list("01234")
+            with pytest.raises(swarmtalk.Error, match="at most 16384"):
+                await publisher.async_send(b"x" * 20000)
+            with pytest.raises(swarmtalk.Error, match="sent=True"):
+                await robot.advertise("d").async_send(b"")
+            two_robots[0].kill()
+            slow = robot.advertise("e", sent=True)
+            with pytest.raises(swarmtalk.Error) as caught:
+                await slow.async_send("x")
+            assert caught.value.code in ("disconnected", "no_daemon", "daemon_dead")
+    asyncio.run(asyncio.wait_for(scene(), 60))
