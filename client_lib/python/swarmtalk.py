@@ -590,6 +590,8 @@ class Publisher(_Handle):
 
     def busy(self):
         """Whether send() would be refused because too many messages wait. Any thread."""
+        if self._id != 0 and self._no_room() is not None:
+            self._client._look_for_answers()
         return self._id != 0 and self._no_room() is not None
 
     def async_send(self, data, ttl=None):
@@ -1747,11 +1749,21 @@ class Client(object):
             body, self._next_pose = self._next_pose, None
             self._send_pose(body)
 
+    def _look_for_answers(self):
+        """That messages have left may have been told, to a program that sends and never runs."""
+        if not self._processing and self._owner.acquire(False):
+            try:
+                self._read()
+            finally:
+                self._owner.release()
+
     def _publish(self, publisher, payload, ttl, future):
         """Any thread: all that is used here is behind the gate."""
         if ttl is not None:
             ttl = _number(ttl, "ttl")
         inside = self._processing_thread is not None and self._processing_thread == _thread_id()
+        if publisher._no_room() is not None:
+            self._look_for_answers()
         with self._gate:
             if not publisher._id:
                 failure = publisher._failure
@@ -2078,15 +2090,17 @@ def run_script(path, robot=None, channel="coachbot", within=None):
     except Error as error:
         _print_error(_DEBUG_OFF if error.code == "bad_channel" else error.text)
     try:
-        namespace = {"__name__": "usr_code", "__file__": path, "__builtins__": __builtins__}
+        namespace = {"__name__": "usr_code", "__file__": path}
         with open(path, "rb") as file:
-            code = compile(file.read(), path, "exec")
+            code = compile(file.read(), path, "exec", 0, True)  # without our own print_function
         exec(code, namespace)
         if "usr" not in namespace:
             raise _bad("%s has no function usr(robot)" % path)
         namespace["usr"](wrapped)
     except Exception:
-        lines = traceback.format_exc().rstrip().split("\n")
+        kind, error, calls = sys.exc_info()
+        lines = "".join(traceback.format_exception(kind, error, calls.tb_next)).split("\n")
+        lines = [line for line in lines if line.strip()]
         if client._log is not None:
             _tell_swarm(client, ["%s died on robot %d:" % (os.path.basename(path),
                                                            client.node_id)]
@@ -2128,12 +2142,10 @@ def main(arguments=None):
         _print_error("cannot read %s: %s" % (options.script, error.strerror))
         return 2
     except Error as error:
-        if traceback.extract_tb(sys.exc_info()[2])[-1][0] == options.script:
+        if error.code not in ("no_daemon", "daemon_dead", "no_permission", "version_mismatch"):
             raise
-        if error.code in ("no_daemon", "daemon_dead", "no_permission", "timeout"):
-            _print_error(error.text)
-            return 3
-        raise
+        _print_error(error.text)
+        return 3
     return 0
 
 

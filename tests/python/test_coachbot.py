@@ -1,0 +1,143 @@
+"""Scripts in the style of Coachbots, run as they are by nine robots of a lab."""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import time
+
+import pytest
+from conftest import BUILD, HERE, ROOT, find_python
+from daemons import CLI
+
+RUN = ROOT / "client_lib/python/swarmtalk-run"
+LAB = str(BUILD / "lab/swarmtalk-lab")
+INSTALLED = ROOT / "systemd/swarmtalkd.toml"
+ROBOTS = 9
+
+
+class Lab:
+    """Nine robots with the configuration as installed, on raw layer-2 frames where root can."""
+
+    def __init__(self, folder, change=None):
+        config = pathlib.Path(folder) / "swarmtalkd.toml"
+        text = INSTALLED.read_text()
+        config.write_text(change(text) if change else text)
+        self.name = f"p{os.getpid()}-{time.monotonic_ns() % 1000000}"
+        medium = "bridge" if os.geteuid() == 0 else "udp"
+        self.tool("up", ROBOTS, "--medium", medium, "--config", config)
+        self.started = []
+
+    def tool(self, *words):
+        done = subprocess.run([LAB, "--name", self.name, *map(str, words)], timeout=60, text=True,
+                              capture_output=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def start(self, robot, *command):
+        words = [LAB, "--name", self.name, "exec", robot, "--", *command]
+        self.started.append(subprocess.Popen(
+            [str(word) for word in words], text=True, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}))
+        return self.started[-1]
+
+    def run_script(self, script, python):
+        """The script on all robots, to its end: [(exit code, stdout, stderr)]"""
+        processes = [self.start(robot + 1, RUN, "--python", python, script)
+                     for robot in range(ROBOTS)]
+        return [(*process.communicate(timeout=120), process.returncode) for process in processes]
+
+    def down(self):
+        for process in self.started:
+            if process.poll() is None:
+                process.terminate()
+                process.communicate(timeout=30)
+        self.tool("down")
+
+
+@pytest.fixture
+def lab(tmp_path):
+    labs = []
+
+    def make(change=None):
+        labs.append(Lab(tmp_path, change))
+        return labs[-1]
+    yield make
+    for each in labs:
+        each.down()
+
+
+@pytest.mark.parametrize("name", ["python3", "python2.7"])
+def test_nine_robots_run_scripts_as_they_are(name, lab):
+    python = find_python(name)[0]
+    robots = lab()
+    for out, errors, code in robots.run_script(HERE / "coachbot/neighbours.py", python):
+        assert code == 0, errors
+        assert re.fullmatch(r"\d+ heard 8 robots, the nearest 0.50 m away\n", out), out + errors
+    for out, errors, code in robots.run_script(HERE / "coachbot/firefly.py", python):
+        assert code == 0, errors
+        assert re.fullmatch(r"\d+ saw 8 blink, blinked often\n", out), out + errors
+        told = errors.splitlines()
+        assert len([line for line in told if "the debug channel is off" in line]) == 1, errors
+        assert len([line for line in told if "robot.set_led() does nothing" in line]) == 1, errors
+        assert len(told) == 2, errors
+
+
+@pytest.mark.parametrize("name", ["python3", "python2.7"])
+def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
+    python = find_python(name)[0]
+    robots = lab(lambda text: text.replace('id = "auto"', "id = 1")
+                 + "\n[reserved]\ndebug = true\n")
+    log = robots.start(1, CLI, "log", "--json", "-W", "100")
+    while not json.loads(robots.tool("exec", 1, "--", CLI, "status", "--json"))["channels"]:
+        time.sleep(0.05)
+    *others, (_, errors, code) = robots.run_script(HERE / "coachbot/leader.py", python)
+    for number, (out, errors_of_other, code_of_other) in enumerate(others, 1):
+        assert (out, code_of_other) == (f"{number} follows 9\n", 0), errors_of_other
+    assert code == 1 and "AttributeError" in errors, errors
+    assert "debug channel is off" not in errors
+    log.terminate()
+    lines = [json.loads(line) for line in log.communicate(timeout=30)[0].splitlines()]
+    assert {line["sender"] for line in lines} == {9}
+    text = [line["text"] for line in lines]
+    assert text[0] == "leader.py died on robot 9:"
+    assert text[1] == "Traceback (most recent call last):"
+    assert 'leader.py", line 21, in usr' in text[2]
+    assert "struct.unpack('if'. heard[number]" in text[3]
+    assert text[-1] == "AttributeError: 'str' object has no attribute 'heard'"
+
+
+def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
+    script = tmp_path / "old.py"
+    script.write_text("def usr(robot):\n    print 'robot', robot.virtual_id\n")
+    done = subprocess.run([RUN, "--python", find_python("python2.7")[0], script], text=True,
+                          capture_output=True, timeout=60,
+                          env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
+    assert (done.returncode, done.stdout) == (0, "robot 1\n"), done.stderr
+
+
+MISTAKES = {
+    "no such script": (["nowhere.py"], 2, r"cannot read nowhere.py: No such file"),
+    "no such Python": (["--python", "python1.5", __file__], 2, r"python1.5 cannot be started"),
+    "no daemon": ([__file__], 3, r"cannot reach swarmtalkd: /nowhere does not exist"),
+}
+
+
+@pytest.mark.parametrize("what", MISTAKES, ids=[what.replace(" ", "_") for what in MISTAKES])
+def test_a_mistake_is_one_line(what, two_robots):
+    words, code, pattern = MISTAKES[what]
+    path = "/nowhere" if what == "no daemon" else two_robots[0].socket
+    done = subprocess.run([RUN, *words], text=True, capture_output=True, timeout=60,
+                          env={**os.environ, "SWARMTALK_SOCKET": path})
+    assert done.returncode == code
+    lines = [line for line in done.stderr.splitlines() if "debug channel" not in line]
+    assert len(lines) == 1 and re.search(pattern, lines[0]), done.stderr
+
+
+def test_a_script_without_usr_is_told(two_robots, tmp_path):
+    script = tmp_path / "empty.py"
+    script.write_text("def user(robot):\n    pass\n")
+    done = subprocess.run([RUN, script], text=True, capture_output=True, timeout=60,
+                          env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
+    assert done.returncode == 1
+    assert "empty.py has no function usr(robot)" in done.stderr.splitlines()[-1]

@@ -1,0 +1,162 @@
+"""The Python in the documents and the example programs run as they stand there."""
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+
+import pytest
+from conftest import ROOT
+from daemons import CLIENT
+
+import daemons
+import swarmtalk
+
+LONGEST_S = 20  # of a block that ends by itself; others are interrupted when they have printed
+
+
+def blocks(document):
+    text = (ROOT / document).read_text(encoding="utf-8")
+    return re.findall(r"```python\n(.*?)```", text, re.S)
+
+
+BLOCKS = [pytest.param(block, id=f"{document.split('/')[-1].split('.')[0]}_{number}")
+          for document in ("README.md", "docs/python.md")
+          for number, block in enumerate(blocks(document), 1)]
+# The script that the block for coach-os runs, and coach-os.
+COACHBOT = """
+class robot:
+    get_pose = staticmethod(lambda: (1, 2, 3))
+"""
+SCRIPT = "def usr(robot):\n    print(robot.send_msg(b'x'), robot.get_pose())\n"
+
+
+class Chatter(threading.Thread):
+    """Another robot, that says hello all the time."""
+
+    def __init__(self, socket):
+        super().__init__()
+        self.socket = socket
+        self.ended = threading.Event()
+        self.heard = []
+
+    def run(self):
+        with swarmtalk.Client("chatter", self.socket) as robot:
+            robot.set_fixed_pose(1, 1, 0)
+            hello, here = robot.advertise("hello"), robot.advertise("here")
+            robot.subscribe("hello", lambda message: self.heard.append(message.text))
+            harvest = swarmtalk.Harvest(robot)
+            harvest.set("battery", "3.7")
+            while not self.ended.is_set():
+                hello.send("hello from the other robot")
+                here.send("")
+                robot.run(0.05)
+
+
+@pytest.fixture
+def two_robots():
+    with daemons.Daemons(2, "[reserved]\ndebug = true\nharvest = true\n") as robots:
+        yield robots
+
+
+@pytest.fixture
+def chatter(two_robots):
+    thread = Chatter(two_robots[1].socket)
+    thread.start()
+    yield thread
+    thread.ended.set()
+    thread.join(30)
+
+
+def run_until_it_prints(socket, *command, wanted=".", cwd=None):
+    """What the program prints until the pattern is found in it; it is interrupted then."""
+    process = subprocess.Popen(
+        ["/usr/bin/python3", "-u", *map(str, command)], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, cwd=cwd,
+        env={**os.environ, "PYTHONPATH": CLIENT, "SWARMTALK_SOCKET": socket,
+             "PYTHONDONTWRITEBYTECODE": "1"})
+    watchdog = threading.Timer(LONGEST_S, process.kill)
+    watchdog.start()
+    out = ""
+    for line in process.stdout:
+        out += line
+        if re.search(wanted, out) and process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            break
+    rest, errors = process.communicate()
+    watchdog.cancel()
+    assert process.returncode != -signal.SIGKILL, out + rest + errors
+    # Interrupted is the only way to end badly.
+    assert process.returncode == 0 or errors.rstrip().endswith("KeyboardInterrupt"), errors
+    assert "swarmtalk:" not in errors and "never retrieved" not in errors, errors
+    return out + rest
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_block_of_the_documents_runs(block, two_robots, chatter, tmp_path):
+    prelude = "import swarmtalk\n"
+    if "Client(" not in block:
+        prelude += "robot = swarmtalk.Client('block')\n"
+    if "run_script" in block:
+        (tmp_path / "usr_code.py").write_text(SCRIPT)
+        prelude = COACHBOT
+        block = block.replace("/home/pi/control/usr_code.py", str(tmp_path / "usr_code.py"))
+    program = tmp_path / "block.py"
+    program.write_text(prelude + block)
+    is_quiet = "too fast" in block  # prints when something is wrong
+    if is_quiet:
+        program.write_text(prelude + block + "print('end')\n")
+    with swarmtalk.Client("pose", two_robots[0].socket) as robot:
+        robot.set_fixed_pose(1, 0.6, 0)
+        robot.sync()
+    assert run_until_it_prints(two_robots[0].socket, program), "it printed nothing"
+
+
+EXAMPLES = {
+    "chatter": r"robot 2 says hello from the other robot, 0.40 m away",
+    "near": r"robot 1: 2 at 0.40 m",
+    "leader": r"robot 1: robot 9 leads\nrobot 1: I lead",
+    "follow": r"robot 2 is nearest, 0.40 m away at 90 degrees\nleft 5, right 35",
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_runs(name, two_robots, chatter):
+    with swarmtalk.Client("pose", two_robots[0].socket) as robot:
+        robot.set_fixed_pose(1, 0.6, 0)
+        robot.sync()
+        if name == "leader":
+            threading.Thread(target=claim, args=(two_robots[1].socket,)).start()
+        out = run_until_it_prints(two_robots[0].socket, ROOT / f"examples/python/{name}.py",
+                                  wanted=EXAMPLES[name])
+    assert re.search(EXAMPLES[name], out), out
+    if name == "chatter":
+        assert chatter.heard[0] == "hello 1"
+
+
+def claim(socket):
+    """Robot 9 tells that it is there, over robot 2."""
+    with swarmtalk.Client("claim", socket) as robot:
+        publisher = robot.advertise("leader")
+        for _ in range(30):
+            publisher.send(b"\x09\0\0\0")
+            time.sleep(0.1)
+
+
+def test_the_example_writes_a_table(two_robots, chatter, tmp_path):
+    table = tmp_path / "table.csv"
+    process = subprocess.Popen(
+        ["/usr/bin/python3", ROOT / "examples/python/log_to_csv.py", table, "hello"],
+        env={**os.environ, "PYTHONPATH": CLIENT, "SWARMTALK_SOCKET": two_robots[0].socket})
+    deadline = time.monotonic() + LONGEST_S
+    while not table.exists() or table.read_text().count("\n") < 4:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(LONGEST_S) == 0
+    header, first, *_ = table.read_text().splitlines()
+    cells = dict(zip(header.split(","), first.split(",")))
+    assert cells["channel"] == "hello" and cells["sender"] == "2" and cells["distance_m"] == ""
+    assert bytes.fromhex(cells["hex"]) == b"hello from the other robot"
+    assert abs(float(cells["time"]) - time.time()) < LONGEST_S
