@@ -1,8 +1,10 @@
 // One-way latency and CPU of a message from one program to another through client library, socket,
 // daemon, radio link and back up, as two robots of a lab see it, and its last part: from the
-// kernel's receive stamp to the callback. benchmarks/latency.py and daemon_load.py run it.
-//   latency receive COUNT            prints one JSON line when COUNT messages have come
-//   latency send COUNT BYTES GAP_US  paced; CLOCK_MONOTONIC is one clock on one machine
+// kernel's receive stamp to the callback. benchmarks/latency.py, daemon_load.py, python_cost.py run
+// it.
+//   latency receive COUNT                    prints one JSON line when COUNT messages have come
+//   latency send COUNT BYTES GAP_US [BURST]  paced, BURST at once; CLOCK_MONOTONIC is one clock on
+//                                            one machine
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -81,17 +83,21 @@ int receive(std::size_t count) {
   return seen == count ? 0 : 1;
 }
 
-int send(std::size_t count, std::size_t size_bytes, std::chrono::microseconds gap) {
+int send(std::size_t count, std::size_t size_bytes, std::chrono::microseconds gap,
+         std::size_t burst) {
   auto robot = swarmtalk::Client::connected("latency");
-  auto publisher = robot.channel("latency").publisher();
+  const auto queue = burst == 1 ? 0 : static_cast<std::uint32_t>(2 * burst);
+  auto publisher = robot.advertise("latency", swarmtalk::Sending::queued(queue));
   std::string message(std::max(size_bytes, sizeof(std::int64_t)), 'x');
   std::size_t busy = 0;
   const double cpu_before_us = cpu_us();
   auto next = Clock::now();
   for (std::size_t i = 0; i < count; ++i) {
-    next += gap;
-    std::this_thread::sleep_until(next);
-    robot.process();
+    if (i % burst == 0) {
+      next += gap;
+      std::this_thread::sleep_until(next);
+      robot.process();
+    }
     while (publisher.busy()) {
       ++busy;
       robot.run_once(1ms);
@@ -104,6 +110,7 @@ int send(std::size_t count, std::size_t size_bytes, std::chrono::microseconds ga
     }
   }
   while (publisher.busy()) robot.run_once(10ms);
+  robot.run_for(burst == 1 ? 0ms : 100ms);  // what waits in the daemon leaves before we go
   std::printf("{\"sent\": %zu, \"waited_for_busy\": %zu, \"cpu_us\": %.2f}\n", count, busy,
               (cpu_us() - cpu_before_us) / static_cast<double>(count));
   return 0;
@@ -116,14 +123,15 @@ int main(int argc, char** argv) {
     if (argc == 3 && std::strcmp(argv[1], "receive") == 0) {
       return receive(std::strtoul(argv[2], nullptr, 10));
     }
-    if (argc == 5 && std::strcmp(argv[1], "send") == 0) {
+    if ((argc == 5 || argc == 6) && std::strcmp(argv[1], "send") == 0) {
       return send(std::strtoul(argv[2], nullptr, 10), std::strtoul(argv[3], nullptr, 10),
-                  std::chrono::microseconds(std::strtol(argv[4], nullptr, 10)));
+                  std::chrono::microseconds(std::strtol(argv[4], nullptr, 10)),
+                  argc == 6 ? std::max(std::strtoul(argv[5], nullptr, 10), 1UL) : 1);
     }
   } catch (const swarmtalk::Error& error) {
     std::fprintf(stderr, "latency: %s\n", error.what());
     return 1;
   }
-  std::fprintf(stderr, "usage: latency receive COUNT | latency send COUNT BYTES GAP_US\n");
+  std::fprintf(stderr, "usage: latency receive COUNT | latency send COUNT BYTES GAP_US [BURST]\n");
   return 2;
 }
