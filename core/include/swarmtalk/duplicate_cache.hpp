@@ -15,6 +15,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "swarmtalk/forecast.hpp"
 #include "swarmtalk/record_index.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
@@ -63,6 +64,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   using Mask = typename Entry::Mask;
   using Ticks = UintFor<P::kClockBits>;
   using Index = UintFor<bits_for(P::kRecords)>;
+  /// Without buckets every new message looks at every record anyway.
+  static constexpr bool kScans = P::kBuckets == 0;
 
   DuplicateCache() : Lookup(records_), now_(0), sweep_(0) {
     if (!kScans) return;
@@ -143,20 +146,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// @return null if all records are open, or too precious when not insisting
   template <class Node>
   SWARMTALK_HOT Entry* begin(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
-    Choice choice = {own, own == nullptr ? Score{0} : kOver};
-    uint8_t looks = 0;
-    const Entry* const stop = Lookup::stop(records_);
-    Entry* record = kScans || own == nullptr ? Lookup::first(records_, key) : nullptr;
-    for (; record != stop; record = Lookup::next(records_, record)) {
-      record = in_register(record);
-      if (kScans && kNumbersReturn && record->key.is_same_stream(key)) note(*record, key, node);
-      if (kScans || kNumbersReturn) {
-        if (choice.score != kOver) consider(record, insist, kScans, choice, node);
-      } else if (++looks >= kLongestChain && !record->is_open()) {
-        choice = {record, kOver};
-        break;
-      }
-    }
+    Choice choice = kScans ? look_at_all(own, key, insist, node) : look_at_chain(own, key, node);
     bool is_linked = choice.score == kOver;  // in this chain, or there are none
     if (!is_linked) {
       Entry* const fresh = Lookup::fresh(records_);
@@ -171,6 +161,16 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     renew(*choice.record, key, kind);
     if (!is_linked) Lookup::link(records_, choice.record);
     return choice.record;
+  }
+  /// The open messages other than `kept`: see node.look_ahead(). Only without buckets.
+  template <class Node>
+  void look_at_others(Entry& kept, Node& node) {
+    const uint8_t flags = kept.flags;
+    kept.flags = 0;
+    Key of_nobody;
+    memset(static_cast<void*>(&of_nobody), 0xFF, sizeof(of_nobody));
+    look_at_all(&kept, of_nobody, false, node);
+    kept.flags = flags;
   }
 
   /// Makes a closed record one of another message.
@@ -308,8 +308,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   static constexpr uint32_t kMessagesPerCount = kNumbersReturn && P::kMessageBits > 4
                                                     ? UINT32_C(1) << (P::kMessageBits - 4) % 16
                                                     : 1;
-  /// Without buckets every new message looks at every record anyway.
-  static constexpr bool kScans = P::kBuckets == 0;
   static constexpr bool kHasSecret = Lookup::kHasSecret;
   /// With more in one chain than chance would bring, a new one takes the place of the last.
   static constexpr uint8_t kLongestChain = 16;
@@ -343,13 +341,9 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
   /// How willingly a record is given away: expired ones first, then one-hop ones by age, then
   /// flooded ones by age; 0: none.
-  using Score = UintFor<bits_for(UINT32_C(3) + in_steps(kFloodLife) + in_steps(kOneHopLife))>;
+  using Score = UintFor<bits_for(UINT32_C(3) + kFloodLife + kOneHopLife)>;
   /// Score of an expired one.
   static constexpr Score kOver = static_cast<Score>(~Score{0});
-  /// Of a flooded message: its age in steps, rounded up, and 1.
-  static Score score_of(Ticks passed) {
-    return static_cast<Score>((passed + (2u * kStepTicks - 1u)) / kStepTicks);
-  }
   struct Choice {
     Entry* record;
     Score score;
@@ -397,27 +391,66 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
   }
 
-  /// @param with_living  also compare records that are not expired
+  /// The record for a message that begins, which is noted with its sender's other messages; and
+  /// what the node wants to know of the open ones, all in one walk.
   template <class Node>
-  SWARMTALK_INLINE void consider(Entry* record, bool insist, bool with_living, Choice& choice,
-                                 Node& node) {
+  SWARMTALK_HOT_APART Choice look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
+    Choice choice = {own, own == nullptr ? Score{0} : kOver};
+    OpenMessages<P> open;
+    const Ticks now = in_register(static_cast<Ticks>(now_));
+    const Entry* const stop = end();
+    for (Entry* record = records_; record != stop; ++record) {
+      record = in_register(record);
+      if (kNumbersReturn && record->key.is_same_stream(key)) note(*record, key, node);
+      consider(record, now, insist, choice, open, node);
+    }
+    node.look_ahead(open);
+    return choice;
+  }
+  /// Takes it if it is the best until now, or counts it if it is open.
+  template <class Node>
+  SWARMTALK_INLINE void consider(Entry* record, Ticks now, bool insist, Choice& choice,
+                                 OpenMessages<P>& open, Node& node) {
+    const uint8_t flags = record->flags;
+#ifndef __AVR__  // there the most that a walk may take counts, and that is with open ones
+    if (choice.score == kOver && (flags & Entry::kOpen) == 0) return;
+#endif
+    const Ticks passed = static_cast<Ticks>(now - record->stamp);
     Score score = kOver;
-    if (is_over(*record)) {
-      if (record->is_open()) node.end(*record);
-    } else {
-      if (!with_living || record->is_open()) return;
-      const Ticks passed = age(*record);
-      score = score_of(passed);
-      if (!record->is_flood()) {
-        score = static_cast<Score>(score + (kFloodLife / kStepTicks + 1u));
-      } else if (!insist && passed <= young_) {
-        return;
+    if ((flags & Entry::kOpen) != 0) {
+      if (passed <= ((flags & Entry::kFlood) != 0 ? kFloodLife : kAssemblyLife)) {
+        return open.add(record, node.worth(*record));
+      }
+      if (choice.score == kOver) return;  // one is enough for a call
+      node.end(*record);
+    } else if (flags != 0) {
+      if ((flags & Entry::kFlood) == 0) {
+        if (passed <= kOneHopLife) score = static_cast<Score>(passed + (kFloodLife + 1u));
+      } else if (passed <= kFloodLife) {
+        if (!insist && passed <= young_) return;
+        score = static_cast<Score>(passed + 1u);
       }
     }
     if (score > choice.score) {
       choice.record = record;
       choice.score = score;
     }
+  }
+  /// A record of a chain that is over, for a message that begins there.
+  template <class Node>
+  Choice look_at_chain(Entry* own, KeyArgument key, Node& node) {
+    if (own != nullptr) return {own, kOver};
+    uint8_t looks = 0;
+    Entry* record = Lookup::first(records_, key);
+    for (; record != nullptr; record = Lookup::next(records_, record)) {
+      if (kNumbersReturn) {
+        if (!is_over(*record)) continue;
+        if (record->is_open()) node.end(*record);
+        return {record, kOver};
+      }
+      if (++looks >= kLongestChain && !record->is_open()) return {record, kOver};
+    }
+    return {nullptr, 0};
   }
 
   /// The next of a large table that is closed; a flooded message's only if the next few are all of

@@ -91,8 +91,9 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
   void improve(const uint8_t* packet, const Header& header) {
-    for (Slot n = 0; n != count_; ++n) {
-      uint8_t* waiting = slot(n).packet;
+    Queued* queued = &slot(0);
+    for (Slot left = count_; left != 0; --left, queued = after(queued)) {
+      uint8_t* const waiting = in_register(queued->packet);
       if (!W::is_same_packet(waiting, packet)) continue;
       if (static_cast<uint8_t>(header.ttl - 1) > W::ttl(waiting)) {
         W::set_hops(waiting, header.hops);
@@ -138,23 +139,24 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// wait that are as many as a quarter of the numbers.
   /// @param last  number of the packet's message
   bool drop_oldest_of_many(const uint8_t* packet, typename W::MessageNumber last) {
-    Slot oldest = count_;
+    Queued* oldest = nullptr;
     Slot messages = 0;
-    for (Slot n = 0; n != count_; ++n) {
-      const uint8_t* const waiting = slot(n).packet;
-      if (!W::is_same_stream(waiting, packet)) continue;
-      const auto number = W::MessageField::get(waiting);
+    Queued* waiting = &slot(0);
+    for (Slot left = count_; left != 0; --left, waiting = after(waiting)) {
+      waiting = in_register(waiting);
+      if (!W::is_same_stream(waiting->packet, packet)) continue;
+      const auto number = W::MessageField::get(waiting->packet);
       if (number == last) continue;
       last = number;
-      if (oldest == count_) oldest = n;
-      ++messages;
+      if (messages++ == 0) oldest = waiting;
     }
     if (messages < kMostWaiting) return false;
-    if (oldest == 0) this->begin_repeats();
-    for (Queued* to = &slot(oldest); oldest != 0;) {
-      Queued* const from = &slot(--oldest);
-      *to = *from;
-      to = from;
+    Queued* const first = &slot(0);
+    if (oldest == first) this->begin_repeats();
+    while (oldest != first) {  // those before it move up
+      Queued* const to = oldest;
+      oldest = in_register(oldest == slots_ ? &slots_[P::kForwardSlots - 1] : oldest - 1);
+      *to = *oldest;
     }
     drop_first();
     return true;
@@ -162,6 +164,9 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   SWARMTALK_SHARED void drop_first() {
     if (++first_ == P::kForwardSlots) first_ = 0;
     --count_;
+  }
+  Queued* after(Queued* queued) {
+    return queued == &slots_[P::kForwardSlots - 1] ? slots_ : queued + 1;
   }
   /// The nth packet that waits; n may be their count: the next free place.
   Queued& slot(Slot n) {

@@ -55,7 +55,7 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
       draw_number(random);
       if (drawn == id_ || drawn >= W::kFirstGatewayId) continue;
       id = drawn;
-      if (!known.knows_node(drawn)) break;
+      if (tries == kDraws - 1 || !known.knows_node(drawn)) break;  // the last one is taken anyway
     }
     if (id == id_ && ++id >= W::kFirstGatewayId) id = 0;
     id_ = id;

@@ -151,7 +151,7 @@ class Reassembler {
 
   // Of a mask of packets held: whether a packet before the last is missing; how many packets.
   static bool has_gap(Mask mask) { return static_cast<Mask>(mask & (mask + 1u)) != 0; }
-  static uint8_t count(Mask mask) {
+  static SWARMTALK_INLINE uint8_t count(Mask mask) {
     if (sizeof(Mask) == 1) {  // in pairs, fours, all eight: no loop
       uint8_t sums = static_cast<uint8_t>(mask - (mask >> 1 & 0x55u));
       sums = static_cast<uint8_t>((sums & 0x33u) + (sums >> 2 & 0x33u));

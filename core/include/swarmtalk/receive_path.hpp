@@ -94,8 +94,7 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
   Outcome outcome;
   do {
     outcome = reassembler_.add(record, arrival, elapsed);
-  } while (outcome == Outcome::kNoSlot &&
-           give_up_less_than(worth(record, arrival.bit), &record) != nullptr);
+  } while (outcome == Outcome::kNoSlot && make_slot(record, arrival.bit));
   switch (outcome) {
     case Outcome::kHeld:
       cache_.renew_stamp(record);
@@ -120,7 +119,7 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
 template <class P>
 void Swarmtalk<P>::complete(Arrival& arrival, Entry& record, Ticks elapsed) {
   uint8_t message[W::kMessageBytes];
-  this->set_usual_packets(worth(record, 0));
+  this->set_usual_packets(static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1));
   const uint16_t size = reassembler_.take(record, arrival, elapsed, message);
   finish(record, kAllPackets);
   deliver(arrival, message, size);
@@ -145,62 +144,54 @@ void Swarmtalk<P>::finish(Entry& record, Mask heard) {
 }
 
 template <class P>
-bool Swarmtalk<P>::is_hopeless(const Entry& record, Mask bit) const {
-  if (record.is_flood()) return bit == 0 && cache_.is_stale(record);
-  // One hop means in order: a gap is a loss, and so is the sender's next message.
-  return record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(record.held | bit));
+uint8_t Swarmtalk<P>::worth(const Entry& record) const {
+  const bool is_hopeless = record.is_flood()
+                               ? cache_.is_stale(record)
+                               : record.is_overtaken() || Reassembler<P>::has_gap(record.held);
+  return is_hopeless ? 0 : static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
 }
 
 template <class P>
-uint8_t Swarmtalk<P>::worth(const Entry& record, Mask bit) const {
-  if (is_hopeless(record, bit)) return 0;
-  return static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
-}
-
-template <class P>
-bool Swarmtalk<P>::is_finishable(const Arrival& arrival, const Entry& record) const {
-  using Slots = UintFor<bits_for(UINT32_C(1) * P::kRecords * W::kMaxPackets + P::kFragmentSlots)>;
-  const uint8_t packets = this->usual_packets();
-  if (packets < 2 || record.is_flood()) return true;
-  if (arrival.bit != 1) return false;
-  uint8_t messages = 0;  // that can still become whole, this one included
-  Slots held = 1;
-  uint8_t most = 2;
-  const Entry* const end = cache_.end();
-  for (const Entry* begun = cache_.begin(); begun != end; begun = in_register(begun + 1)) {
-    if (!begun->is_open()) continue;
-    const uint8_t its_worth = worth(*begun, 0);
-    if (its_worth == 0 || its_worth >= packets) return true;  // packets get lost, or it ends
-    ++messages;
-    held = static_cast<Slots>(held + its_worth - 1u);
-    if (its_worth > most) most = its_worth;
+bool Swarmtalk<P>::make_slot(Entry& record, Mask bit) {
+  const Mask held = record.held;
+  if (!record.is_flood() &&
+      (record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(held | bit)))) {
+    return false;
   }
-  // When the farthest is about to end, each has grown by as much as it.
-  return static_cast<Slots>(messages * static_cast<uint8_t>(packets - most) + held) <=
-         P::kFragmentSlots;
+  // A message that begins now comes after a walk.
+  if (Cache::kScans && held != 0) cache_.look_at_others(record, *this);
+  const auto limit = static_cast<uint8_t>(Reassembler<P>::count(held) + 1);
+  return give_up_less_than(limit, &record) != nullptr;
 }
 
 template <class P>
 typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, const Entry* kept) {
-  Entry* victim = nullptr;
+  Entry* const record = Cache::kScans ? this->take_least_under(limit) : find_less_than(limit, kept);
+  if (record == nullptr || !record->is_open()) return nullptr;
+  finish(*record, 0);
+  count(counters_.no_memory);
+  return record;
+}
+
+template <class P>
+typename Swarmtalk<P>::Entry* Swarmtalk<P>::find_less_than(uint8_t limit, const Entry* kept) {
+  Entry* least = nullptr;
   const uint8_t enough = limit == kAnyWorth ? 3 : 0;
-  Entry* record = victim_hand_;
+  Entry* const last = this->hand();
+  Entry* record = last;
   uint8_t looks = 32;  // at most: the hand may stand behind the records in use
   do {
-    record = in_register(cache_.next_after(record));
+    record = cache_.next_after(record);
     if (!record->is_open() || record == kept) continue;
-    const uint8_t its_worth = worth(*record, 0);
+    const uint8_t its_worth = worth(*record);
     if (its_worth < limit) {
-      victim = record;
+      least = record;
       limit = its_worth;
       if (limit <= enough) break;
     }
-  } while (record != victim_hand_ && --looks != 0);
-  victim_hand_ = record;
-  if (victim == nullptr) return nullptr;
-  finish(*victim, 0);
-  count(counters_.no_memory);
-  return victim;
+  } while (record != last && --looks != 0);
+  this->hand() = record;
+  return least;
 }
 
 }  // namespace core

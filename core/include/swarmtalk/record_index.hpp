@@ -284,9 +284,11 @@ class RecordIndex<P, true> {
 #endif
 
   Entry* find(Entry* records, typename RecordKey<P>::Argument key) {
-    const Entry* const stop = end(records);
-    for (Entry* record = records; record != stop; record = in_register(record + 1)) {
+    Entry* record = records;
+    for (auto left = static_cast<UintFor<bits_for(P::kRecords)>>(end(records) - records); left != 0;
+         --left) {
       if (record->key == key) return record;
+      record = in_register(record + 1);
     }
     return nullptr;
   }

@@ -12,6 +12,7 @@
 #include "swarmtalk/channel_hint.hpp"
 #include "swarmtalk/counters.hpp"
 #include "swarmtalk/duplicate_cache.hpp"
+#include "swarmtalk/forecast.hpp"
 #include "swarmtalk/forward_queue.hpp"
 #include "swarmtalk/node_id.hpp"
 #include "swarmtalk/port.hpp"
@@ -39,24 +40,8 @@ class NumberFloor<Number, false> {
   Number floor() const { return 0; }
 };
 
-/// How many packets messages have, judged by the last one put together; 0: unknown. Kept where a
-/// short scan of the records tells what that means (see is_finishable).
-template <bool kPresent>
-class UsualPackets {
- protected:
-  void set_usual_packets(uint8_t packets) { usual_packets_ = packets; }
-  uint8_t usual_packets() const { return usual_packets_; }
-  uint8_t usual_packets_ = 0;
-};
-template <>
-class UsualPackets<false> {
- protected:
-  void set_usual_packets(uint8_t) {}
-  uint8_t usual_packets() const { return 0; }
-};
-
 template <class P>
-class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
+class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
                   private ChannelHint<P, (P::kBuckets > 0 && P::kUsualPathFirst)>,
                   private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
  public:
@@ -71,7 +56,7 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
   explicit Swarmtalk(const Port& port)
       : port_{port.clock, port.random, port.context}, last_error_(Error::kOk), used_channels_(0) {
-    victim_hand_ = cache_.begin();
+    if (!Cache::kScans) this->hand() = cache_.begin();
   }
   Swarmtalk(const Swarmtalk&) = delete;
   Swarmtalk& operator=(const Swarmtalk&) = delete;
@@ -453,22 +438,25 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   /// An open message is delivered, or given up.
   /// @param heard  packets of it that have come beside those held, or 0
   void finish(Entry& record, Mask heard);
-  /// Whether memory will do for the one-hop message that this packet begins: if all that are begun
-  /// go on at one pace and have the usual number of packets. Where nothing is lost that completes
-  /// up to a fifth more than to begin whatever there is a slot for; where packets are lost, and
-  /// many messages end early, it is less: one such message among those begun, and there is no
-  /// forecast. Cost: a look at each record of a node without buckets, for a first packet only.
-  bool is_finishable(const Arrival& arrival, const Entry& record) const;
-  /// What keeping an open message is worth: nothing once it cannot become whole any more, else more
-  /// with each packet held. To finish what has come farthest takes the least memory for a message.
-  /// @param bit  a packet that would be held as well, or 0; it is not counted
-  uint8_t worth(const Entry& record, Mask bit) const;
-  /// Whether an open message cannot become whole any more, as far as one can tell.
-  SWARMTALK_INLINE bool is_hopeless(const Entry& record, Mask bit) const;
-  /// Gives up the open message that is worth least, other than `kept`, if that is less than
-  /// `limit`; of any worth, the next that holds few packets. @return it, now closed, or null
+  /// Whether memory will do for the message that this packet begins.
+  bool is_finishable(const Arrival& arrival, const Entry& record) const {
+    return !this->knows_length() || record.is_flood() || (arrival.bit == 1 && this->has_room());
+  }
+  /// What keeping an open message is worth: nothing if it cannot become whole any more, as far as
+  /// one can tell, else more with each packet held. To finish what has come farthest takes the
+  /// least memory for a message. (One hop means in order: a gap is a loss, and so is the sender's
+  /// next.)
+  SWARMTALK_INLINE uint8_t worth(const Entry& record) const;
   static constexpr uint8_t kAnyWorth = 255;
+  /// Gives up the open message that is worth least, other than `kept`, if that is less than
+  /// `limit`; of any worth, one that holds few packets. Without buckets it is known from the last
+  /// walk over the records. @return it, now closed, or null
   Entry* give_up_less_than(uint8_t limit, const Entry* kept);
+  /// Finds it in a large table: from where the last one was found.
+  Entry* find_less_than(uint8_t limit, const Entry* kept);
+  /// Gives up a message that is worth less than this one, which needs a slot for packet `bit`.
+  /// @return whether there was one
+  bool make_slot(Entry& record, Mask bit);
 
   // The small ones first: AVR reaches 64 bytes behind an address at no cost.
   Port port_;
@@ -476,7 +464,6 @@ class Swarmtalk : private UsualPackets<(P::kBuckets == 0)>,
   RoundRobin<kSources> round_robin_;
   Error last_error_;
   ChannelIndex used_channels_;  // channels_[0..used_channels_-1] have been used
-  Entry* victim_hand_;          // the record that was looked at last for a victim
   ChannelId ids_[P::kChannels];
   Counters<P> counters_;
   Cache cache_;

@@ -43,6 +43,15 @@ SWARMTALK_INLINE T* in_register(T* pointer) {
   return pointer;
 }
 
+/// The same for a number.
+template <class Number>
+SWARMTALK_INLINE Number in_register(Number number) {
+#ifdef __AVR__
+  __asm__("" : "+r"(number));
+#endif
+  return number;
+}
+
 /// `Then` if kCondition, else `Else`.
 template <bool kCondition, class Then, class Else>
 struct Conditional {

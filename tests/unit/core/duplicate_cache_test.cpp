@@ -40,12 +40,15 @@ struct Cache : DuplicateCache<Kilobot> {
     close(passed, kAll);
     ++given_up;
   }
+  uint8_t worth(const Entry& record) const { return static_cast<uint8_t>(record.held + 1); }
+  void look_ahead(const OpenMessages<Kilobot>& messages) { open_messages = messages; }
   /// What a packet with this key is taken for. @param packet  of its message, from 0
   bool is_copy(const Key& key, bool direct, uint8_t packet = 0) {
     const Entry* const record = find(key);
     return record != nullptr && !is_of_later(*record, direct, static_cast<uint8_t>(1 << packet));
   }
   int given_up = 0;
+  OpenMessages<Kilobot> open_messages;  // as the last message began
 };
 
 TEST(DuplicateCache, KnowsMessagesByNodeNumberAndChannel) {
@@ -204,6 +207,27 @@ TEST(DuplicateCache, ReusesAnOpenRecordPastItsTime) {
   EXPECT_FALSE(sut.at(105).is_copy(key(1, 1), true, 1));  // ages are counted in steps of 8 ticks
   sut.insert(key(2, 1), kOneHop);
   EXPECT_EQ(sut.given_up, 1);
+}
+
+TEST(DuplicateCache, TellsOfTheOpenMessagesAsAnotherOneBegins) {
+  Cache sut;
+  sut.at(0).insert(key(9, 1), kFlood);
+  for (uint8_t node : {uint8_t{2}, uint8_t{3}, uint8_t{4}}) {
+    const auto record = sut.insert(key(node, 1), kOneHop);
+    sut.open(*record);
+    record->held = static_cast<uint8_t>(node == 3 ? 1 : 4);
+  }
+  EXPECT_EQ(sut.open_messages.messages, 3) << "two, and the one that begins";
+  sut.insert(key(5, 1), kOneHop);
+  EXPECT_EQ(sut.open_messages.messages, 4);
+  EXPECT_EQ(sut.open_messages.held, 1 + 4 + 1 + 4);
+  EXPECT_EQ(sut.open_messages.most, 5);
+  EXPECT_EQ(sut.open_messages.least, sut.find(key(3, 1)));
+  EXPECT_EQ(sut.open_messages.worth, 2);
+  sut.look_at_others(*sut.find(key(3, 1)), sut);
+  EXPECT_EQ(sut.open_messages.messages, 3);
+  EXPECT_EQ(sut.open_messages.worth, 5);
+  EXPECT_TRUE(sut.find(key(3, 1))->is_open());
 }
 
 TEST(DuplicateCache, SeesThatASenderHasGoneOn) {

@@ -129,6 +129,29 @@ TEST(ReceivePath, BeginsAThirdMessageThatWillFitWhenTheFirstEnds) {
   EXPECT_EQ(sut.delivered(), 4u);
 }
 
+/// More records than 8 bits count, and room for 260 messages of three packets that all hold one.
+struct ManyRecords : Kilobot {
+  static constexpr uint8_t kNodeBits = 16;
+  static constexpr uint16_t kRecords = 400;
+  static constexpr uint16_t kFragmentSlots = 520;
+  static constexpr uint16_t kMtuBytes = 10;
+  static constexpr uint32_t kBufferBudgetBytes = 32768;
+};
+TEST(ReceivePath, ForecastsWithMoreMessagesThanEightBitsCount) {
+  TestNode<ManyRecords> sut(999);
+  sut.open(0);
+  for (uint16_t sender = 1; sender <= 400; ++sender) {
+    TestNode<ManyRecords> node(sender);
+    node.open(0);
+    node.publisher->send(pattern(15).data(), 15);
+    const auto packets = node.pull_all();
+    ASSERT_EQ(packets.size(), 3u);
+    for (size_t i = 0; i < (sender == 1 ? 3u : 1u); ++i) sut.hear(packets[i]);
+    // The first one is whole and tells what is usual. Of n others each holds 1 and will hold 2.
+    ASSERT_EQ(sut.node.counters().no_memory, sender <= 261 ? 0 : sender - 261) << sender;
+  }
+}
+
 TEST(ReceivePath, MakesNoForecastWhilePacketsAreLost) {
   TightNode sut;
   sut.hear(50, 0, 7);
