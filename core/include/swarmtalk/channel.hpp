@@ -89,7 +89,7 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     if (ttl > W::kTtlMax) return Error::kTtlTooLarge;
     if (fragmenter_.is_busy()) return Error::kBusy;
     if (ttl > top_ttl_) top_ttl_ = ttl & W::kTtlMax;
-    fragmenter_.load(bytes, size, ttl, crossed_gateway, node_->now());
+    fragmenter_.load(bytes, size, ttl, crossed_gateway, node_->wait_now());
     node_->set_waiting(index_);
     return Error::kOk;
   }

@@ -80,7 +80,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Whether the time of everything remembered has ended since the last set_now().
   bool has_ended(uint32_t now) const { return since_now(now) > kLongestLife; }
   uint32_t since_now(uint32_t now) const { return now - now_; }
-  Ticks now() const { return static_cast<Ticks>(now_); }
+  uint32_t now() const { return now_; }
   void forget_all() {
     Lookup::clear(records_);
     sweep_ = 0;

@@ -49,7 +49,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
  public:
   using W = Wire<P>;
   using Header = typename W::Header;
-  using Ticks = typename W::Ticks;
+  using Ticks = typename W::WaitTicks;
   using PacketSize = typename W::PacketSize;
   using Slot = UintFor<bits_for(P::kForwardSlots)>;
 

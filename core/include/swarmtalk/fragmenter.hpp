@@ -17,7 +17,7 @@ class Fragmenter {
   using W = Wire<P>;
   using Header = typename W::Header;
   using MessageNumber = typename W::MessageNumber;
-  using Ticks = UintFor<P::kClockBits>;
+  using Ticks = typename W::WaitTicks;
   using Size = typename W::MessageSize;
   using PacketSize = typename W::PacketSize;
 

@@ -69,8 +69,8 @@ void Swarmtalk<P>::forward(const Arrival& arrival, Entry& record) {
     forward_queue_.improve(arrival.packet(), arrival);
     return;
   }
-  const auto pushed =
-      forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival, cache_.now());
+  const auto pushed = forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival,
+                                          static_cast<typename W::WaitTicks>(cache_.now()));
   if (pushed != Pushed::kDone) count(counters_.forward_queue_full);
   if (pushed == Pushed::kFull) return;
   record.forwarded = static_cast<Mask>(record.forwarded | arrival.bit);

@@ -154,6 +154,8 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     const uint8_t* packet() const { return this->payload - W::kHeaderBytes; }
   };
 
+  /// Since when something waits.
+  typename W::WaitTicks wait_now() const { return static_cast<typename W::WaitTicks>(time()); }
   SWARMTALK_SHARED uint32_t time() const { return port_.clock(port_.context); }
   SWARMTALK_INLINE void count(typename P::Counter& counter) { counters_.count(counter); }
 
@@ -258,7 +260,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
         timestamped = false;
       }
     }
-    const PacketSize size = forward_queue_.pull(timestamped, now(), out);
+    const PacketSize size = forward_queue_.pull(timestamped, wait_now(), out);
     if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
     if (forward_queue_.is_empty()) round_robin_.set_ready(0, false);
     count(counters_.packets_forwarded);
@@ -273,7 +275,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
       message.set_sender(identity_.id(), identity_.epoch());
       channel.begin_numbers(identity_.first_number());
     }
-    const PacketSize size = message.next(channel.timestamped_, now(), out);
+    const PacketSize size = message.next(channel.timestamped_, wait_now(), out);
     if (!message.is_busy()) {
       round_robin_.set_ready(source, false);
       count(counters_.messages_sent);

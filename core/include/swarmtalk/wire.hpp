@@ -33,6 +33,9 @@ struct Wire {
   using Epoch = UintFor<P::kEpochBits>;
   using Timestamp = UintFor<P::kTimestampBits>;
   using Ticks = UintFor<P::kClockBits>;
+  /// Of what waits to be sent: as long as a timestamp can tell, whatever the clock's width.
+  using WaitTicks =
+      UintFor<(P::kClockBits > P::kTimestampBits ? P::kClockBits : P::kTimestampBits)>;
 
   static constexpr uint16_t kHeaderBytes = Checked::kHeaderBytes;
   static constexpr uint16_t kChecksumBytes = Checked::kChecksumBytes;
@@ -285,9 +288,8 @@ struct Wire {
   }
 
   /// A delay `waited` ticks later; stays at kTimestampMax, which means "at least".
-  SWARMTALK_SHARED static Timestamp later(Timestamp delay, Ticks waited) {
-    using Wide = UintFor<(P::kClockBits > P::kTimestampBits ? P::kClockBits : P::kTimestampBits)>;
-    return static_cast<Wide>(waited) >= static_cast<Wide>(kTimestampMax - delay)
+  SWARMTALK_SHARED static Timestamp later(Timestamp delay, WaitTicks waited) {
+    return waited >= static_cast<WaitTicks>(kTimestampMax - delay)
                ? kTimestampMax
                : static_cast<Timestamp>(delay + waited);
   }

@@ -177,5 +177,52 @@ TEST(Ageing, DeliversTheMessageThatBeginsAsItsPredecessorExpiresClassic2020) {
   expect_successors<Classic2020>();
 }
 
+/// A narrow clock, and timestamps that tell more than it counts.
+template <uint8_t kBits>
+struct NarrowClock : Kilobot {
+  static constexpr uint8_t kClockBits = kBits;
+  static constexpr uint8_t kTimestampBits = kBits * 2;
+  static constexpr uint32_t kFloodTicks = 120;
+  static constexpr uint32_t kFloodSurelyTicks = 60;
+};
+template <class P>
+class LongWait : public ::testing::Test {};
+using NarrowClocks = ::testing::Types<NarrowClock<8>, NarrowClock<16>>;
+TYPED_TEST_SUITE(LongWait, NarrowClocks);
+
+TYPED_TEST(LongWait, OfAMessageThatTheLinkDoesNotTakeIsToldWhole) {
+  constexpr uint32_t kWait = (1u << TypeParam::kClockBits) * 2 + 7;
+  TestNode<TypeParam> sender(1);
+  sender.open(8, 3, true);
+  sender.publisher->send(pattern(1).data(), 1);
+  sender.port.now += kWait;
+  TestNode<TypeParam> receiver(2);
+  receiver.open(8, 3, true);
+  receiver.hear(sender.pull());
+  ASSERT_EQ(receiver.received.size(), 1u);
+  EXPECT_EQ(receiver.received[0].reception.delay_ticks, kWait);
+}
+TYPED_TEST(LongWait, OfAPacketToSendOnIsToldWholeWhileOthersAreHeard) {
+  constexpr uint32_t kWait = (1u << TypeParam::kClockBits) * 2 + 7;
+  TestNode<TypeParam> sender(1);
+  sender.open(8, 3, true);
+  sender.publisher->send(pattern(1).data(), 1);
+  TestNode<TypeParam> other(3);
+  other.open(9, 0, true);
+  TestNode<TypeParam> relay(4);
+  relay.hear(sender.pull());
+  const uint32_t end = relay.port.now + kWait;
+  while (relay.port.now < end) {
+    relay.port.now += end - relay.port.now < 100 ? end - relay.port.now : 100;
+    other.publisher->send(pattern(1).data(), 1);
+    relay.hear(other.pull());
+  }
+  TestNode<TypeParam> receiver(2);
+  receiver.open(8, 3, true);
+  receiver.hear(relay.pull());
+  ASSERT_EQ(receiver.received.size(), 1u);
+  EXPECT_EQ(receiver.received[0].reception.delay_ticks, kWait);
+}
+
 }  // namespace
 }  // namespace swarmtalk::core
