@@ -33,11 +33,11 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
   /// Both are cut to their fields' width, as on the wire: a packet of ours has to be known again.
   void set_epoch(Epoch epoch) { MyEpoch::set(static_cast<Epoch>(epoch & low_bits(P::kEpochBits))); }
 
-  /// Takes this id for good.
+  /// Takes this id for good. kNoNode: the next one is drawn.
   void fix(NodeId id, const Port& port) {
     if (id_ == W::kNoNode) draw_number(port.random(port.context));
     id_ = static_cast<NodeId>(id & W::kNoNode);
-    is_fixed_ = true;
+    is_fixed_ = id_ != W::kNoNode;
   }
   /// What this start of the program adds to its message numbers. After a restart under the same id
   /// nobody takes them for the old ones: where there is an epoch that tells, and this is 0.

@@ -120,7 +120,8 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     ensure_id();
     return identity_.id();
   }
-  /// Fixes the id: it does not change by itself any more; collisions are still counted.
+  /// Fixes the id: it does not change by itself any more; collisions are still counted. W::kNoNode
+  /// is nobody's: the node draws an id, now or when it is first needed, and may change it.
   void set_node_id(NodeId id) { identity_.fix(id, port_); }
   /// Distinguishes this start of the program from earlier ones (profiles with epoch bits).
   void set_epoch(uint16_t epoch) { identity_.set_epoch(static_cast<Epoch>(epoch)); }

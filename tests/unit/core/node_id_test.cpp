@@ -37,6 +37,17 @@ TEST(NodeIdentity, AvoidsIdsHeardLately) {
   EXPECT_EQ(sut.id(), 1);
 }
 
+TEST(NodeIdentity, IsDrawnAnewAndNotFixedUnderNobodysId) {
+  NodeIdentity<Kilobot> sut;
+  sut.fix(7, kStuck);
+  EXPECT_TRUE(sut.is_fixed());
+  sut.fix(Wire<Kilobot>::kNoNode, kStuck);
+  EXPECT_FALSE(sut.is_fixed());
+  EXPECT_FALSE(sut.is_drawn());
+  sut.draw(kStuck, KnownBelow{0});
+  EXPECT_EQ(sut.id(), 5);
+}
+
 TEST(NodeIdentity, MovesOnEvenWithoutRandomness) {
   NodeIdentity<Kilobot> sut;
   sut.draw(kStuck, KnownBelow{0});
