@@ -50,6 +50,7 @@ class CoreRobot {
     node_ = std::make_unique<Swarmtalk<P>>(Port{&read_clock, &draw, this});
     if (settings_.ids == Ids::kFixed)
       node_->set_node_id(static_cast<typename W::NodeId>(index_ + 1));
+    if (P::kEpochBits != 0) node_->set_epoch(static_cast<uint16_t>(random_()));
     for (uint8_t i = 0; i < settings_.channels; ++i) {
       Channel<P>* channel = node_->new_channel(i, settings_.ttl, false);
       publishers_[i] = channel->new_publisher(&CoreRobot::on_sent, this);
@@ -65,7 +66,7 @@ class CoreRobot {
   uint16_t pull(uint8_t* out) { return node_->pull_packet(out); }
   void receive(const uint8_t* packet, uint16_t size) {
     typename P::Sensing sensing{};
-    sensing.distance = 100;
+    set_distance(sensing);
     node_->on_packet(packet, size, sensing);
   }
   /// The id drawn, or fixed.
@@ -77,6 +78,11 @@ class CoreRobot {
  private:
   static constexpr uint8_t kMaxChannels = P::kChannels < 4 ? P::kChannels : 4;
 
+  static void set_distance(PoseSensing& sensing) { sensing.distance_m = 0.1f; }
+  template <class Sensing>
+  static void set_distance(Sensing& sensing) {
+    sensing.distance = 100;
+  }
   static uint32_t read_clock(void* self) { return static_cast<CoreRobot*>(self)->clock_.ticks(); }
   static uint32_t draw(void* self) {
     return static_cast<uint32_t>(static_cast<CoreRobot*>(self)->random_());

@@ -3,6 +3,7 @@
 
 #include "swarmtalk/profiles/footbot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
+#include "swarmtalk/profiles/wifi.hpp"
 
 namespace swarmtalk::core::testing {
 
@@ -23,6 +24,13 @@ struct FloodRoom : Kilobot {
 /// The same with an assembly time that no queue outlasts.
 struct PatientFloodRoom : FloodRoom {
   static constexpr uint32_t kAssemblyTicks = 2000;
+};
+
+/// The wifi profile with packets just long enough for a tag: messages of several are short.
+struct ShortWifi : Wifi {
+  static constexpr uint16_t kMtuBytes = 22;
+  static constexpr uint32_t kMaxMessageBytes = 40;
+  static constexpr uint8_t kTimestampBits = 16;
 };
 
 }  // namespace swarmtalk::core::testing
