@@ -23,7 +23,7 @@ struct Counters {
   Counter bad_packets;  // impossible length or contradiction in the header
   Counter bad_checksums;
   Counter unknown_channels;    // no subscriber here (it may have been forwarded all the same)
-  Counter too_far;             // beyond every subscriber's distance (dito)
+  Counter too_far;             // beyond every subscriber's distance (may have been forwarded)
   Counter duplicates;          // copies of something delivered, held or given up
   Counter own_echoes;          // our own packets, sent on by others
   Counter forward_queue_full;  // not forwarded for want of a slot

@@ -141,7 +141,7 @@ struct Wire {
     ChannelId channel;
     uint8_t ttl;                                        // hops still allowed
     uint8_t hops;                                       // travelled, if there is a field
-    typename bits::Field<0, P::kSizeBits>::Value size;  // of the whole message, dito
+    typename bits::Field<0, P::kSizeBits>::Value size;  // of the whole message, if there is a field
     Epoch epoch;                                        // of the origin; 0 without a field
     bool has_delay;                                     // the packet carries a timestamp
     bool crossed_gateway;                               // a gateway copied it
