@@ -6,7 +6,7 @@
 //     using Profile = ...;                        // wire format, swarmtalk/profiles/
 //     static constexpr uint16_t kBodyMm = 33;     // body diameter
 //     static constexpr uint16_t kSpeedMmPerS = 10;  // ahead; only for programs that move
-//     static constexpr uint16_t kTurnDegPerS = 45;  // left and right; dito
+//     static constexpr uint16_t kTurnDegPerS = 45;  // left and right; the same
 //     core::Swarmtalk<Profile>& swarmtalk();      // its node, or what has its new_channel()
 //     uint32_t clock();                           // ticks, wrapping
 //     static constexpr uint32_t kTicksPerSecond;  // of that clock: 31, a Kilobot's

@@ -11,9 +11,9 @@ namespace swarmtalk::drivers {
 
 /// Air time of `frames` broadcasts with `bytes` of payload in all, in microseconds, as if they
 /// never collided. Per frame: 36 bytes of headers (802.11 MAC 24, LLC and SNAP 8, FCS 4), and
-/// before it DIFS, mean backoff and preamble: 50 + 310 + 192 us with 802.11b (1, 2, 5.5 and 11
-/// Mb/s), 28 + 67.5
-/// + 20 us, and 4 us of rounding up and 6 us of signal extension, with OFDM in the 2.4 GHz band.
+/// before it DIFS, mean backoff and preamble. With 802.11b (1, 2, 5.5 and 11 Mb/s) these take 50,
+/// 310 and 192 us; with OFDM in the 2.4 GHz band 28, 67.5 and 20 us, and 4 us of rounding up and
+/// 6 us of signal extension come on top.
 /// Source: IEEE 802.11-2016, clauses 10.22.2, 16.2 and 18.4.
 /// @param rate_mbps  above 0
 double airtime_us(std::uint64_t frames, std::uint64_t bytes, double rate_mbps);

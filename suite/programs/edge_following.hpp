@@ -19,11 +19,11 @@ class EdgeFollowing {
 
  public:
   static constexpr int32_t kSetMm = 60;       // to the nearest seed, in Kilobot mm
-  static constexpr int32_t kToleranceMm = 4;  // dito
-  static constexpr int32_t kNearerMm = 3;     // dito
-  static constexpr int32_t kStepMm = 5;       // dito, ahead
-  static constexpr int32_t kStepDeg = 12;     // turns
-  static constexpr int32_t kRangeMm = 200;    // dito
+  static constexpr int32_t kToleranceMm = 4;  // in Kilobot mm, as the lengths below
+  static constexpr int32_t kNearerMm = 3;
+  static constexpr int32_t kStepMm = 5;    // ahead
+  static constexpr int32_t kStepDeg = 12;  // turns
+  static constexpr int32_t kRangeMm = 200;
   static constexpr uint8_t kNobody = 255;
   static constexpr uint8_t kOccupiedTicks = 100;  // 3.3 s: a seed forgets a silent follower
   static constexpr uint8_t kSeedChannel = 0;
@@ -147,11 +147,11 @@ class EdgeFollowing {
   uint8_t partner_;
   uint8_t heard_tick_ = 0;    // seeds: of the partner
   uint8_t held_ = kNobody;    // followers: the seed that lets us; partner_ is the one we want
-  bool has_turned_ = false;   // dito, in the last step
-  bool has_reading_ = false;  // dito, since the last step
-  bool is_taken_ = false;     // dito, the seed we want is another's
-  Distance distance_mm_ = 0;  // dito, to the partner
-  Distance last_mm_ = 0;      // dito, at the last step
+  bool has_turned_ = false;   // followers: in the last step
+  bool has_reading_ = false;  // followers: since the last step
+  bool is_taken_ = false;     // followers: the seed we want is another's
+  Distance distance_mm_ = 0;  // followers: to the partner
+  Distance last_mm_ = 0;      // followers: at the last step
 };
 
 }  // namespace suite

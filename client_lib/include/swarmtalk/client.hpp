@@ -1,6 +1,6 @@
 // Client: one program's connection to the swarmtalkd of its robot. It reconnects and re-registers
 // by itself. One thread, the caller's, owns a Client and all it hands out: callbacks run there,
-// inside process() and run*(), and nowhere else. From elsewhere may come stop() and
+// inside process() and run*(), and nowhere else. Other threads may call stop() and
 // Publisher::send().
 #pragma once
 
@@ -50,7 +50,7 @@ class Client {
   bool is_connected() const;
 
   /// By name, UTF-8: the daemon's [channels] table gives the number, or a hash of the name does.
-  /// A name or number that is impossible is told by the handles made of it: kBadChannel.
+  /// The handles made of an impossible name or number say so: kBadChannel.
   Channel channel(std::string_view name, ChannelOptions options = {});
   Channel channel(const char* name, ChannelOptions options = {}) {
     return channel(std::string_view(name), options);
@@ -76,7 +76,7 @@ class Client {
   /// @param theta_rad  counter-clockwise from +x
   /// @return kBadPose (also to on_error); kDisconnected
   Status set_pose(float x_m, float y_m, float theta_rad);
-  /// The same for a robot that stands still: the pose does not age, until a pose is set anew.
+  /// The same for a robot that stands still: the pose does not age, until another is set.
   Status set_fixed_pose(float x_m, float y_m, float theta_rad);
 
   /// Sends a line to whoever listens to the reserved channel "debug" (`swarmtalk-cli log`), over a
@@ -104,7 +104,7 @@ class Client {
   /// For an event loop of your own: readable when process() has work. Stays the same, and stays
   /// valid, for the life of the Client, also while there is no daemon. Do not read or close it.
   int fd() const;
-  /// Does all that waits: reads, calls callbacks, reconnects. Never blocks.
+  /// Does everything that waits: reads, calls callbacks, reconnects. Never blocks.
   /// @return kDisconnected while there is no daemon
   Status process();
 
@@ -125,7 +125,7 @@ class Client {
   /// Messages were lost: called before the callback of a message whose `lost_before` is not empty,
   /// with that message. No default.
   void on_gap(std::function<void(const Message&)> callback);
-  /// What no return value can tell, or what a program ignores at its own cost.
+  /// Errors that no return value can tell, and those that a program should not overlook.
   void on_error(std::function<void(const Status&)> callback);
 
  private:

@@ -47,7 +47,7 @@ typedef struct swarmtalk_publisher swarmtalk_publisher;
 typedef struct swarmtalk_subscriber swarmtalk_subscriber;
 typedef struct swarmtalk_harvest swarmtalk_harvest;
 
-/* Messages that did not come, by place; late: told as lost before, came after all. */
+/* Messages that did not come, by place; late: reported as lost before, came after all. */
 typedef struct swarmtalk_loss {
   uint64_t air;
   uint64_t kernel;
@@ -94,7 +94,7 @@ typedef struct swarmtalk_sending {
   uint32_t ttl;              /* hops after the first */
   uint32_t queue;            /* messages that wait behind the one in flight */
   int drop_oldest;           /* a full queue drops its oldest; else send() answers BUSY */
-  uint32_t copies;           /* each message is sent so often, heard once; 0: once */
+  uint32_t copies;           /* each message is sent that many times, delivered once; 0: once */
   uint32_t copy_interval_ms; /* 0: the daemon's default */
   int timestamped;
 } swarmtalk_sending;
@@ -126,7 +126,7 @@ typedef struct swarmtalk_neighbour {
   swarmtalk_pose pose; /* the last it sent, with its age now */
   uint64_t frames;
   uint64_t frames_lost; /* gaps in its count of frames */
-  float loss;           /* share of its frames that did not come lately, 0 to 1 */
+  float loss;           /* share of its frames that were lost lately, 0 to 1 */
   int duplicate_id;     /* another robot with this id is heard too */
   int out_of_range;     /* of the link's virtual_range_m: its messages are dropped */
 } swarmtalk_neighbour;
@@ -159,7 +159,7 @@ SWARMTALK_API const char* swarmtalk_error(const swarmtalk_client* client);
 /* A general sentence about a status, for any thread. Never NULL. */
 SWARMTALK_API const char* swarmtalk_status_text(swarmtalk_status status);
 
-/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Answers NULL
+/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Returns NULL
  * when out of memory or when struct_bytes is wrong (see swarmtalk_error()); any other refusal is in
  * *_status() and in on_error. */
 SWARMTALK_API swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client,
@@ -186,7 +186,7 @@ SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
 /* theta_rad: counter-clockwise from +x. */
 SWARMTALK_API swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
                                                   float theta_rad);
-/* The same for a robot that stands still: the pose does not age, until one is set anew. */
+/* The same for a robot that stands still: the pose does not age, until another is set. */
 SWARMTALK_API swarmtalk_status swarmtalk_set_fixed_pose(swarmtalk_client* client, float x_m,
                                                         float y_m, float theta_rad);
 /* Asks the daemon, waits for its answer, a second at most. */
@@ -204,12 +204,12 @@ SWARMTALK_API swarmtalk_status swarmtalk_log(swarmtalk_client* client, const cha
 SWARMTALK_API uint32_t swarmtalk_node_id(const swarmtalk_client* client);
 
 /* Values for whoever asks, and questions for those of others, over several hops, on the reserved
- * channel "harvest". Never NULL but when out of memory; closed before its client. */
+ * channel "harvest". NULL only when out of memory. Close it before its client. */
 SWARMTALK_API swarmtalk_harvest* swarmtalk_harvest_open(swarmtalk_client* client);
 /* SWARMTALK_BAD_CHANNEL where the daemon's configuration has harvest off. */
 SWARMTALK_API swarmtalk_status swarmtalk_harvest_status(const swarmtalk_harvest* harvest);
 /* From now on this value answers questions for `key`, of 1 to 64 bytes; the value has at most 512.
- * 64 values at most: else SWARMTALK_BAD_ARGUMENT. NULL as the value takes it back. */
+ * 64 values at most: else SWARMTALK_BAD_ARGUMENT. NULL as the value removes it. */
 SWARMTALK_API swarmtalk_status swarmtalk_harvest_set(swarmtalk_harvest* harvest, const char* key,
                                                      const char* value);
 /* Asks all robots within `ttl` hops after the first (4 is usual) for their values whose keys begin
@@ -222,7 +222,7 @@ SWARMTALK_API void swarmtalk_harvest_close(swarmtalk_harvest* harvest);
 
 /* For an event loop of your own: readable when swarmtalk_process() has work. */
 SWARMTALK_API int swarmtalk_fd(const swarmtalk_client* client);
-/* Does all that waits; never blocks. SWARMTALK_DISCONNECTED while there is no daemon. */
+/* Does everything that waits; never blocks. SWARMTALK_DISCONNECTED while there is no daemon. */
 SWARMTALK_API swarmtalk_status swarmtalk_process(swarmtalk_client* client);
 /* swarmtalk_process() in a loop, until swarmtalk_stop(). */
 SWARMTALK_API swarmtalk_status swarmtalk_run(swarmtalk_client* client);
@@ -231,8 +231,7 @@ SWARMTALK_API swarmtalk_status swarmtalk_run_for(swarmtalk_client* client, uint3
 SWARMTALK_API void swarmtalk_stop(swarmtalk_client* client);
 
 /* Each replaces a default that writes a line to stderr; NULL silences it. The gap callback has no
- * default; it is called before the receive callback of a message before which something was lost.
- */
+ * default; it is called before the receive callback of a message that follows a loss. */
 SWARMTALK_API void swarmtalk_on_disconnect(swarmtalk_client* client, swarmtalk_event_fn callback,
                                            void* context);
 SWARMTALK_API void swarmtalk_on_reconnect(swarmtalk_client* client, swarmtalk_event_fn callback,

@@ -204,7 +204,7 @@ struct UnmarkedLengths : ProfileDefaults {
   static constexpr uint8_t kTimestampBits = 32;
   static constexpr uint8_t kClockBits = 32;
 };
-/// Dito of 2 bytes, with a checksum.
+/// The same with timestamps of 2 bytes, and a checksum.
 struct UnmarkedShortTimestamps : UnmarkedLengths {
   static constexpr Checksum kChecksum = Checksum::kCrc8;
   static constexpr uint8_t kTimestampBits = 13;

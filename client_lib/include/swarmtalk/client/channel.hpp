@@ -1,6 +1,6 @@
 // Channel, Publisher and Subscriber: what a Client hands out. Channel is a value; the other two are
-// movable handles that unregister when destroyed. All belong to the Client's thread, but for what
-// says "any thread", and are safe to keep after the Client is gone: they then answer kDisconnected.
+// movable handles that unregister when destroyed. All belong to the Client's thread, except what
+// says "any thread". They may be kept after the Client is gone: they then answer kDisconnected.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What the daemon tells about itself: links, channels, counters. Plain values.
+// What the daemon says about itself: links, channels, counters. Plain values.
 #pragma once
 
 #include <chrono>
@@ -69,7 +69,7 @@ struct Neighbour {
   std::optional<Pose> pose;               // the last it sent, with its age now
   std::uint64_t frames = 0;               // heard
   std::uint64_t frames_lost = 0;          // gaps in its count of frames
-  float loss = 0;                         // share of its frames that did not come lately, 0 to 1
+  float loss = 0;                         // share of its frames that were lost lately, 0 to 1
   bool duplicate_id = false;              // another robot with this id is heard too
   bool out_of_range = false;              // of the link's virtual_range_m: its messages are dropped
 };

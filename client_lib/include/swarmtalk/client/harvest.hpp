@@ -32,8 +32,7 @@ class Harvest {
 
   using Callback = std::function<void(const HarvestedValue&)>;
 
-  /// Registers with the daemon; see status(). @param client  outlives this object, or is gone with
-  /// it
+  /// Registers with the daemon; see status(). @param client  must outlive this object
   explicit Harvest(Client& client);
   Harvest(const Harvest&) = delete;
   Harvest& operator=(const Harvest&) = delete;
@@ -48,8 +47,8 @@ class Harvest {
   void remove(std::string_view key);
 
   /// Asks all robots within `ttl` hops after the first for their values whose keys begin with
-  /// `prefix`. Answers come to `found` until the next ask(); robots may answer late or never, and
-  /// each answer is a message of its own, that may be lost: ask again.
+  /// `prefix`. Answers come to `found` until the next ask(). Robots may answer late or never, and
+  /// each answer is a message of its own that may be lost: ask again.
   /// @return as Publisher::send()
   Status ask(std::string_view prefix, Callback found, std::uint32_t ttl = kDefaultTtl);
 

@@ -28,7 +28,7 @@ struct Loss {
   std::uint64_t kernel = 0;  // of such gaps: at most what the kernel dropped meanwhile
   std::uint64_t daemon = 0;  // dropped by the daemon: queue full, too old, no memory
   std::uint64_t client = 0;  // dropped in this program, which reads too slowly: queue full, too old
-  std::uint64_t late = 0;    // told as lost on the air or in the kernel before, came after all
+  std::uint64_t late = 0;    // reported as lost on the air or in the kernel before, came after all
 
   std::uint64_t total() const { return air + kernel + daemon + client; }
   explicit operator bool() const { return total() + late != 0; }
@@ -63,7 +63,7 @@ struct Message {
   float distance_m = kUnknown;       // to the last transmitter
   float bearing_rad = kUnknown;     // of it, counter-clockwise from this robot's heading, -pi to pi
   std::optional<Pose> sender_pose;  // of the last transmitter
-  static constexpr std::uint32_t kHopsUnknown = 255;  // of a small profile that tells none
+  static constexpr std::uint32_t kHopsUnknown = 255;  // small profiles do not carry hops
   std::uint32_t hops = 0;                             // 0: heard from the sender itself
   std::uint32_t ttl = 0;                              // hops still allowed
   /// Timestamped channels only: from send() in the sender's program to this callback, without the

@@ -33,19 +33,20 @@ struct Policy {
     return policy;
   }
 
-  /// Only from so near. A message of unknown distance comes too, unless known_distance_only().
+  /// Only from within this distance. A message of unknown distance comes too, unless
+  /// known_distance_only().
   Policy within(float metres) const {
     Policy policy = *this;
     policy.max_distance_m = metres;
     return policy;
   }
-  /// Not the messages whose distance is unknown.
+  /// Without messages whose distance is unknown.
   Policy known_distance_only() const {
     Policy policy = *this;
     policy.drop_unknown_distance = true;
     return policy;
   }
-  /// What is older when its turn comes is dropped, and counted as lost.
+  /// A message that is older when its turn comes is dropped, and counted as lost.
   Policy no_older_than(std::chrono::milliseconds age) const {
     Policy policy = *this;
     policy.max_age = age;

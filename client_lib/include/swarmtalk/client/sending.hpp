@@ -1,5 +1,5 @@
 // Sending: what becomes of messages that a publisher sends faster than they leave, and how often
-// each is sent. A value; without anything one message is on its way at a time:
+// each is sent. A value; by default one message is on its way at a time:
 //   Sending::newest(8).repeated(3)
 #pragma once
 
@@ -11,12 +11,12 @@ namespace swarmtalk {
 
 struct Sending {
   std::uint32_t queue = 0;   // messages that wait in the daemon behind the one in flight
-  bool drop_oldest = false;  // when so many do; else send() answers kBusy
-  std::uint32_t copies = 1;  // each message is sent so often, and heard once
+  bool drop_oldest = false;  // when the queue is full; else send() answers kBusy
+  std::uint32_t copies = 1;  // each message is sent that many times and delivered once
   std::optional<std::chrono::milliseconds> copy_interval =
       std::nullopt;  // unset: the daemon's default
 
-  /// Up to `count` messages wait; a send() that finds so many answers kBusy.
+  /// Up to `count` messages wait; then send() answers kBusy.
   static Sending queued(std::uint32_t count) {
     Sending sending;
     sending.queue = count;
@@ -28,8 +28,8 @@ struct Sending {
     sending.drop_oldest = true;
     return sending;
   }
-  /// For what must not be missed: each message is sent `times`, and takes so much longer. Whoever
-  /// hears several copies is given one.
+  /// For what must not be missed: each message is sent `times` times, and takes that much longer. A
+  /// receiver of several copies delivers one.
   Sending repeated(std::uint32_t times,
                    std::optional<std::chrono::milliseconds> interval = std::nullopt) const {
     Sending sending = *this;
