@@ -69,7 +69,10 @@ TEST(Framing, DocumentedExampleIsTheProtocol) {
   std::ifstream document(SWARMTALK_SOURCE_DIR "/docs/ipc.md");
   ASSERT_TRUE(document) << "docs/ipc.md is missing";
   int frames = 0;
+  bool is_code = false;
   for (std::string line; std::getline(document, line);) {
+    if (line.starts_with("```")) is_code = !is_code;
+    if (!is_code) continue;
     if (!line.starts_with("client ") && !line.starts_with("daemon ")) continue;
     std::istringstream words(line.substr(7, line.find('#') - 7));
     std::string bytes;
