@@ -3,7 +3,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME swarmtalk)
 set(CPACK_PACKAGE_VENDOR "SwarmTalk")
-set(CPACK_PACKAGE_CONTACT "SwarmTalk developers <swarmtalk@localhost>")
+set(CPACK_PACKAGE_CONTACT "swarmtalkd authors <swarmtalk@localhost>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
