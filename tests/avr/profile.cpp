@@ -57,9 +57,10 @@ struct Cost {
 };
 
 /// Adds up instructions in the order in which they ran.
-class Profile {
+class CycleProfile {
  public:
-  explicit Profile(std::map<uint32_t, std::string> functions) : functions_(std::move(functions)) {}
+  explicit CycleProfile(std::map<uint32_t, std::string> functions)
+      : functions_(std::move(functions)) {}
 
   void add(uint32_t pc, uint32_t cycles) {
     total_ += cycles;
@@ -138,7 +139,7 @@ void print_profile(EmulatedNode& node, const std::string& image, const Story& st
               to_text(story.steps[at]).c_str());
   // A step may be several calls: all are profiled, the worst is printed.
   const std::map<uint32_t, std::string> functions = functions_of(image);
-  Profile profile(functions);
+  CycleProfile profile(functions);
   bool is_printed = false;
   node.restore(before);
   node.watch([&](uint32_t pc, uint32_t cycles) { profile.add(pc, cycles); });
@@ -147,7 +148,7 @@ void print_profile(EmulatedNode& node, const std::string& image, const Story& st
       profile.print(image);
       is_printed = true;
     }
-    profile = Profile(functions);
+    profile = CycleProfile(functions);
   });
   node.watch(nullptr);
 }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "tools/kilobot_emulator/atmega328p.hpp"
-#include "tools/kilobot_emulator/ir_frame.hpp"
+#include "emulation/kilobot/atmega328p.hpp"
+#include "emulation/kilobot/ir_frame.hpp"
 
 namespace swarmtalk::judge {
 

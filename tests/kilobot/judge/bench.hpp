@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "emulation/kilobot/eeprom.hpp"
+#include "emulation/kilobot/image.hpp"
+#include "emulation/kilobot/mcu.hpp"
+#include "emulation/kilobot/robot_body.hpp"
 #include "tests/kilobot/judge/probe.hpp"
-#include "tools/kilobot_emulator/eeprom.hpp"
-#include "tools/kilobot_emulator/image.hpp"
-#include "tools/kilobot_emulator/mcu.hpp"
-#include "tools/kilobot_emulator/robot_body.hpp"
 
 namespace swarmtalk::judge {
 

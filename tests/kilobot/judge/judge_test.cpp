@@ -7,10 +7,10 @@
 #include <map>
 #include <set>
 
+#include "emulation/kilobot/random.hpp"
 #include "tests/kilobot/judge/differences.hpp"
 #include "tests/kilobot/judge/facts.hpp"
 #include "tests/kilobot/judge/images.hpp"
-#include "tools/kilobot_emulator/random.hpp"
 
 namespace swarmtalk::judge {
 namespace {
