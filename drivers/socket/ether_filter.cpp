@@ -21,11 +21,11 @@ struct CompilerCloser {
 };
 
 std::vector<sock_filter> compile_ether_filter(std::uint16_t ethertype) {
-  constexpr int kSnapshotBytes = 65535;
+  constexpr int kLongestFrameBytes = 65535;
   std::array<char, 32> expression{};
   std::snprintf(expression.data(), expression.size(), "ether proto 0x%04x", unsigned{ethertype});
   const std::unique_ptr<pcap_t, CompilerCloser> compiler(
-      pcap_open_dead(DLT_EN10MB, kSnapshotBytes));
+      pcap_open_dead(DLT_EN10MB, kLongestFrameBytes));
   bpf_program program{};
   if (!compiler ||
       pcap_compile(compiler.get(), &program, expression.data(), 1, PCAP_NETMASK_UNKNOWN) != 0) {
