@@ -69,7 +69,8 @@ class Fragmenter {
   /// Bytes that next() will write. REQUIRES is_busy()
   PacketSize next_bytes(bool timestamped) const {
     if (P::kPadded) return W::kMtuBytes;
-    const PacketSize payload_max = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    const PacketSize payload_max =
+        static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const Size left = static_cast<Size>(size_ - at_);
     const PacketSize payload = left <= payload_max ? static_cast<PacketSize>(left) : payload_max;
     return static_cast<PacketSize>(W::kHeaderBytes + payload +

@@ -340,7 +340,8 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes) {
     const uint16_t limit = timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
     if (arrival.size > limit) return false;
-    const PacketSize payload_max = timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes;
+    const PacketSize payload_max =
+        static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const uint16_t packets = W::packets_for(arrival.size, payload_max);
     if (arrival.end != (arrival.sequence + 1u == packets) || arrival.sequence >= packets) {
       return false;
