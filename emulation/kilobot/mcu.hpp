@@ -121,6 +121,7 @@ class Mcu {
   SkipRepair skip_repair_;
   Random noise_;
   bool comparator_is_high_ = false;
+  std::vector<std::uint8_t> flash_before_write_;  // a page's; empty while none is being written
   std::uint64_t stalled_until_ = 0;  // cycle; the processor stands still while it writes flash
   std::uint64_t fence_ = 0;          // cycle at which simavr is told to stop
   std::string crash_;

@@ -3,7 +3,8 @@
 //  measured;
 //  - "write one to clear" of the comparator's flag, and its read-only output bit;
 //  - interrupt vectors in the bootloader section (IVSEL), and four cycles of interrupt entry;
-//  - the time that erasing or writing a flash page takes, in which the processor stands still;
+//  - the time that erasing or writing a flash page takes, in which the processor stands still, and
+//  that writing clears bits and sets none;
 //  - a serial line of 10 bits per byte (simavr counts a parity bit) that can overrun;
 //  - phase-correct PWM of the 8-bit timers, which drives the motors;
 //  - skips over "adiw" and "sbiw" (skip_repair.hpp).
@@ -139,13 +140,20 @@ struct Mcu::Hooks {
   static void spmcsr_write(avr_t* avr, avr_io_addr_t, std::uint8_t value, void* param) {
     Mcu& mcu = self(param);
     if ((value & reg::kSelfprgen) == 0 || (value & (reg::kPgers | reg::kPgwrt)) == 0) return;
-    if ((value & reg::kPgwrt) != 0) ++mcu.pages_written_;
+    if ((value & reg::kPgwrt) != 0) {
+      ++mcu.pages_written_;
+      mcu.flash_before_write_.assign(avr->flash, avr->flash + kFlashBytes);
+    }
     // The instruction that starts the operation must follow within four cycles.
     avr_cycle_timer_register(avr, kStallBeginsCycles, stall_timer, param);
   }
 
   static avr_cycle_count_t stall_timer(avr_t* avr, avr_cycle_count_t, void* param) {
     Mcu& mcu = self(param);
+    // Writing clears bits and sets none.
+    for (std::size_t i = 0; i < mcu.flash_before_write_.size(); ++i)
+      avr->flash[i] &= mcu.flash_before_write_[i];
+    mcu.flash_before_write_.clear();
     mcu.stalled_until_ = avr->cycle + kPageOperationUs * mcu.settings_.clock_hz / 1'000'000;
     mcu.skip_repair_.scan(avr);
     return 0;

@@ -1,4 +1,8 @@
 """Programming over infrared: through our bootloader, byte for byte, and never past its bounds."""
+import random
+
+import pytest
+
 import elf_image
 import swarm
 from overhead_frames import (BOOT, PROGRAM_PAGES, RUN, command, forward, page, send_at, upload)
@@ -39,6 +43,16 @@ def test_two_robots_are_programmed_with_one_percent_loss_and_run(tmp_path):
         assert flash[BOOTLOADER_ADDRESS:BOOTLOADER_ADDRESS + len(boot)] == boot
     after = [e for i in range(2) for e in log.of("sent", f"k{i}", type=0x10)]
     assert {e["node"] for e in after} == {"k0", "k1"}, "the new program runs in both"
+
+
+def test_nine_robots_are_whole_after_three_passes_with_one_percent_loss(tmp_path):
+    """Each keeps what it has heard: a part is missing only if it was lost three times."""
+    program = elf_image.flash_bytes(swarm.image("beacon"), tmp_path)
+    commands = command(2.1, BOOT, hold=0.5)
+    more, end = upload(3.0, program, 3)
+    _, flashes = run_and_dump(tmp_path, robots(9, "hop_count"), commands + more, end + 0.5,
+                              seed=11, medium={"loss": 0.01, "range_mm": 1000})
+    assert [flash[:len(program)] == program for flash in flashes] == [True] * 9
 
 
 def test_no_page_number_reaches_the_bootloader(tmp_path):
@@ -94,3 +108,54 @@ def test_the_overhead_controller_refuses_pages_beyond_programs(tmp_path):
     sent = log.of("sent", "ohc")
     assert len(sent) == 22
     assert all(e["data"].startswith("db") for e in sent)
+
+
+def parts_at(seconds: float, program: bytes, chosen) -> tuple[list[str], float]:
+    """Single messages with some parts of a program. @return commands, and when all are sent"""
+    commands = []
+    for number, part in chosen:
+        page_bytes = program[128 * number:128 * number + 128].ljust(132, b"\xff")
+        data = bytes([number, 3 * part]) + page_bytes[6 * part:6 * part + 6]
+        commands.append(send_at(seconds, forward(0x81, data, kind=6)))
+        seconds += 0.0344 + 0.0125
+    return commands, seconds
+
+
+def test_a_page_is_filled_up_by_later_passes(tmp_path):
+    """No pass has it whole: even parts in the first, odd ones in the second, page 0 backwards."""
+    program = bytes((7 * i + 3) % 256 for i in range(3 * 128))
+    commands = command(2.1, BOOT, hold=0.5) + [send_at(2.8, forward(PROGRAM_PAGES, b"\x03"))]
+    at = 3.0
+    for first in (0, 1):
+        for number in (2, 0, 1):
+            chosen = [(number, part) for part in range(first, 22, 2)]
+            more, at = parts_at(at, program, reversed(chosen) if number == 0 else chosen)
+            commands += more
+            at += 0.03
+    _, flashes = run_and_dump(tmp_path, robots(1, "hop_count"), commands, at + 0.5, seed=1)
+    assert flashes[0][:len(program)] == program
+
+
+def intel_hex(flash: bytes) -> str:
+    """A whole flash as an image for the emulator."""
+    lines = []
+    for at in range(0, len(flash), 16):
+        record = bytes([16, at >> 8, at & 0xFF, 0]) + flash[at:at + 16]
+        lines.append(":" + (record + bytes([-sum(record) & 0xFF])).hex().upper())
+    return "\n".join(lines + [":00000001FF"]) + "\n"
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_robot_that_loses_power_while_programmed_takes_the_program_again(tmp_path, seed):
+    """At any time, with page 0 in the air or not: it starts, and can be programmed."""
+    program = elf_image.flash_bytes(swarm.image("beacon"), tmp_path)
+    commands = command(2.1, BOOT, hold=0.5)
+    more, end = upload(3.0, program, 1)
+    cut_s = random.Random(seed).uniform(3.0, end)
+    print(f"seed {seed}: power is cut at {cut_s:.4f} of {end:.2f} s")
+    _, flashes = run_and_dump(tmp_path, robots(1, "hop_count"), commands + more, cut_s, seed=1)
+    left = tmp_path / "left.hex"
+    left.write_text(intel_hex(flashes[0]))
+    _, flashes = run_and_dump(tmp_path, swarm.grid(1, 1, 0, image=str(left)), commands + more,
+                              end + 1, seed=2)
+    assert flashes[0][:len(program)] == program
