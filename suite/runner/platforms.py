@@ -10,6 +10,7 @@ import pathlib
 import signal
 import subprocess
 
+import argos
 import emulated
 import lab
 import limits
@@ -67,16 +68,20 @@ def end_with_runner():
     libc.prctl(PR_SET_PDEATHSIG, signal.SIGINT)
 
 
-def call(command: list):
-    """Runs a program of ours to its end. Raises PlatformError with its last words if it fails,
-    Interrupted if it did not begin."""
+def call(command: list, environment: dict | None = None, last_words=str.strip):
+    """Runs a program to its end. Raises PlatformError with its last words if it fails,
+    Interrupted if it did not begin.
+
+    @param last_words  what of its standard error tells the user why it failed
+    """
     global _running
     if interrupted:
         raise Interrupted
     # In a group of its own, or a terminal's Ctrl-C would reach it twice.
     process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL,
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                               start_new_session=True, preexec_fn=end_with_runner)
+                               start_new_session=True, preexec_fn=end_with_runner,
+                               env=environment)
     _running = process
     if interrupted:  # while it was being started
         process.send_signal(signal.SIGINT)
@@ -86,7 +91,7 @@ def call(command: list):
         raise Interrupted
     if process.returncode != 0:
         name = pathlib.Path(command[0]).name
-        raise PlatformError(errors.strip() or f"{name} ended with {process.returncode}")
+        raise PlatformError(last_words(errors) or f"{name} ended with {process.returncode}")
 
 
 def run_simulated(scenario: dict, log: pathlib.Path):
@@ -121,6 +126,15 @@ def run_lab(scenario: dict, log: pathlib.Path):
         raise PlatformError(str(error)) from error
 
 
+def run_argos(scenario: dict, log: pathlib.Path):
+    """argos3 with our modules: virtual time, same seed, same bytes."""
+    build = next((each for each in builds() if (each / "argos/argos.json").exists()), builds()[0])
+    try:
+        argos.run(scenario, log, build, call)
+    except argos.ArgosError as error:
+        raise PlatformError(str(error)) from error
+
+
 def run(scenario: dict, log: pathlib.Path) -> bool:
     """Runs it to its end, or until interrupted. The log has its name only when it is written: two
     that run the same, or a program that is killed, leave no half of one.
@@ -133,6 +147,8 @@ def run(scenario: dict, log: pathlib.Path) -> bool:
             run_emulated(scenario, part)
         elif scenario["platform"] == "coachbot-lab":
             run_lab(scenario, part)
+        elif scenario["platform"].startswith("argos-"):
+            run_argos(scenario, part)
         else:
             run_simulated(scenario, part)
         if part.exists() and part.stat().st_size > 0:
