@@ -10,6 +10,9 @@
 #   SWARMTALK_ARGOS_FOUND, SWARMTALK_ARGOS_KILOBOT_FOUND; SWARMTALK_ARGOS_REASON, why not
 
 include_guard(GLOBAL)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)  # else nothing is optimised
+endif()
 set(SWARMTALK_ARGOS_PREFIX "" CACHE PATH "Where ARGoS is installed, if not in /usr or /usr/local")
 get_filename_component(SWARMTALK_ARGOS_ROOT ${CMAKE_CURRENT_LIST_DIR}/../.. ABSOLUTE)
 set(SWARMTALK_ARGOS_FOLDER ${CMAKE_CURRENT_LIST_DIR})
@@ -119,7 +122,6 @@ function(swarmtalk_argos_module name robot header class)
   set(loss 0)
   set(distance_noise 0)
   set(log_params "")
-  set(visualization "")
   if(robot STREQUAL kilobot)
     set(arena "2,2,1")
     swarmtalk_argos_places(robots kilobot 50 "communication_range=\"0.075\"")

@@ -94,8 +94,7 @@ def experiment(template: str, scenario: dict, robot: str, folder: pathlib.Path,
         "distance_noise": noise if robot == "kilobot" else noise / 1000,
         "arena": f"{side},{side},{HEIGHT_M[robot]}", "grid": f"{side},{side},1",
         "robots": "".join(robot_element(robot, i, p, scenario) for i, p in enumerate(places)),
-        "log_params": f"<params log={quoteattr(str(log))} scenario={quoteattr(str(header))} />",
-        "visualization": ""}
+        "log_params": f"<params log={quoteattr(str(log))} scenario={quoteattr(str(header))} />"}
     for name, value in values.items():
         template = template.replace(f"@{name}@", str(value))
     return template

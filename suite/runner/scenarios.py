@@ -34,7 +34,7 @@ SECONDS = {
     "firefly": {"sim-kilobot": 600, "sim-coachbot": 400, "kilobot-emulated": 600,
                 "coachbot-lab": 300, "argos-kilobot": 600, "argos-footbot": 400},
     "edge_following": {"sim-kilobot": 1500, "sim-coachbot": 400, "kilobot-emulated": 1500,
-                       "coachbot-lab": 200, "argos-kilobot": 1500, "argos-footbot": 600},
+                       "coachbot-lab": 200, "argos-kilobot": 600, "argos-footbot": 600},
 }
 SECONDS["firefly_no_delay"] = SECONDS["firefly"]
 

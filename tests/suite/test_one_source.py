@@ -14,6 +14,7 @@ PROGRAMS = ("hop_count", "firefly", "edge_following")
 # Platform: its own source that joins it with the programs, by which its command is found.
 HOST_SOURCES = {"sim-kilobot and sim-coachbot": "suite/sim/main.cpp",
                 "coachbot-lab": "suite/coachbot/robot.cpp",
+                "argos-kilobot and argos-footbot": "tests/unit/platforms/argos_test.cpp",
                 "example": "tests/unit/platforms/minimal_port_test.cpp"}
 
 
@@ -60,6 +61,10 @@ def compiled_text(command: list[str], program: pathlib.Path) -> str:
 def test_all_platforms_compile_the_same_text(program):
     path = ROOT / f"suite/programs/{program}.hpp"
     commands = {name: host_command(source) for name, source in HOST_SOURCES.items()}
+    for robot in ("kilobot", "footbot"):  # where ARGoS is installed
+        source = f"suite/argos/argos/{program}_{robot}.cpp"
+        if (BUILD / source).exists():
+            commands[f"ARGoS's {robot}"] = host_command(source)
     if shutil.which("avr-g++"):
         commands["kilobot"] = image_command(program, f"suite/kilobot/{program}.cpp")
         assert "avr-g++" in commands["kilobot"][0]
