@@ -142,7 +142,9 @@ TEST_F(KilobotControlTest, SendsACommandAndSaysWhenItWasSent) {
   // A STOP when the device is opened, the command, and two to end its repetition: one may be lost.
   run_until([&] { return frames_.size() >= 4; });
   const auto stop = kilobot_bridge::stop_frame();
-  EXPECT_EQ(frames_, (std::vector{stop, kilobot_bridge::forward_frame(0x88), stop, stop}));
+  const auto run = kilobot_bridge::ending_after(kilobot_bridge::forward_frame(0x88),
+                                                std::chrono::seconds(1 + 2));  // hold and grace
+  EXPECT_EQ(frames_, (std::vector{stop, run, stop, stop}));
 }
 
 TEST_F(KilobotControlTest, RefusesWhatWouldDoHarmAndSendsNothing) {
