@@ -60,7 +60,10 @@ Node::Node(const Context& context, const NodeSpec& spec, const OhcSpec* ohc,
       mcu_(*image_, starting_eeprom(spec, *image_), settings_of(context.scenario, spec, number)),
       byte_ns_(static_cast<std::uint64_t>(10e9 / context.scenario.baud)),
       pose_{spec.x_mm, spec.y_mm, spec.theta_rad},
-      reported_pose_(pose_) {
+      reported_pose_(pose_),
+      motor_chance_(context.scenario.seed, 2000 + number),
+      motor_bias_{1 + context.scenario.motor_bias * motor_chance_.normal(),
+                  1 + context.scenario.motor_bias * motor_chance_.normal()} {
   if (ohc != nullptr) ohc_ = *ohc;
   // An overhead controller has no receiver.
   station_ = context_.medium.add_station({spec.x_mm, spec.y_mm, ohc != nullptr ? ohc->reach_mm : 0},
@@ -187,6 +190,16 @@ void Node::sample(std::uint64_t time_ns) {
   }
 }
 
+const MotorGain& Node::motor_gain(std::uint64_t time_ns) {
+  if (time_ns >= gain_until_ns_) {
+    const double noise = context_.scenario.motor_noise;
+    motor_gain_ = {motor_bias_.left * (1 + noise * motor_chance_.normal()),
+                   motor_bias_.right * (1 + noise * motor_chance_.normal())};
+    gain_until_ns_ = time_ns + ms_to_ns(kMotorNoiseMs);
+  }
+  return motor_gain_;
+}
+
 void Node::sample_body(std::uint64_t time_ns) {
   const LedColour led = read_led(mcu_);
   if (led_ != led)
@@ -198,7 +211,8 @@ void Node::sample_body(std::uint64_t time_ns) {
     context_.log.write(time_ns, spec_.name, "motors",
                        {{"left", motors.left}, {"right", motors.right}});
   if (motors_ && *motors_ != MotorDuty{}) {
-    pose_ = move(pose_, *motors_, static_cast<double>(time_ns - moved_ns_) * 1e-9);
+    pose_ =
+        move(pose_, *motors_, static_cast<double>(time_ns - moved_ns_) * 1e-9, motor_gain(time_ns));
     const bool has_moved = std::hypot(pose_.x_mm - reported_pose_.x_mm,
                                       pose_.y_mm - reported_pose_.y_mm) >= kReportedStepMm;
     if (has_moved) context_.medium.move(station_, pose_.x_mm, pose_.y_mm);

@@ -72,6 +72,7 @@ class Node : public Steppable, public LightSink {
 
   void find_watched(const std::vector<std::string>& watch);
   void sample_body(std::uint64_t time_ns);
+  const MotorGain& motor_gain(std::uint64_t time_ns);
   void sample_watched(std::uint64_t time_ns);
   void take_serial_output(std::uint8_t byte);
   void log_serial_output(std::uint64_t time_ns);
@@ -100,6 +101,10 @@ class Node : public Steppable, public LightSink {
   BodyPose pose_;
   BodyPose reported_pose_;
   std::uint64_t moved_ns_ = 0;
+  Random motor_chance_;
+  MotorGain motor_bias_;  // for good
+  MotorGain motor_gain_;  // until gain_until_ns_
+  std::uint64_t gain_until_ns_ = 0;
   std::uint32_t resets_ = 0;
   std::uint32_t pages_ = 0;
   bool was_dead_ = false;

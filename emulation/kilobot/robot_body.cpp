@@ -38,8 +38,8 @@ MotorDuty read_motors(const Mcu& mcu) {
           pin_duty(mcu, reg::kCom2b1, reg::kOcr2b, reg::kDdrD, reg::kPortD, 3)};
 }
 
-BodyPose move(const BodyPose& pose, const MotorDuty& duty, double seconds) {
-  const double left = effort(duty.left), right = effort(duty.right);
+BodyPose move(const BodyPose& pose, const MotorDuty& duty, double seconds, const MotorGain& gain) {
+  const double left = effort(duty.left) * gain.left, right = effort(duty.right) * gain.right;
   const double turned_rad = (left - right) * kTurnRadPerS * seconds;
   const double forward_mm = (left + right) / 2 * kForwardMmPerS * seconds;
   const double heading_rad = pose.theta_rad + turned_rad / 2;

@@ -30,9 +30,15 @@ LedColour read_led(const Mcu& mcu);
 /// in which the motor of its first argument, alone, turns the robot left.
 MotorDuty read_motors(const Mcu& mcu);
 
+/// What each motor makes of its duty, as a share of the nominal speed.
+struct MotorGain {
+  double left = 1, right = 1;
+};
+
 /// Moves a pose on as a real robot would at this duty: below kMotorThreshold a motor does not
 /// overcome friction; both together drive forwards, each alone turns about the other leg.
-BodyPose move(const BodyPose& pose, const MotorDuty& duty, double seconds);
+BodyPose move(const BodyPose& pose, const MotorDuty& duty, double seconds,
+              const MotorGain& gain = {});
 
 inline constexpr int kMotorThreshold = 30;              // duty
 inline constexpr double kNominalDuty = 65;              // at which a robot drives straight

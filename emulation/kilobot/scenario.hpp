@@ -49,6 +49,9 @@ struct LampSpec {
   double period_ms = 10.4;
 };
 
+/// How long a motor keeps the speed that chance gave it: as in the suite's simulator.
+inline constexpr double kMotorNoiseMs = 32.768;
+
 struct Scenario {
   MediumSettings medium;
   std::vector<NodeSpec> robots;
@@ -66,6 +69,8 @@ struct Scenario {
   double sample_ms = 1;             // LED, motors and watched variables are looked at this often
   double baud = 38'400;             // of hosts that write to a node
   std::uint16_t noise_counts = 0;   // standard deviation of signal strengths
+  double motor_bias = 0;            // of each motor's own speed, as a share; for good
+  double motor_noise = 0;           // of its speed in each kMotorNoiseMs, as a share
   std::uint64_t seed = 1;
 };
 

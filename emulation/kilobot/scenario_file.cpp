@@ -193,6 +193,8 @@ Scenario load_scenario(const std::string& path) {
   root.take("sample_ms", scenario.sample_ms);
   root.take("baud", scenario.baud);
   root.take("noise_counts", scenario.noise_counts);
+  root.take("motor_bias", scenario.motor_bias);
+  root.take("motor_noise", scenario.motor_noise);
   scenario.watch = root.texts("watch");
   for (const std::string& text : root.texts("lamp")) scenario.lamp.push_back(parse_lamp(text));
   root.each("medium", [&](Section section) { take_medium(section, scenario.medium); });

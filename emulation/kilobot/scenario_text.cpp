@@ -153,6 +153,8 @@ void check(const Scenario& scenario) {
   require(medium.delay_ns >= 1'000 && medium.delay_ns <= 100'000,
           "delay_ns must be within 1000 and 100000");
   require(scenario.sample_ms >= 0.01, "sample_ms must be at least 0.01");
+  require(is_probability(scenario.motor_bias), "motor_bias must be within 0 and 1");
+  require(is_probability(scenario.motor_noise), "motor_noise must be within 0 and 1");
   require(scenario.baud >= 300 && scenario.baud <= 1e6, "baud must be within 300 and 1000000");
   require(scenario.drift_ppm >= 0 && scenario.drift_ppm <= 500'000,
           "drift_ppm must be within 0 and 500000");

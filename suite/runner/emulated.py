@@ -3,6 +3,7 @@
 What programs on a Kilobot cannot write down is read off the air and out of their memory: a message
 counts as received when all its packets have arrived undamaged at the robot's comparator, and as
 sent when the one before it had left (hop counts, edge following) or with the flash (fireflies).
+Bodies move as the image drives the motors' pins.
 """
 import collections
 import json
@@ -14,6 +15,7 @@ import subprocess
 import tempfile
 
 import limits
+from scenarios import EDGE_SEED
 
 RUN_AT_S = 0.5    # by then all robots are switched on and listen
 SAMPLE_US = 1000  # the emulator looks at memory so often
@@ -21,6 +23,7 @@ SETUP_US = 10000  # after RUN; a robot's setup() is over
 FRAME_US = 4371   # a message in the air, and its first to its last pulse
 RUN, PACKET = 0x88, 2  # types of infrared messages
 LED_LEVELS = 3
+COUNTS_PER_MM = 6  # of a signal's strength, as the emulator has it
 
 # By program: the image, the variables that it tells the place of (and whether the first value
 # counts), and the uids that make its robots' roles (role: first uid).
@@ -29,6 +32,7 @@ IMAGES = {
     "hop_count_two_seeds": ("hop_count", {"hops_1": True, "hops_2": True}, {1: 1, 2: 2}),
     "firefly": ("firefly", {"flash": False}, {}),
     "firefly_no_delay": ("firefly_no_delay", {"flash": False}, {}),
+    "edge_following": ("edge_following", {}, {EDGE_SEED: 1}),
 }
 FIRST_FREE_UID = 10
 
@@ -38,6 +42,8 @@ SETTINGS = {
     ("radio", "loss"): ("medium", "loss", 1),
     ("clock", "drift_ppm"): ("", "drift_ppm", 1),
     ("clock", "power_on_spread_us"): ("", "power_on_spread_ms", 0.001),
+    ("body", "speed_bias"): ("", "motor_bias", 1),
+    ("body", "motion_noise"): ("", "motor_noise", 1),
 }
 
 
@@ -84,6 +90,8 @@ def watched_of(program: str, image: pathlib.Path) -> dict[str, str]:
 def settings_of(scenario: dict) -> dict[str, dict]:
     """The emulator's own settings by section ("" is the file's top)."""
     result = {"": {"drift_ppm": 5000, "power_on_spread_ms": 250}, "medium": {}}
+    if scenario["program"] == "edge_following":  # bodies as imperfect as the simulator's
+        result[""] |= {"motor_bias": 0.05, "motor_noise": 0.1, "noise_counts": COUNTS_PER_MM}
     for section in ("radio", "clock", "body"):
         for key, value in scenario.get(section, {}).items():
             if (section, key) not in SETTINGS:
@@ -99,10 +107,14 @@ def settings_of(scenario: dict) -> dict[str, dict]:
 
 
 def uids_of(scenario: dict) -> list[int]:
-    """A uid for each robot: the images find their roles by it."""
-    roles = IMAGES[scenario["program"]][2]
-    return [roles.get(place["role"], FIRST_FREE_UID + i)
-            for i, place in enumerate(scenario["robots"])]
+    """A uid for each robot: the images find their roles by it. Robots of one role count on."""
+    roles = dict(IMAGES[scenario["program"]][2])
+    uids = []
+    for i, place in enumerate(scenario["robots"]):
+        uids.append(roles.get(place["role"], FIRST_FREE_UID + i))
+        if place["role"] in roles:
+            roles[place["role"]] += 1
+    return uids
 
 
 def emulator_file(scenario: dict, image: pathlib.Path, watched: list[str]) -> str:
@@ -123,9 +135,6 @@ def emulator_file(scenario: dict, image: pathlib.Path, watched: list[str]) -> st
 
 def run(scenario: dict, log: pathlib.Path, emulator: str, images: pathlib.Path, call):
     """One run. @param call  runs a command to its end; raises if that fails"""
-    if scenario["program"] not in IMAGES:
-        raise EmulationError(f"kilobot-emulated cannot run {scenario['program']}; it runs: "
-                             + " ".join(IMAGES))
     image = images / (IMAGES[scenario["program"]][0] + ".elf")
     if not image.exists():
         raise EmulationError(f"no {image}: build the target kilobot_images (apt-get install "

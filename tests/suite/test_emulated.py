@@ -55,6 +55,17 @@ def test_the_log_is_read_off_the_air_and_replays(tmp_path):
     assert suite(tmp_path, "replay", log).stdout == "same bytes\n"
 
 
+def test_emulated_followers_circle_the_seeds_clockwise(tmp_path):
+    """A robot that turned the other way would leave them behind at once."""
+    done = suite(tmp_path, "run", "edge_following", "--platform", "kilobot-emulated", "--seconds",
+                 80)
+    result = results(done)[0]
+    print({key: result[key] for key in ("revolutions", "distance_error", "contacts")})
+    assert result["revolutions"] > 0.6
+    assert result["contacts"] == 0
+    assert result["distance_error"] < 10
+
+
 def test_loss_of_the_medium_reaches_the_robots(tmp_path):
     scenario = tmp_path / "lossy.toml"
     scenario.write_text("program = 'hop_count'\nradio.loss = 0.9\nseconds = 4\n")
@@ -64,12 +75,10 @@ def test_loss_of_the_medium_reaches_the_robots(tmp_path):
 
 @pytest.mark.parametrize("line, says", [
     ("radio.period_us = 1", "[radio] has no key 'period_us'"), ("body.diameter_mm = 5", "[body]"),
-    ("[[fault]]\nkind = 'death'", "no faults"), ("program = 'edge_following'", "cannot run")])
+    ("[[fault]]\nkind = 'death'", "no faults")])
 def test_what_is_not_emulated_is_refused_in_one_line(tmp_path, line, says):
-    program = "" if "program" in line else "program = 'hop_count'\n"
-    (tmp_path / "s.toml").write_text(program + line + "\n")
-    robots = 6 if "edge" in line else 9
-    done = suite(tmp_path, "run", "--scenario", "s.toml", *EMULATED[:3], robots)
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\n" + line + "\n")
+    done = suite(tmp_path, "run", "--scenario", "s.toml", *EMULATED)
     assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
 
 

@@ -52,6 +52,11 @@ TEST(RobotBody, TurnsLeftWithTheLeftMotorAndRightWithTheRight) {
   EXPECT_NEAR(move({}, {0, 65}, 1).theta_rad, -M_PI / 4, 1e-9);
 }
 
+TEST(RobotBody, AWeakMotorBendsTheWayToItsSide) {
+  EXPECT_LT(move({}, {65, 65}, 1, {0.9, 1}).theta_rad, 0) << "left is weak: to the right";
+  EXPECT_GT(move({}, {65, 65}, 1, {1, 0.9}).theta_rad, 0);
+}
+
 TEST(RobotBody, StaysBelowTheThreshold) {
   const BodyPose pose = move({1, 2, 3}, {20, 20}, 10);
   EXPECT_EQ(pose.x_mm, 1);
