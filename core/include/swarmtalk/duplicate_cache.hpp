@@ -23,11 +23,11 @@
 namespace swarmtalk {
 namespace core {
 
-/// Which calls look at records for their age: every one, or every eighth at eight times as many.
+/// Which calls look at records for their age: every one, or every 32nd at 32 times as many.
 template <bool kInTurns>
 class SweepTurn {
  protected:
-  static constexpr uint8_t kTurn = 8;
+  static constexpr uint8_t kTurn = 32;
   bool is_turn() { return --left_ == 0; }
   void next_turn_in(uint8_t calls) { left_ = calls; }
   /// Ticks since the call before.

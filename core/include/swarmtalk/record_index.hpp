@@ -284,12 +284,17 @@ class RecordIndex<P, true> {
 #endif
 
   Entry* find(Entry* records, typename RecordKey<P>::Argument key) {
+#ifdef __AVR__  // counting is quicker than comparing addresses
     Entry* record = records;
-    for (auto left = static_cast<UintFor<bits_for(P::kRecords)>>(end(records) - records); left != 0;
-         --left) {
+    for (UintFor<bits_for(P::kRecords)> left = P::kRecords; left != 0; --left) {
       if (record->key == key) return record;
       record = in_register(record + 1);
     }
+#else
+    for (Entry* record = records; record != end_; ++record) {
+      if (record->key == key) return record;
+    }
+#endif
     return nullptr;
   }
   void link(Entry*, Entry*) {}
