@@ -53,7 +53,7 @@ class Sender {
     if (arguments.is_timestamped) options.timestamped = true;
     publisher_ = open_channel(client, arguments.channel, options)
                      .publisher([this](const Status& status) { sent_ = status; },
-                                Sending().repeated(arguments.copies));
+                                Sending::one_at_a_time().repeated(arguments.copies));
   }
 
   const Publisher& publisher() const { return publisher_; }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client_lib/c_api.hpp"
+#include "client_lib/unread.hpp"
 
 using swarmtalk::Client;
 using swarmtalk::Message;
@@ -22,6 +23,7 @@ using swarmtalk::c_api::guarded;
 
 struct swarmtalk_publisher {
   Publisher publisher;
+  bool expects_busy = false;
 };
 struct swarmtalk_subscriber {
   Subscriber subscriber;
@@ -74,7 +76,8 @@ swarmtalk::Policy cpp_policy(const swarmtalk_policy& from) {
 
 swarmtalk::Sending cpp_sending(const swarmtalk_sending& from) {
   swarmtalk::Sending sending;
-  sending.queue = from.queue;
+  if (from.queue != 0) sending.queue = from.queue;
+  if (from.queue == SWARMTALK_NO_QUEUE) sending.queue = 0;
   sending.drop_oldest = from.drop_oldest != 0;
   if (from.copies != 0) sending.copies = from.copies;
   if (from.copy_interval_ms != 0) {
@@ -182,6 +185,7 @@ swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client, const char* c
     if (chosen.ttl != 0) options.ttl = chosen.ttl;
     if (chosen.timestamped != 0) options.timestamped = true;
     auto made = std::make_unique<swarmtalk_publisher>();
+    made->expects_busy = chosen.queue == SWARMTALK_NO_QUEUE;
     made->publisher = channel_of(client->client, channel, options)
                           .publisher(c_event(sent, context), cpp_sending(chosen));
     if (const Status status = made->publisher.status(); !status) client->error = status.text();
@@ -199,8 +203,12 @@ swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher
 swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* bytes,
                                 size_t size_bytes) {
   try {
-    return code_of(
-        publisher->publisher.send(std::string_view(static_cast<const char*>(bytes), size_bytes)));
+    const Status status =
+        publisher->publisher.send(std::string_view(static_cast<const char*>(bytes), size_bytes));
+    const swarmtalk_status code = code_of(status);
+    // Whether a C program looks at an enumerator cannot be seen: it is told in any case.
+    if (!publisher->expects_busy) swarmtalk::client::Unread::not_looked_at(status);
+    return code;
   } catch (const std::exception&) {
     return SWARMTALK_SYSTEM;
   }

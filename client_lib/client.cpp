@@ -148,6 +148,7 @@ void Client::on_gap(std::function<void(const Message&)> callback) {
 }
 void Client::on_error(std::function<void(const Status&)> callback) {
   session_->callbacks().on_error = std::move(callback);
+  session_->tell_errors_to_program();
 }
 
 }  // namespace swarmtalk

@@ -22,6 +22,7 @@
 #include "client_lib/connection.hpp"
 #include "client_lib/deliveries.hpp"
 #include "client_lib/handles.hpp"
+#include "client_lib/refusals.hpp"
 #include "client_lib/reports.hpp"
 #include "client_lib/requests.hpp"
 #include "client_lib/sender.hpp"
@@ -52,6 +53,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Status run_once(Wakeup::Clock::time_point deadline);
   void stop();
   Callbacks& callbacks() { return deliveries_.callbacks(); }
+  void tell_errors_to_program() { refusals_.tells_stderr(false); }
   std::optional<Publisher> log_publisher;  // of Client::log(); none: not called yet
 
   // The functions of Channel, Publisher and Subscriber.
@@ -61,14 +63,12 @@ class Engine : public std::enable_shared_from_this<Engine> {
                                                   ReceiveCallback receive, Policy policy);
   /// Any thread.
   Status publish(PublisherState& publisher, std::string_view payload,
-                 std::optional<std::uint32_t> ttl) {
-    return sender_.publish(publisher, payload, ttl,
-                           processing_thread_.load() == std::this_thread::get_id());
-  }
+                 std::optional<std::uint32_t> ttl);
+  void tell_unread(const std::string& channel, const std::string& why);
   bool is_busy(const PublisherState& publisher) { return sender_.is_busy(publisher); }
   std::mutex& gate() { return gate_; }
   void remove(PublisherState& publisher) { handles_.remove(publisher); }
-  void remove(SubscriberState& subscriber) { handles_.remove(subscriber); }
+  void remove(SubscriberState& subscriber);
 
   /// The Client is gone: no callback after this, handles answer kDisconnected.
   void close();
@@ -77,6 +77,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   enum class Phase { kDown, kGreeting, kRegistering, kUp };
   using Deadline = Wakeup::Clock::time_point;
   // engine.cpp: the connection's life
+  Status check_outside();
   Status attempt();
   void attempt_in_background();
   void schedule_attempt();
@@ -115,6 +116,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   bool was_up_ = false;        // since the last on_disconnect
   bool is_reconnect_ = false;  // on_reconnect is due when up
   bool is_closed_ = false;
+  bool has_processed_ = false;  // process() was called
   bool is_connecting_ = false;  // inside connect()
   bool wants_ring_ = true;      // until one could not be used
   bool is_ending_ = false;      // inside read_last_words()
@@ -128,6 +130,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   /// runs.
   std::mutex gate_;
   Reports reports_;
+  Refusals refusals_;
   Deliveries deliveries_;
   Requests requests_;
   Handles handles_;

@@ -1,9 +1,11 @@
 // What a program asks: registrations, poses, questions.
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "client_lib/convert.hpp"
 #include "client_lib/engine.hpp"
+#include "client_lib/unread.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -99,6 +101,33 @@ void Engine::send_pose(const OwnPose& pose) {
     }
     if (const auto next = std::exchange(next_pose_, std::nullopt)) send_pose(*next);
   });
+}
+
+Status Engine::publish(PublisherState& publisher, std::string_view payload,
+                       std::optional<std::uint32_t> ttl) {
+  Status status = sender_.publish(publisher, payload, ttl,
+                                  processing_thread_.load() == std::this_thread::get_id());
+  if (status.code_ == StatusCode::kBusy) {
+    status.unread_ = std::make_shared<Unread>(weak_from_this(), publisher.key->label, status.text_);
+  }
+  return status;
+}
+
+void Engine::tell_unread(const std::string& channel, const std::string& why) {
+  const std::optional<Status> report = refusals_.note(channel, why);
+  if (!report) return;
+  reports_.add(*report);
+  wakeup_.wake();
+}
+
+void Engine::remove(SubscriberState& subscriber) {
+  if (!has_processed_ && phase_ == Phase::kUp && refusals_.tells_stderr()) {
+    std::fprintf(stderr,
+                 "swarmtalk: %s was subscribed to and nothing was heard: call run() or process(), "
+                 "callbacks are called in there only\n",
+                 subscriber.key->label.c_str());
+  }
+  handles_.remove(subscriber);
 }
 
 std::shared_ptr<PublisherState> Engine::add_publisher(std::shared_ptr<const ChannelKey> key,

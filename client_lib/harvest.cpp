@@ -96,13 +96,13 @@ void Harvest::answer(std::uint32_t question, std::uint32_t ttl, std::string_view
     std::string with_it = bytes;
     client::append_value(with_it, each->first, each->second);
     if (with_it.size() > most && bytes.size() > empty.size()) {
-      publisher_.send(bytes, ttl);
+      static_cast<void>(publisher_.send(bytes, ttl));
       with_it = empty;
       client::append_value(with_it, each->first, each->second);
     }
     bytes = std::move(with_it);
   }
-  if (bytes.size() > empty.size()) publisher_.send(bytes, ttl);
+  if (bytes.size() > empty.size()) static_cast<void>(publisher_.send(bytes, ttl));
 }
 
 }  // namespace swarmtalk

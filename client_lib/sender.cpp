@@ -33,7 +33,11 @@ Status Sender::check_room(const PublisherState& publisher) const {
   }
   const Sending& sending = publisher.sending;
   if (sending.drop_oldest && sending.queue > 0) return Status();  // the daemon makes room
-  return publisher.in_flight.size() > sending.queue ? Status(StatusCode::kBusy) : Status();
+  const std::size_t waiting = publisher.in_flight.size();
+  if (waiting <= sending.queue) return Status();
+  return Status(StatusCode::kBusy, std::to_string(waiting) +
+                                       (waiting == 1 ? " message has" : " messages have") +
+                                       " not left yet");
 }
 
 bool Sender::is_busy(const PublisherState& publisher) {

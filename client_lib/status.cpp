@@ -1,14 +1,21 @@
 #include "swarmtalk/client/status.hpp"
 
+#include "client_lib/unread.hpp"
+
 namespace swarmtalk {
 
+void Status::mark_read() const {
+  unread_->is_read.store(true);
+}
+
 std::string_view Status::text() const {
+  if (unread_) mark_read();
   if (!text_.empty()) return text_;
   switch (code_) {
     case StatusCode::kOk:
       return "ok";
     case StatusCode::kBusy:
-      return "this publisher's previous message has not left yet";
+      return "as many messages of this publisher wait as may; try again when one has left";
     case StatusCode::kTooLong:
       return "the message is longer than the channel carries";
     case StatusCode::kDisconnected:

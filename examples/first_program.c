@@ -26,7 +26,8 @@ int main(void) {
   for (int i = 1; i <= 10; ++i) {
     char text[32];
     snprintf(text, sizeof text, "hello %d", i);
-    swarmtalk_send(hello, text, strlen(text));
+    const swarmtalk_status sent = swarmtalk_send(hello, text, strlen(text));
+    if (sent != SWARMTALK_OK) fprintf(stderr, "not sent: %s\n", swarmtalk_status_text(sent));
     swarmtalk_run_for(robot, 500);
   }
   swarmtalk_unsubscribe(others);

@@ -18,7 +18,9 @@ int main() {
     std::cout << std::endl;
   });
   for (int i = 1; i <= 10; ++i) {
-    publisher.send("hello " + std::to_string(i));
+    if (auto sent = publisher.send("hello " + std::to_string(i)); !sent) {
+      std::cerr << "not sent: " << sent.text() << "\n";
+    }
     robot.run_for(std::chrono::milliseconds(500));
   }
 }

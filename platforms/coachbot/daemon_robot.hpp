@@ -105,9 +105,10 @@ class DaemonRobot::Node {
         : robot_(robot), inner_(std::move(inner)) {}
     Publisher* new_publisher(core::SentFn sent, void* context) {
       publishers_.emplace_back();
-      publishers_.back().inner_ = inner_.publisher([sent, context](const Status&) {
+      const auto tell = [sent, context](const Status&) {
         if (sent != nullptr) sent(context);
-      });
+      };
+      publishers_.back().inner_ = inner_.publisher(tell, Sending::one_at_a_time());
       return &publishers_.back();
     }
     Subscriber* new_subscriber(Distance max_distance_mm, core::ReceiveFn<Profile> receive,

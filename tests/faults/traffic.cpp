@@ -52,7 +52,8 @@ int send(const char* name, const char* channel, double rate_hz, std::size_t size
   watch(robot);
   robot.on_reconnect([] { say_time("back"); });
   auto publisher = robot.channel(channel).publisher(
-      [&](const swarmtalk::Status& status) { ++(status ? account.sent : account.unsent); });
+      [&](const swarmtalk::Status& status) { ++(status ? account.sent : account.unsent); },
+      swarmtalk::Sending::one_at_a_time());
   say_ready();
   const auto gap =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / rate_hz));

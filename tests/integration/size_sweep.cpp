@@ -49,7 +49,7 @@ int receive() {
 
 int send() {
   auto robot = swarmtalk::Client::connected("size_sweep");
-  auto publisher = robot.channel("sizes").publisher();
+  auto publisher = robot.advertise("sizes", swarmtalk::Sending::one_at_a_time());
   std::optional<Answer> got;
   auto answers = robot.channel("size-answers").subscriber([&](const swarmtalk::Message& message) {
     got = message.as<Answer>();

@@ -16,6 +16,7 @@ extern "C" {
 #endif
 
 #define SWARMTALK_API __attribute__((visibility("default")))
+#define SWARMTALK_LOOK __attribute__((warn_unused_result))
 
 /* What became of a call. docs/client.md says what to do about each. */
 typedef enum swarmtalk_status {
@@ -89,10 +90,13 @@ typedef struct swarmtalk_policy {
   int timestamped;           /* register the channel as timestamped */
 } swarmtalk_policy;
 
+/* For swarmtalk_sending.queue: one message is on its way at a time. */
+#define SWARMTALK_NO_QUEUE UINT32_MAX
+
 typedef struct swarmtalk_sending {
   size_t struct_bytes;       /* as in swarmtalk_policy */
   uint32_t ttl;              /* hops after the first */
-  uint32_t queue;            /* messages that wait behind the one in flight */
+  uint32_t queue;            /* messages that wait behind the one in flight; 0: 16 */
   int drop_oldest;           /* a full queue drops its oldest; else send() answers BUSY */
   uint32_t copies;           /* each message is sent that many times, delivered once; 0: once */
   uint32_t copy_interval_ms; /* 0: the daemon's default */
@@ -175,9 +179,11 @@ SWARMTALK_API swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client,
                                                        const swarmtalk_sending* sending,
                                                        swarmtalk_sent_fn sent, void* context);
 SWARMTALK_API swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher);
-/* Hands one message to the daemon; copies it, never waits. Any thread. */
-SWARMTALK_API swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* bytes,
-                                              size_t size_bytes);
+/* Hands one message to the daemon; copies it, never waits. Any thread. SWARMTALK_BUSY: as many wait
+ * as may; this is also told on stderr, or to swarmtalk_on_error's callback, at most once a second,
+ * except with SWARMTALK_NO_QUEUE, where it is to be expected. */
+SWARMTALK_API SWARMTALK_LOOK swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher,
+                                                             const void* bytes, size_t size_bytes);
 /* 1: the next swarmtalk_send() would answer SWARMTALK_BUSY. Any thread. */
 SWARMTALK_API int swarmtalk_is_busy(const swarmtalk_publisher* publisher);
 SWARMTALK_API size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher);

@@ -23,8 +23,8 @@ bool is_unadvertise(const ipc::Envelope& envelope) {
 TEST_F(ClientPubSub, SecondSendBeforeSentIsBusyWithoutARoundTrip) {
   daemon.answers_publish = false;
   std::vector<Status> sent;
-  auto publisher =
-      client.channel("hello").publisher([&](const Status& status) { sent.push_back(status); });
+  auto publisher = client.channel("hello").publisher(
+      [&](const Status& status) { sent.push_back(status); }, Sending::one_at_a_time());
   EXPECT_FALSE(publisher.busy());
   EXPECT_TRUE(publisher.send("one"));
   EXPECT_TRUE(publisher.busy());

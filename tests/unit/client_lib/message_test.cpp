@@ -3,6 +3,7 @@
 #include <swarmtalk/client.hpp>
 
 #include <array>
+#include <concepts>
 #include <vector>
 
 namespace swarmtalk {
@@ -11,7 +12,7 @@ namespace {
 // What send() accepts is decided at compile time.
 template <typename T>
 concept Sendable = requires(Publisher publisher, T value) {
-  publisher.send(value);
+  { publisher.send(value) } -> std::same_as<Status>;
 };
 struct Plain {
   int number;

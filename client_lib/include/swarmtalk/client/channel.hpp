@@ -44,14 +44,18 @@ class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publishe
 
   /// Hands one message to the daemon; copies it, never blocks. Any thread.
   /// @param ttl  hops after the first for this message; unset: the channel's
-  /// @return kOk: it is on its way, `sent` will be called; kBusy until `sent` of an earlier one;
+  /// @return kOk: it is on its way, `sent` will be called; kBusy: as many wait as may (see
+  /// Sending);
   ///   kTooLong; kBadTtl; kDisconnected; or why the channel was refused. kTooLong and kBadTtl are
-  ///   also reported to Client::on_error, so that they are never silent.
-  Status send(std::string_view text, std::optional<std::uint32_t> ttl = {});
-  Status send(const char* text, std::optional<std::uint32_t> ttl = {}) {
+  ///   also reported to Client::on_error, and kBusy when nobody looks at the Status: on stderr, or
+  ///   to a Client::on_error of the program's own. So they are never silent.
+  [[nodiscard("a message that could not be taken is lost: look at it")]] Status send(
+      std::string_view text, std::optional<std::uint32_t> ttl = {});
+  [[nodiscard]] Status send(const char* text, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(text), ttl);
   }
-  Status send(std::span<const std::uint8_t> bytes, std::optional<std::uint32_t> ttl = {}) {
+  [[nodiscard]] Status send(std::span<const std::uint8_t> bytes,
+                            std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()), ttl);
   }
 
@@ -59,7 +63,7 @@ class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publishe
   template <typename T>
   requires(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_array_v<T> &&
            !std::is_convertible_v<const T&, std::string_view> &&
-           !std::is_convertible_v<const T&, std::span<const std::uint8_t>>) Status
+           !std::is_convertible_v<const T&, std::span<const std::uint8_t>>) [[nodiscard]] Status
   send(const T& value, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
   }

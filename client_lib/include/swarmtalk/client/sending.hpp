@@ -1,5 +1,5 @@
 // Sending: what becomes of messages that a publisher sends faster than they leave, and how often
-// each is sent. A value; by default one message is on its way at a time:
+// each is sent. A value; by default a few messages wait:
 //   Sending::newest(8).repeated(3)
 #pragma once
 
@@ -10,12 +10,17 @@
 namespace swarmtalk {
 
 struct Sending {
-  std::uint32_t queue = 0;   // messages that wait in the daemon behind the one in flight
-  bool drop_oldest = false;  // when the queue is full; else send() answers kBusy
-  std::uint32_t copies = 1;  // each message is sent that many times and delivered once
+  static constexpr std::uint32_t kDefaultQueue = 16;
+
+  std::uint32_t queue = kDefaultQueue;  // messages that wait in the daemon behind the one in flight
+  bool drop_oldest = false;             // when the queue is full; else send() answers kBusy
+  std::uint32_t copies = 1;             // each message is sent that many times and delivered once
   std::optional<std::chrono::milliseconds> copy_interval =
       std::nullopt;  // unset: the daemon's default
 
+  /// The paper's rule: nothing waits, and send() answers kBusy until the message before has left.
+  /// For state of which only the newest counts.
+  static Sending one_at_a_time() { return queued(0); }
   /// Up to `count` messages wait; then send() answers kBusy.
   static Sending queued(std::uint32_t count) {
     Sending sending;

@@ -2,6 +2,7 @@
 // the same as an exception, thrown only by Client::connected(). Values; any thread.
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -9,9 +10,14 @@
 
 namespace swarmtalk {
 
+namespace client {
+class Engine;
+struct Unread;
+}  // namespace client
+
 enum class StatusCode {
   kOk,
-  kBusy,             // this publisher's previous message has not left yet
+  kBusy,             // as many messages of this publisher wait as may
   kTooLong,          // message longer than the channel carries; the text names the limit
   kDisconnected,     // no connection to the daemon now; the library reconnects by itself
   kNoDaemon,         // the socket does not exist
@@ -38,16 +44,24 @@ class Status {
   Status() = default;
   explicit Status(StatusCode code, std::string text = {}) : code_(code), text_(std::move(text)) {}
 
-  bool ok() const { return code_ == StatusCode::kOk; }
+  bool ok() const { return code() == StatusCode::kOk; }
   explicit operator bool() const { return ok(); }
-  StatusCode code() const { return code_; }
+  StatusCode code() const {
+    if (unread_) mark_read();
+    return code_;
+  }
 
   /// One sentence with the remedy, without a full stop. Valid as long as this Status.
   std::string_view text() const;
 
  private:
+  friend class client::Engine;
+  friend struct client::Unread;
+  void mark_read() const;
+
   StatusCode code_ = StatusCode::kOk;
-  std::string text_;  // empty: the code's general sentence
+  std::string text_;                        // empty: the code's general sentence
+  std::shared_ptr<client::Unread> unread_;  // of a refused message: tells when nobody looks
 };
 
 class Error : public std::runtime_error {

@@ -1,0 +1,28 @@
+#include "client_lib/refusals.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace swarmtalk::client {
+
+std::optional<Status> Refusals::note(std::string_view channel, std::string_view why) {
+  const std::lock_guard lock(mutex_);
+  ++count_;
+  const auto now = Wakeup::Clock::now();
+  if (told_ && now - *told_ < std::chrono::seconds(1)) return std::nullopt;
+  told_ = now;
+  const std::uint64_t count = std::exchange(count_, 0);
+  const std::string text =
+      std::string(channel) + ": " +
+      (count == 1 ? "a message was" : std::to_string(count) + " messages were") +
+      " not sent, and nobody looked at what send() returned: " + std::string(why) +
+      "; run the client between sends, send more slowly, or advertise with a longer queue, or one "
+      "that drops the oldest";
+  if (!tells_stderr()) return Status(StatusCode::kBusy, text);
+  std::fprintf(stderr, "swarmtalk: %s\n", text.c_str());
+  return std::nullopt;
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,17 @@
+#include "client_lib/unread.hpp"
+
+#include "client_lib/engine.hpp"
+
+namespace swarmtalk::client {
+
+Unread::~Unread() {
+  if (is_read.load()) return;
+  if (const auto alive = engine.lock()) alive->tell_unread(label, why);
+}
+
+/// For a call whose answer the C interface had to look at itself.
+void Unread::not_looked_at(const Status& status) {
+  if (status.unread_) status.unread_->is_read.store(false);
+}
+
+}  // namespace swarmtalk::client

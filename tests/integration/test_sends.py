@@ -1,0 +1,52 @@
+"""Several sends in a row by a program in C: they arrive, or it is told why not. (In C++:
+tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour.py.)"""
+import re
+
+from conftest import ROOT, program, run
+
+
+def test_two_sends_in_a_row_both_arrive(udp_lab):
+    lab = udp_lab(2)
+    sub = lab.start_sub(2, "two", "-C", "2", "-W", "20")
+    done = lab.execute(1, program("two_sends"), "2", "wait")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "0 refused\n", "")
+    out, errors = sub.communicate(timeout=30)
+    assert sub.returncode == 0, out + errors
+    assert re.findall(r'robot 1  "(.)"', out) == ["0", "1"], out
+
+
+def test_more_than_can_wait_are_told_in_one_line(udp_lab):
+    done = udp_lab(1).execute(1, program("two_sends"), "1000", "wait")
+    refused = int(done.stdout.split()[0])
+    assert refused > 100
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert "channel two: a message was not sent, and nobody looked at what send() " in lines[0]
+    assert "messages have not left yet; run the client between sends" in lines[0]
+
+
+def test_who_wants_no_queue_expects_to_be_refused(udp_lab):
+    done = udp_lab(1).execute(1, program("two_sends"), "1000", "no-queue")
+    assert int(done.stdout.split()[0]) > 100
+    assert done.stderr == ""
+
+
+def test_a_thrown_away_answer_of_send_is_a_warning(tmp_path):
+    include = ROOT / "client_lib/include"
+    (tmp_path / "c.c").write_text("#include <swarmtalk/swarmtalk.h>\n"
+                                  "void f(swarmtalk_publisher* p) { swarmtalk_send(p, 0, 0); }\n")
+    done = run("gcc", "-std=c99", "-c", "-o", tmp_path / "c.o", "-I", include, tmp_path / "c.c")
+    assert done.returncode == 0 and "c.c:2:" in done.stderr, done.stderr
+    (tmp_path / "cpp.cpp").write_text("""#include <swarmtalk/client.hpp>
+void f(swarmtalk::Publisher& p) {
+  p.send("text");
+  p.send(std::string("text"));
+  p.send(7);
+  (void)p.send(std::span<const std::uint8_t>());
+}
+""")
+    done = run("g++", "-std=c++20", "-fsyntax-only", "-I", include, tmp_path / "cpp.cpp")
+    assert done.returncode == 0, done.stderr
+    for line in (3, 4, 5):
+        assert f"cpp.cpp:{line}:" in done.stderr, done.stderr
+    assert "cpp.cpp:6:" not in done.stderr

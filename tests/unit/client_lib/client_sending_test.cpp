@@ -1,0 +1,107 @@
+// Several sends in a row: they wait, or whoever sends is told.
+#include <algorithm>
+#include <thread>
+
+#include "tests/unit/client_lib/client_fixture.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+class ClientSending : public ClientTest {
+ protected:
+  ClientSending() : daemon(path), client(make_client()) { EXPECT_TRUE(client.connect()); }
+
+  /// What `action` writes to stderr.
+  template <typename Action>
+  static std::string stderr_of(Action action) {
+    testing::internal::CaptureStderr();
+    action();
+    return testing::internal::GetCapturedStderr();
+  }
+
+  /// A client as a program has it that replaces no callback.
+  Client plain_client() {
+    Client plain("plain", {.socket_path = path});
+    EXPECT_TRUE(plain.connect());
+    return plain;
+  }
+
+  FakeDaemon daemon;
+  Client client;
+};
+
+TEST_F(ClientSending, TwoSendsInARowBothLeave) {
+  auto publisher = client.channel("hello").publisher();
+  EXPECT_TRUE(publisher.send("position"));
+  EXPECT_TRUE(publisher.send("battery"));
+  EXPECT_TRUE(client.sync());
+  EXPECT_EQ(daemon.count(is_publish), 2);
+}
+
+TEST_F(ClientSending, OneAtATimeAsksForNoQueue) {
+  auto waits = client.channel("hello").publisher();
+  auto waits_not = client.advertise("hello", Sending::one_at_a_time().repeated(2));
+  const auto queue_of = [](const ipc::Envelope& envelope, std::uint32_t queue) {
+    return envelope.has_advertise() && envelope.advertise().queue() == queue;
+  };
+  EXPECT_EQ(daemon.count([&](const auto& each) { return queue_of(each, 16); }), 1);
+  EXPECT_EQ(daemon.count([&](const auto& each) { return queue_of(each, 0); }), 1);
+}
+
+TEST_F(ClientSending, ARefusalThatNobodyLooksAtIsToldOnceASecond) {
+  daemon.answers_publish = false;
+  Client plain = plain_client();
+  auto publisher = plain.advertise("hello", Sending::one_at_a_time());
+  const std::string told = stderr_of([&] {
+    for (int i = 0; i < 1000; ++i) static_cast<void>(publisher.send("x"));
+  });
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+  for (const char* words : {"swarmtalk: channel hello: a message was not sent",
+                            "1 message has not left yet", "longer queue", "drops the oldest"}) {
+    EXPECT_NE(told.find(words), std::string::npos) << words << " is not in: " << told;
+  }
+}
+
+TEST_F(ClientSending, ARefusalThatIsLookedAtIsNotTold) {
+  daemon.answers_publish = false;
+  Client plain = plain_client();
+  auto publisher = plain.advertise("hello", Sending::one_at_a_time());
+  EXPECT_TRUE(publisher.send("x"));
+  const auto by_bool = [&] { return publisher.send("x") ? 1 : 0; };
+  const auto by_code = [&] { return publisher.send("x").code() == StatusCode::kBusy ? 1 : 0; };
+  const auto by_text = [&] { return publisher.send("x").text().empty() ? 1 : 0; };
+  const auto by_copy = [&] {
+    const Status original = publisher.send("x");
+    const Status copy = original;
+    return copy.ok() ? 1 : 0;
+  };
+  int looks = 0;
+  EXPECT_EQ(stderr_of([&] { looks = by_bool() + by_code() + by_text() + by_copy(); }), "");
+  EXPECT_EQ(looks, 1) << "all four were refused, and one asks for the refusal";
+}
+
+TEST_F(ClientSending, AnOnErrorOfTheProgramsOwnIsToldInsteadOfStderr) {
+  daemon.answers_publish = false;
+  auto publisher = client.advertise("hello", Sending::one_at_a_time());
+  EXPECT_EQ(stderr_of([&] {
+              for (int i = 0; i < 3; ++i) static_cast<void>(publisher.send("x"));
+            }),
+            "");
+  ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
+  EXPECT_EQ(errors[0].code(), StatusCode::kBusy);
+}
+
+TEST_F(ClientSending, ARefusalMayOutliveItsClientAndItsThread) {
+  daemon.answers_publish = false;
+  std::optional<Status> kept;
+  {
+    Client gone = plain_client();
+    auto publisher = gone.advertise("hello", Sending::one_at_a_time());
+    EXPECT_TRUE(publisher.send("x"));
+    std::thread([&] { kept = publisher.send("x"); }).join();
+  }
+  EXPECT_EQ(stderr_of([&] { kept.reset(); }), "") << "nobody is left whose channel it was";
+}
+
+}  // namespace
+}  // namespace swarmtalk::test
