@@ -12,9 +12,10 @@ The manual is docs/python.md, the protocol docs/ipc.md. Metres, radians and seco
 
 One file on purpose: copy it to a robot and it works, with the standard library alone, on Python 2.7
 and on 3.5 and later. From top to bottom: errors, the bytes of the protocol, what is handed to a
-program (messages, poses), publishers and subscribers, the Client, harvest, and what runs scripts
-written for Coachbots. One thread owns a Client and all it hands out; callbacks run inside
-process() and run(), never elsewhere. From any thread may come Publisher.send() and stop().
+program (messages, poses), publishers and subscribers, the connection, the Client, harvest, and
+what runs scripts written for Coachbots. One thread owns a Client and all it hands out; callbacks
+run inside process() and run(), never elsewhere. From any thread may come Publisher.send() and
+stop().
 """
 from __future__ import print_function
 
@@ -53,7 +54,7 @@ _NAME_MAX_BYTES = 1024
 _TEXT = type(u"")
 
 
-# ---- Errors ---------------------------------------------------------------------------------
+# ---- Errors -------------------------------------------------------------------------------------
 
 class Error(Exception):
     """What went wrong, as a sentence with the remedy; `code` is for the program.
@@ -131,7 +132,7 @@ def _print_error(text):
         pass
 
 
-# ---- The clock and a timer, which Python 2 does not have ---------------------------------------
+# ---- The clock and a timer, which Python 2 does not have ----------------------------------------
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _CLOCK_MONOTONIC = 1
@@ -165,7 +166,7 @@ def _set_timer(fd, seconds):
     _libc.timerfd_settime(fd, 0, ctypes.byref(value), None)
 
 
-# ---- The bytes of the protocol (ipc/ipc.proto) -------------------------------------------------
+# ---- The bytes of the protocol (ipc/ipc.proto) --------------------------------------------------
 # A message is a sequence of fields: a varint of number * 8 + kind, then a varint (kind 0), a float
 # (5), or a length and so many bytes (2).
 
@@ -290,7 +291,7 @@ def _record(spec, buf, kind=Record):
     return record
 
 
-# ---- What is handed to a program ---------------------------------------------------------------
+# ---- What is handed to a program ----------------------------------------------------------------
 
 Pose = namedtuple("Pose", "x y theta age")  # metres, radians, seconds
 GatewayOrigin = namedtuple("GatewayOrigin", "link node message_number")
@@ -469,7 +470,7 @@ _STATUS = {
     12: ("programs", lambda buf: _record(_PROGRAM, buf), [])}
 
 
-# ---- Publishers and subscribers ----------------------------------------------------------------
+# ---- Publishers and subscribers -----------------------------------------------------------------
 
 def _payload(data):
     if isinstance(data, bytes):
@@ -854,7 +855,7 @@ class Subscriber(_Handle):
         return _bytes(7, _uint(1, self._id))
 
 
-# ---- The Client --------------------------------------------------------------------------------
+# ---- The connection -----------------------------------------------------------------------------
 
 _DOWN, _GREETING, _REGISTERING, _UP = range(4)
 
@@ -900,314 +901,24 @@ def _connect_error(number, path):
     return Error("system", "cannot connect to %s: %s" % (path, os.strerror(number)))
 
 
-_clients = weakref.WeakSet()
+def _thread_id():
+    return threading.current_thread().ident
 
 
-class Client(object):
-    """One program's connection to the swarmtalkd of its robot. It reconnects by itself.
+def _interruptible(poll, timeout):
+    """A poll of Python 2 ends with an error when a signal comes; one of Python 3 goes on."""
+    try:
+        return poll(timeout)
+    except (OSError, IOError, select.error) as error:
+        if error.args[0] != errno.EINTR:
+            raise
+        return []
 
-    name: of the program, for the daemon's log. socket_path: None: $SWARMTALK_SOCKET, else the
-    standard one. connect: False: begin without; the first call that needs the daemon tries, and
-    run() goes on trying. Raises Error when connecting fails.
+
+class _Session(object):
+    """What is behind a Client: the life of its connection, what comes in and what goes out. The
+    owner's thread only, but for _publish() and what it calls. Client.__init__ makes its variables.
     """
-
-    request_timeout = 1.0
-    connect_timeout = 2.0
-
-    def __init__(self, name, socket_path=None, connect=True):
-        name = name.decode("utf-8") if isinstance(name, bytes) else name
-        if not isinstance(name, _TEXT):
-            raise _bad("the name of a Client is text, not %r" % (name,))
-        self._name = name.encode("utf-8")
-        if len(self._name) > _NAME_MAX_BYTES:
-            raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
-        self._path = str(socket_path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET)
-        self.node_id = 0       # of this robot; 0 before the first connection
-        self.daemon_name = ""
-        # Replace these; None silences one.
-        self.on_disconnect = lambda error: _print_error(error.text)
-        self.on_reconnect = lambda: _print_error("connected to swarmtalkd again")
-        self.on_gap = None     # called with a message whose lost_before is not empty, before it
-        self.on_error = self._print_once_a_second
-        self._printed_at = {}
-
-        self._pid = os.getpid()
-        self._owner = threading.RLock()
-        self._gate = threading.Lock()  # what send() of any thread shares with the owner
-        self._phase = _DOWN
-        self._socket = None
-        self._incoming = bytearray()
-        self._outgoing = bytearray()
-        self._write_error = None
-        self._wants_write = False
-        self._started = self._was_up = self._is_reconnect = self._closed = False
-        self._connecting = self._processing = self._running = self._ending = False
-        self._processing_thread = None
-        self._waits = 0
-        self._stopped = False
-        self._failure = None            # of the last attempt
-        self._reported_failure = None   # its code: the same failure is reported once
-        self._backoff = _RECONNECT_FIRST_S
-        self._timer_at = None
-        self._handles = []
-        self._publishers, self._subscribers = {}, {}
-        self._registrations_left = 0
-        self._adding = None             # the handle that _add() waits for
-        self._last_request = 0
-        self._pending = {}
-        self._first_refusal = None
-        self._pose_in_flight, self._next_pose = False, None
-        self._events = deque()
-        self._has_unreported_loss = False
-        self._log = None
-        self._loop = None
-        self._heard_nothing_of = None   # a subscription with a callback, until process() is called
-
-        self._timer = _open_timer()
-        self._wake_read, self._wake_write = os.pipe()
-        for fd in (self._wake_read, self._wake_write):
-            _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
-            _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
-        self._epoll = select.epoll()
-        self._epoll.register(self._timer, select.EPOLLIN)
-        self._epoll.register(self._wake_read, select.EPOLLIN)
-        self._rung = False
-        self._ring()
-        _clients.add(self)
-        if connect:
-            try:
-                self.connect()
-            except Error:
-                self.close()
-                raise
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *unused):
-        self.close()
-
-    # -- What a program calls.
-
-    @_owned
-    def connect(self):
-        """Waits until connected, at most connect_timeout; runs no callback. Raises Error."""
-        self._need_open()
-        if self._phase == _UP:
-            return
-        deadline = _monotonic() + self.connect_timeout
-        self._connecting = True
-        try:
-            if self._phase == _DOWN:
-                self._attempt()
-            self._wait_until(deadline, lambda: self._phase == _UP or (
-                self._phase == _DOWN and self._failure and self._failure.code != "timeout"))
-        finally:
-            self._connecting = False
-        if self._phase != _UP:
-            failure = self._failure or self._no_answer()
-            self._reported_failure = failure.code
-            raise failure
-
-    @property
-    def connected(self):
-        return self._phase == _UP
-
-    @_owned
-    def advertise(self, channel, ttl=None, timestamped=None, queue=DEFAULT_QUEUE,
-                  drop_oldest=False, repeat=1, repeat_interval=None, sent=None):
-        """A Publisher on a channel, by name or number.
-
-        ttl: hops after the first. queue: so many messages wait behind the one on its way; then
-        send() is refused, or with drop_oldest the oldest that waits is dropped. repeat: each
-        message is sent so often, repeat_interval seconds apart, and heard once. timestamped:
-        carries its delay; all programs of the channel must agree. sent(error): called for each
-        message, with None when it has left, else with the Error why it never will; True: needed
-        for async_send().
-        """
-        return self._add(Publisher(self, channel, ttl, timestamped, queue, drop_oldest, repeat,
-                                   repeat_interval, sent))
-
-    @_owned
-    def subscribe(self, channel, receive=None, within=None, known_distance_only=False,
-                  keep_last=None, latest_from_each=False, no_older_than=None, timestamped=None):
-        """A Subscriber of a channel, by name or number.
-
-        receive(message): called inside process() and run(); without, messages are fetched from the
-        Subscriber. within: only from so many metres; what has no distance comes too, unless
-        known_distance_only. keep_last: so many wait while the program is busy, the oldest goes
-        first; latest_from_each: of these only the newest of each sender. no_older_than: what is
-        older, in seconds, when its turn comes is dropped.
-        """
-        subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
-                                          keep_last, latest_from_each, no_older_than, timestamped))
-        if receive is not None and self._heard_nothing_of is None:
-            self._heard_nothing_of = subscriber.label
-        return subscriber
-
-    @_owned
-    def set_pose(self, x, y, theta):
-        """Tells where this robot is now; it ages from here. The newest of all programs counts."""
-        self._set_pose(x, y, theta, False)
-
-    @_owned
-    def set_fixed_pose(self, x, y, theta):
-        """The same of a robot that stands still: the pose does not age."""
-        self._set_pose(x, y, theta, True)
-
-    @_owned
-    def get_pose(self):
-        """This robot's Pose as the daemon knows it; None when it is missing or stale."""
-        return _pose(self._ask(_bytes(17, b""))[18])
-
-    @_owned
-    def neighbours(self):
-        """The robots heard within the last 10 s: [Neighbour]."""
-        reply = self._ask(_bytes(30, b""))[31]
-        return [_record(_NEIGHBOUR, value, Neighbour)
-                for number, value in _fields(reply, 0, len(reply)) if number == 1]
-
-    @_owned
-    def status(self):
-        """What the daemon tells of itself: version, links, channels, programs, counters."""
-        status = _record(_STATUS, self._ask(_bytes(14, b""))[15])
-        status.counters = dict(status.counters)
-        return status
-
-    @_owned
-    def sync(self):
-        """Waits until the daemon has answered all that was asked. Raises the first refusal."""
-        self._need_connection()
-        done = self._wait_until(_monotonic() + self.request_timeout,
-                                lambda: not self._pending and self._next_pose is None)
-        refusal, self._first_refusal = self._first_refusal, None
-        if not done:
-            raise Error("timeout", "swarmtalkd did not answer in time")
-        if refusal is not None:
-            raise refusal
-        self._need_connection()
-
-    @_owned
-    def log(self, line):
-        """Sends a line to whoever listens to channel debug (`swarmtalk-cli log`), over a few hops.
-
-        Never waits; returns as send() does. Raises Error when the daemon's configuration has the
-        channel off.
-        """
-        if self._log is None:
-            self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
-                                       sent=lambda error: None)
-        return self._log.send(line)
-
-    # -- Event loops.
-
-    def fileno(self):
-        """For an event loop of your own: readable when process() has work, also while there is no
-        daemon. Stays the same. Do not read or close it."""
-        return self._epoll.fileno()
-
-    @_owned
-    def process(self):
-        """Does all that waits: reads, calls callbacks, reconnects. Never waits itself.
-
-        Returns whether there is a daemon."""
-        self._need_open()
-        if self._processing:
-            raise _bad("process(), run() and waiting for messages make no sense inside a callback")
-        self._processing = True
-        self._processing_thread = _thread_id()
-        done = False
-        try:
-            self._heard_nothing_of = None
-            if self._rung:
-                self._rung = False
-                self._drain_pipe()
-            if not self._started:
-                self._attempt_in_background()
-            self._take_timer()
-            self._run_events()
-            for _ in range(_READS_AHEAD):
-                if not self._read() or len(self._events) >= _EVENTS_MAX // 4:
-                    break
-            self._flush()
-            self._run_events()
-            self._report_losses()
-            self._flush()
-            done = True
-        finally:
-            self._processing = False
-            self._processing_thread = None
-            if not done:
-                self._ring()  # a callback threw: the rest must be seen by the next poll
-        return self._phase == _UP
-
-    @_owned
-    def run(self, seconds=None):
-        """process() in a loop: for ever, for a time, or until stop()."""
-        deadline = None if seconds is None else _monotonic() + seconds
-        was_running, self._running = self._running, True
-        try:
-            while True:
-                self.process()
-                if self._take_stop():
-                    return
-                left = None if deadline is None else deadline - _monotonic()
-                if left is not None and left <= 0:
-                    return
-                self._poll(left)
-        finally:
-            self._running = was_running
-
-    run_for = run
-
-    def run_once(self, timeout=None):
-        """Waits for something to do, at most `timeout` seconds, and does it once."""
-        self._run_once(timeout)
-
-    def stop(self):
-        """Makes the running run() or wait, or else the next, return. Any thread, and signals."""
-        self._stopped = True
-        self._ring()
-
-    def attach(self, loop=None):
-        """In asyncio: process() is called by the event loop from now on. Returns the loop."""
-        if self._loop is None:
-            import asyncio
-            self._loop = loop or getattr(asyncio, "get_running_loop", asyncio.get_event_loop)()
-            self._loop.add_reader(self.fileno(), self.process)
-        return self._loop
-
-    def close(self):
-        """Ends the connection and everything registered. No callback is called after this."""
-        if self._closed or os.getpid() != self._pid:
-            return
-        if self._heard_nothing_of is not None and self._started:
-            _print_error("%s was subscribed to and nothing was heard: call run() or process(), "
-                         "callbacks are called in there only" % self._heard_nothing_of)
-        self._closed = True
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.remove_reader(self.fileno())
-        self._unwatch()
-        with self._gate:
-            if self._socket is not None:
-                self._socket.close()
-                self._socket = None
-            self._phase = _DOWN
-            gone = Error("disconnected", "the Client of this handle is closed")
-            handles, self._handles = self._handles, []
-            for handle in handles:
-                handle._id, handle._failure, handle._closed = 0, gone, True
-        for handle in handles:
-            if isinstance(handle, Subscriber):
-                handle._serve_futures()
-        self._events.clear()
-        self._pending.clear()
-        self._epoll.close()
-        os.close(self._timer)
-        with self._gate:
-            os.close(self._wake_read)
-            os.close(self._wake_write)
-            self._wake_write = None
 
     # -- The connection's life: attempts with growing pauses, greeting, loss.
 
@@ -1799,18 +1510,316 @@ class Client(object):
         return True
 
 
-def _thread_id():
-    return threading.current_thread().ident
+# ---- The Client ---------------------------------------------------------------------------------
+
+_clients = weakref.WeakSet()
 
 
-def _interruptible(poll, timeout):
-    """A poll of Python 2 ends with an error when a signal comes; one of Python 3 goes on."""
-    try:
-        return poll(timeout)
-    except (OSError, IOError, select.error) as error:
-        if error.args[0] != errno.EINTR:
-            raise
-        return []
+class Client(_Session):
+    """One program's connection to the swarmtalkd of its robot. It reconnects by itself.
+
+    name: of the program, for the daemon's log. socket_path: None: $SWARMTALK_SOCKET, else the
+    standard one. connect: False: begin without; the first call that needs the daemon tries, and
+    run() goes on trying. Raises Error when connecting fails.
+    """
+
+    request_timeout = 1.0
+    connect_timeout = 2.0
+
+    def __init__(self, name, socket_path=None, connect=True):
+        name = name.decode("utf-8") if isinstance(name, bytes) else name
+        if not isinstance(name, _TEXT):
+            raise _bad("the name of a Client is text, not %r" % (name,))
+        self._name = name.encode("utf-8")
+        if len(self._name) > _NAME_MAX_BYTES:
+            raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
+        self._path = str(socket_path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET)
+        self.node_id = 0       # of this robot; 0 before the first connection
+        self.daemon_name = ""
+        # Replace these; None silences one.
+        self.on_disconnect = lambda error: _print_error(error.text)
+        self.on_reconnect = lambda: _print_error("connected to swarmtalkd again")
+        self.on_gap = None     # called with a message whose lost_before is not empty, before it
+        self.on_error = self._print_once_a_second
+        self._printed_at = {}
+
+        self._pid = os.getpid()
+        self._owner = threading.RLock()
+        self._gate = threading.Lock()  # what send() of any thread shares with the owner
+        self._phase = _DOWN
+        self._socket = None
+        self._incoming = bytearray()
+        self._outgoing = bytearray()
+        self._write_error = None
+        self._wants_write = False
+        self._started = self._was_up = self._is_reconnect = self._closed = False
+        self._connecting = self._processing = self._running = self._ending = False
+        self._processing_thread = None
+        self._waits = 0
+        self._stopped = False
+        self._failure = None            # of the last attempt
+        self._reported_failure = None   # its code: the same failure is reported once
+        self._backoff = _RECONNECT_FIRST_S
+        self._timer_at = None
+        self._handles = []
+        self._publishers, self._subscribers = {}, {}
+        self._registrations_left = 0
+        self._adding = None             # the handle that _add() waits for
+        self._last_request = 0
+        self._pending = {}
+        self._first_refusal = None
+        self._pose_in_flight, self._next_pose = False, None
+        self._events = deque()
+        self._has_unreported_loss = False
+        self._log = None
+        self._loop = None
+        self._heard_nothing_of = None   # a subscription with a callback, until process() is called
+
+        self._timer = _open_timer()
+        self._wake_read, self._wake_write = os.pipe()
+        for fd in (self._wake_read, self._wake_write):
+            _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
+            _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
+        self._epoll = select.epoll()
+        self._epoll.register(self._timer, select.EPOLLIN)
+        self._epoll.register(self._wake_read, select.EPOLLIN)
+        self._rung = False
+        self._ring()
+        _clients.add(self)
+        if connect:
+            try:
+                self.connect()
+            except Error:
+                self.close()
+                raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.close()
+
+    # -- What a program calls.
+
+    @_owned
+    def connect(self):
+        """Waits until connected, at most connect_timeout; runs no callback. Raises Error."""
+        self._need_open()
+        if self._phase == _UP:
+            return
+        deadline = _monotonic() + self.connect_timeout
+        self._connecting = True
+        try:
+            if self._phase == _DOWN:
+                self._attempt()
+            self._wait_until(deadline, lambda: self._phase == _UP or (
+                self._phase == _DOWN and self._failure and self._failure.code != "timeout"))
+        finally:
+            self._connecting = False
+        if self._phase != _UP:
+            failure = self._failure or self._no_answer()
+            self._reported_failure = failure.code
+            raise failure
+
+    @property
+    def connected(self):
+        return self._phase == _UP
+
+    @_owned
+    def advertise(self, channel, ttl=None, timestamped=None, queue=DEFAULT_QUEUE,
+                  drop_oldest=False, repeat=1, repeat_interval=None, sent=None):
+        """A Publisher on a channel, by name or number.
+
+        ttl: hops after the first. queue: so many messages wait behind the one on its way; then
+        send() is refused, or with drop_oldest the oldest that waits is dropped. repeat: each
+        message is sent so often, repeat_interval seconds apart, and heard once. timestamped:
+        carries its delay; all programs of the channel must agree. sent(error): called for each
+        message, with None when it has left, else with the Error why it never will; True: needed
+        for async_send().
+        """
+        return self._add(Publisher(self, channel, ttl, timestamped, queue, drop_oldest, repeat,
+                                   repeat_interval, sent))
+
+    @_owned
+    def subscribe(self, channel, receive=None, within=None, known_distance_only=False,
+                  keep_last=None, latest_from_each=False, no_older_than=None, timestamped=None):
+        """A Subscriber of a channel, by name or number.
+
+        receive(message): called inside process() and run(); without, messages are fetched from the
+        Subscriber. within: only from so many metres; what has no distance comes too, unless
+        known_distance_only. keep_last: so many wait while the program is busy, the oldest goes
+        first; latest_from_each: of these only the newest of each sender. no_older_than: what is
+        older, in seconds, when its turn comes is dropped.
+        """
+        subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
+                                          keep_last, latest_from_each, no_older_than, timestamped))
+        if receive is not None and self._heard_nothing_of is None:
+            self._heard_nothing_of = subscriber.label
+        return subscriber
+
+    @_owned
+    def set_pose(self, x, y, theta):
+        """Tells where this robot is now; it ages from here. The newest of all programs counts."""
+        self._set_pose(x, y, theta, False)
+
+    @_owned
+    def set_fixed_pose(self, x, y, theta):
+        """The same of a robot that stands still: the pose does not age."""
+        self._set_pose(x, y, theta, True)
+
+    @_owned
+    def get_pose(self):
+        """This robot's Pose as the daemon knows it; None when it is missing or stale."""
+        return _pose(self._ask(_bytes(17, b""))[18])
+
+    @_owned
+    def neighbours(self):
+        """The robots heard within the last 10 s: [Neighbour]."""
+        reply = self._ask(_bytes(30, b""))[31]
+        return [_record(_NEIGHBOUR, value, Neighbour)
+                for number, value in _fields(reply, 0, len(reply)) if number == 1]
+
+    @_owned
+    def status(self):
+        """What the daemon tells of itself: version, links, channels, programs, counters."""
+        status = _record(_STATUS, self._ask(_bytes(14, b""))[15])
+        status.counters = dict(status.counters)
+        return status
+
+    @_owned
+    def sync(self):
+        """Waits until the daemon has answered all that was asked. Raises the first refusal."""
+        self._need_connection()
+        done = self._wait_until(_monotonic() + self.request_timeout,
+                                lambda: not self._pending and self._next_pose is None)
+        refusal, self._first_refusal = self._first_refusal, None
+        if not done:
+            raise Error("timeout", "swarmtalkd did not answer in time")
+        if refusal is not None:
+            raise refusal
+        self._need_connection()
+
+    @_owned
+    def log(self, line):
+        """Sends a line to whoever listens to channel debug (`swarmtalk-cli log`), over a few hops.
+
+        Never waits; returns as send() does. Raises Error when the daemon's configuration has the
+        channel off.
+        """
+        if self._log is None:
+            self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
+                                       sent=lambda error: None)
+        return self._log.send(line)
+
+    # -- Event loops.
+
+    def fileno(self):
+        """For an event loop of your own: readable when process() has work, also while there is no
+        daemon. Stays the same. Do not read or close it."""
+        return self._epoll.fileno()
+
+    @_owned
+    def process(self):
+        """Does all that waits: reads, calls callbacks, reconnects. Never waits itself.
+
+        Returns whether there is a daemon."""
+        self._need_open()
+        if self._processing:
+            raise _bad("process(), run() and waiting for messages make no sense inside a callback")
+        self._processing = True
+        self._processing_thread = _thread_id()
+        done = False
+        try:
+            self._heard_nothing_of = None
+            if self._rung:
+                self._rung = False
+                self._drain_pipe()
+            if not self._started:
+                self._attempt_in_background()
+            self._take_timer()
+            self._run_events()
+            for _ in range(_READS_AHEAD):
+                if not self._read() or len(self._events) >= _EVENTS_MAX // 4:
+                    break
+            self._flush()
+            self._run_events()
+            self._report_losses()
+            self._flush()
+            done = True
+        finally:
+            self._processing = False
+            self._processing_thread = None
+            if not done:
+                self._ring()  # a callback threw: the rest must be seen by the next poll
+        return self._phase == _UP
+
+    @_owned
+    def run(self, seconds=None):
+        """process() in a loop: for ever, for a time, or until stop()."""
+        deadline = None if seconds is None else _monotonic() + seconds
+        was_running, self._running = self._running, True
+        try:
+            while True:
+                self.process()
+                if self._take_stop():
+                    return
+                left = None if deadline is None else deadline - _monotonic()
+                if left is not None and left <= 0:
+                    return
+                self._poll(left)
+        finally:
+            self._running = was_running
+
+    run_for = run
+
+    def run_once(self, timeout=None):
+        """Waits for something to do, at most `timeout` seconds, and does it once."""
+        self._run_once(timeout)
+
+    def stop(self):
+        """Makes the running run() or wait, or else the next, return. Any thread, and signals."""
+        self._stopped = True
+        self._ring()
+
+    def attach(self, loop=None):
+        """In asyncio: process() is called by the event loop from now on. Returns the loop."""
+        if self._loop is None:
+            import asyncio
+            self._loop = loop or getattr(asyncio, "get_running_loop", asyncio.get_event_loop)()
+            self._loop.add_reader(self.fileno(), self.process)
+        return self._loop
+
+    def close(self):
+        """Ends the connection and everything registered. No callback is called after this."""
+        if self._closed or os.getpid() != self._pid:
+            return
+        if self._heard_nothing_of is not None and self._started:
+            _print_error("%s was subscribed to and nothing was heard: call run() or process(), "
+                         "callbacks are called in there only" % self._heard_nothing_of)
+        self._closed = True
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.remove_reader(self.fileno())
+        self._unwatch()
+        with self._gate:
+            if self._socket is not None:
+                self._socket.close()
+                self._socket = None
+            self._phase = _DOWN
+            gone = Error("disconnected", "the Client of this handle is closed")
+            handles, self._handles = self._handles, []
+            for handle in handles:
+                handle._id, handle._failure, handle._closed = 0, gone, True
+        for handle in handles:
+            if isinstance(handle, Subscriber):
+                handle._serve_futures()
+        self._events.clear()
+        self._pending.clear()
+        self._epoll.close()
+        os.close(self._timer)
+        with self._gate:
+            os.close(self._wake_read)
+            os.close(self._wake_write)
+            self._wake_write = None
 
 
 @atexit.register
