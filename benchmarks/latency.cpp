@@ -110,7 +110,7 @@ int send(std::size_t count, std::size_t size_bytes, std::chrono::microseconds ga
     }
   }
   while (publisher.busy()) robot.run_once(10ms);
-  robot.run_for(burst == 1 ? 0ms : 100ms);  // what waits in the daemon leaves before we go
+  robot.run_for(burst == 1 ? 0ms : 1000ms);  // what waits in the daemon leaves before we go
   std::printf("{\"sent\": %zu, \"waited_for_busy\": %zu, \"cpu_us\": %.2f}\n", count, busy,
               (cpu_us() - cpu_before_us) / static_cast<double>(count));
   return 0;

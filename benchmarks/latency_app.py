@@ -61,7 +61,7 @@ def send(count, size_bytes, gap_us, burst=1):
             sys.exit("latency_app.py: refused")
     while publisher.busy():
         robot.run_once(0.01)
-    robot.run(0 if burst == 1 else 0.1)  # what waits in the daemon leaves before we go
+    robot.run(0 if burst == 1 else 1)  # what waits in the daemon leaves before we go
     print(json.dumps({"sent": count, "waited_for_busy": busy,
                       "cpu_us": (cpu_us() - before_us) / count}))
     return 0

@@ -290,11 +290,25 @@ bool Engine::wait_until(Deadline deadline, const std::function<bool()>& enough) 
   }
 }
 
+/// Whether process() may begin. Who is refused is told in any case: the answer of run_for() is one
+/// that nobody reads.
+Status Engine::check_outside() {
+  const std::thread::id inside = processing_thread_.load();
+  if (inside == std::thread::id()) return Status();
+  const bool is_callback = inside == std::this_thread::get_id();
+  const Status status(StatusCode::kBadArgument,
+                      is_callback ? "process() and run() cannot be called inside a callback; "
+                                    "return from it instead"
+                                  : "process() and run() were called while another thread is "
+                                    "inside them; one thread owns a Client");
+  reports_.add(status);
+  return status;
+}
+
 Status Engine::process() {
-  if (is_processing_) {
-    return Status(StatusCode::kBadArgument, "process() and run() cannot be called in a callback");
-  }
+  if (Status status = check_outside(); !status) return status;
   const auto self = shared_from_this();  // a callback may destroy the Client
+  has_processed_ = true;
   const Scope<bool> processing(is_processing_, true);
   const ThreadMark mark(processing_thread_);
   WakeOnThrow wake_on_throw(wakeup_);

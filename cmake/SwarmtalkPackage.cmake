@@ -13,7 +13,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SECTION net)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers, python3")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, libprotobuf-dev, prometheus-node-exporter")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "publish/subscribe over broadcast frames for swarm robots")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION

@@ -8,13 +8,12 @@ import time
 import swarmtalk
 
 robot = swarmtalk.Client("near")
-here = robot.advertise("here", queue=0)  # only the newest counts: nothing waits
+here = robot.advertise("here", queue=1, drop_oldest=True)  # only the newest counts
 heard = robot.subscribe("here", within=0.5, known_distance_only=True)
 last = {}  # robot: (when, distance)
 told = 0
 while True:
-    if not here.send(""):
-        pass  # the one before has not left yet: the next will do
+    here.send("")
     message = heard.get(0.2)
     for message in ([message] if message else []) + heard.take():
         last[message.sender] = (time.time(), message.distance)

@@ -117,6 +117,15 @@ def test_the_manual_names_drop_ins_that_are_installed(staged):
         assert named and named <= installed, (page, named)
 
 
+def test_the_runner_of_scripts_finds_the_library_beside_it(staged, tmp_path):
+    (tmp_path / "usr_code.py").write_text("def usr(robot):\n    pass\n")
+    done = run(staged / "usr/bin/swarmtalk-run", "usr_code.py", cwd=tmp_path,
+               env={"SWARMTALK_SOCKET": "/nowhere/socket", "PYTHONDONTWRITEBYTECODE": "1"})
+    assert done.returncode == 3
+    assert done.stderr.startswith("swarmtalk: cannot reach swarmtalkd: /nowhere/socket")
+    assert (staged / "usr/lib/python3/dist-packages/swarmtalk.py").exists()
+
+
 def test_the_installed_configuration_is_accepted(staged):
     config = staged / "etc/swarmtalk/swarmtalkd.toml"
     done = run(staged / "usr/sbin/swarmtalkd", "--config", config, "--check")

@@ -122,6 +122,42 @@ TEST_F(ClientLoop, ACallbackMayThrowAndTheRestComesLater) {
   EXPECT_TRUE(run_until(client, [&] { return heard.size() == 2; }));
 }
 
+TEST_F(ClientLoop, RunForInsideACallbackIsToldToOnErrorToo) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  Status answer;
+  auto subscriber = client.channel("hello").subscriber(
+      [&](const Message&) { answer = client.run_for(std::chrono::seconds(5)); });
+  daemon.deliver("x");
+  ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
+  EXPECT_EQ(answer.code(), StatusCode::kBadArgument);
+  EXPECT_NE(errors[0].text().find("inside a callback"), std::string_view::npos);
+}
+
+TEST_F(ClientLoop, AnotherThreadInsideIsTold) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  Status answer;
+  auto subscriber = client.channel("hello").subscriber(
+      [&](const Message&) { std::thread([&] { answer = client.process(); }).join(); });
+  daemon.deliver("x");
+  ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
+  EXPECT_EQ(answer.code(), StatusCode::kBadArgument);
+  EXPECT_NE(errors[0].text().find("another thread"), std::string_view::npos);
+}
+
+TEST_F(ClientLoop, AProgramThatNeverRunsItsCallbacksIsTold) {
+  FakeDaemon daemon(path);
+  testing::internal::CaptureStderr();
+  {
+    Client plain("plain", options());
+    auto subscriber = plain.channel("quiet").subscriber([](const Message&) {});
+  }
+  EXPECT_NE(testing::internal::GetCapturedStderr().find(
+                "channel quiet was subscribed to and nothing was heard: call run()"),
+            std::string::npos);
+}
+
 TEST_F(ClientLoop, RunForEndsInTime) {
   FakeDaemon daemon(path);
   Client client = make_client();
