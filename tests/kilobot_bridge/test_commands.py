@@ -124,7 +124,7 @@ def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(daemon, double, tmp_pa
         "overlap": (good + record(1, 0, b"\7") + end, "line 2", "another value"),
         "missing end": (good, "no end record"),
         "too long": (record(0x6DFF, 0, b"\1\2") + end, "line 1", "bootloader"),
-        "no hex": ("hello\n", "no Intel HEX file"),
+        "no hex": ("hello\n", "not an Intel HEX file"),
     }
     before = double.frame_types()
     path = tmp_path / "bad.hex"

@@ -158,7 +158,7 @@ def test_two_at_once_in_one_folder_do_not_meet(tmp_path):
 def test_what_is_no_log_is_not_replayed(tmp_path, text):
     (tmp_path / "x.jsonl").write_text(text)
     done = suite(tmp_path, "replay", "x.jsonl")
-    assert done.returncode == 1 and "no log of a run" in done.stderr
+    assert done.returncode == 1 and "not a log of a run" in done.stderr
     assert done.stderr.count("\n") == 1
 
 
