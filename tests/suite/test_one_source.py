@@ -19,13 +19,14 @@ HOST_SOURCES = {"sim-kilobot and sim-coachbot": "suite/sim/main.cpp",
 
 
 def host_command(source: str) -> list[str]:
-    """The compiler's call for a source; where several are joined, the call for these, of it alone."""
+    """The compiler's call for a source: where several are joined, theirs, with it alone."""
     commands = json.loads((BUILD / "compile_commands.json").read_text())
     for entry in commands:
         if entry["file"].endswith(source):
             return shlex.split(entry["command"])
     for entry in commands:
-        if "/Unity/" in entry["file"] and f"/{source}\"" in pathlib.Path(entry["file"]).read_text():
+        joined = pathlib.Path(entry["file"])
+        if "/Unity/" in entry["file"] and f'/{source}"' in joined.read_text():
             return shlex.split(entry["command"].replace(entry["file"], str(ROOT / source)))
     raise AssertionError(f"no target compiles {source}")
 
