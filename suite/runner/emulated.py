@@ -251,7 +251,7 @@ class Conversion:
                 at = given.get(key, self.starts.get(robot, time))
                 at = max((t for t in flashes[robot] if t <= time + SAMPLE_US), default=at)
                 found.append({"t": min(at, time), "robot": robot, "event": "sent",
-                              "channel": packet.channel})
+                              "channel": packet.channel, "message": packet.message})
             given[key] = time
         return found
 

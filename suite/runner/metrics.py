@@ -264,9 +264,10 @@ def edge_following(log: Log) -> dict:
 class Sent:
     """What each robot has sent on each channel; who starts anew numbers anew.
 
-    A robot's first number is drawn. What is received is nearly always what its sender has sent
-    last, so the first number is the one by which that holds most often: `learn` what was received,
-    then begin again (`rewind`) and ask for its `place`.
+    A robot's first number is drawn. Where the log does not tell the numbers of what is sent: what
+    is received is nearly always what its sender has sent last, so the first number is the one by
+    which that holds most often. So `learn` what was received, then begin again (`rewind`) and ask
+    for its `place`.
     """
 
     def __init__(self):
@@ -274,6 +275,7 @@ class Sent:
         self.before = collections.Counter()          # the same: how many in earlier lives
         self.lives = collections.Counter()           # robot: how often it has started
         self.ahead = collections.defaultdict(collections.Counter)  # by how much numbers run ahead
+        self.told = {}                               # the same, where the log tells it
 
     def rewind(self):
         self.times.clear()
@@ -291,6 +293,13 @@ class Sent:
         """Messages of a channel in this life."""
         return len(self.times[key]) - self.before[key]
 
+    def add(self, event: dict):
+        key = event["robot"], event["channel"]
+        self.times[key].append(event["t"])
+        if "message" in event:
+            self.told[*key, self.lives[key[0]]] = (
+                event["message"] - self.count(key)) % MESSAGE_NUMBERS
+
     def learn(self, key: tuple, number: int):
         if self.count(key) > 0:
             self.ahead[*key, self.lives[key[0]]][(number - self.count(key)) % MESSAGE_NUMBERS] += 1
@@ -298,8 +307,10 @@ class Sent:
     def place(self, key: tuple, number: int) -> int | None:
         """Which of a channel's messages, from 0, has a number: the latest such."""
         count = self.count(key)
-        ahead = self.ahead[*key, self.lives[key[0]]].most_common(1)
-        k = count - (count + (ahead[0][0] if ahead else 0) - number) % MESSAGE_NUMBERS
+        life = *key, self.lives[key[0]]
+        learnt = self.ahead[life].most_common(1)
+        ahead = self.told.get(life, learnt[0][0] if learnt else 0)
+        k = count - (count + ahead - number) % MESSAGE_NUMBERS
         return self.before[key] + k - 1 if k >= 1 else None
 
 
@@ -336,7 +347,7 @@ def messages(log: Log) -> dict:
         if e["event"] == "start":
             sent.restart(e["robot"])
         elif e["event"] == "sent":
-            sent.times[e["robot"], e["channel"]].append(e["t"])
+            sent.add(e)
         elif (e["node"], e["robot"]) in senders:
             sent.learn((senders[e["node"], e["robot"]], e["channel"]), e["message"])
     sent.rewind()
@@ -345,7 +356,7 @@ def messages(log: Log) -> dict:
             sent.restart(e["robot"])
             continue
         if e["event"] == "sent":
-            sent.times[e["robot"], e["channel"]].append(e["t"])
+            sent.add(e)
             continue
         sender = senders.get((e["node"], e["robot"]))
         if sender is None:

@@ -111,6 +111,18 @@ def test_delivery_and_latency_of_three_messages(tmp_path):
     assert found["latency_p50_s"] == pytest.approx(0.1)
 
 
+def test_numbers_that_a_log_tells_of_what_was_sent_are_taken(tmp_path):
+    """The next message waits already when one arrives: by times alone it would be taken for it."""
+    events = [{"t": 0, "robot": i, "event": "start", "node": 7 + i} for i in range(2)]
+    for k in range(20):
+        events.append({"t": 100000 * k, "robot": 0, "event": "sent", "channel": 0,
+                       "message": (11 + k) % 16})
+        events.append({"t": 100000 * k + 104000, "robot": 1, "event": "received", "channel": 0,
+                       "node": 7, "message": (11 + k) % 16})
+    found = metrics.messages(written(tmp_path, 2, sorted(events, key=lambda e: e["t"]) + [END]))
+    assert found["latency_p50_s"] == pytest.approx(0.104)
+
+
 def test_two_neighbours_of_one_id_do_not_lose_each_others_messages(tmp_path):
     """All that was sent has arrived; from whom, the robot in the middle cannot tell."""
     events = [{"t": 0, "robot": i, "event": "start", "node": node}
