@@ -36,6 +36,7 @@ TEST_F(SenderAlone, RefusesWhatTheChannelDoesNotCarryAndReportsIt) {
 }
 
 TEST_F(SenderAlone, IsBusyWhileTheMessageBeforeIsOnItsWay) {
+  publisher_.sending = Sending::one_at_a_time();
   EXPECT_EQ(send("x"), StatusCode::kOk);
   EXPECT_TRUE(sender_.is_busy(publisher_));
   EXPECT_EQ(send("y"), StatusCode::kBusy);
