@@ -27,7 +27,7 @@ class Facts : public testing::TestWithParam<Maker> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Images, Facts, testing::Values(Maker::kOurs, Maker::kKilolib),
+INSTANTIATE_TEST_SUITE_P(Images, Facts, testing::ValuesIn(makers()),
                          [](const auto& maker) { return to_text(maker.param); });
 
 /// Behind whatever was before: one push, then the duties, to the end.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <ostream>
 #include <string>
+#include <vector>
 
 namespace swarmtalk::judge {
 
@@ -10,6 +12,19 @@ enum class Maker { kOurs, kKilolib };
 
 inline std::string to_text(Maker maker) {
   return maker == Maker::kOurs ? "ours" : "kilolib";
+}
+
+inline void PrintTo(Maker maker, std::ostream* out) {
+  *out << to_text(maker);
+}
+
+/// Those whose images this build makes.
+inline std::vector<Maker> makers() {
+#ifdef SWARMTALK_HAS_KILOLIB
+  return {Maker::kOurs, Maker::kKilolib};
+#else
+  return {Maker::kOurs};
+#endif
 }
 
 inline std::string image_of(const std::string& name) {
