@@ -88,7 +88,8 @@ void ClientOutput::add_delivery(QueuedSubscription& subscription, const MessageR
     ++lost_;
   }
   queued_bytes_ += queue.payload_bytes();
-  if (!std::exchange(subscription.is_ready, true)) ready_.push_back(&subscription);
+  if (std::exchange(subscription.is_ready, true)) return;  // on its way out already
+  ready_.push_back(&subscription);
   wake_();
 }
 

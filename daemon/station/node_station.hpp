@@ -158,7 +158,8 @@ class NodeStation final : public Station, public drivers::LinkUser {
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    if (out.size() < node_->next_packet_bytes()) return 0;
+    const std::size_t next_bytes = node_->next_packet_bytes();
+    if (next_bytes == 0 || next_bytes > out.size()) return 0;
     pulled_at_ = std::chrono::steady_clock::now();
     const std::size_t size_bytes = node_->pull_packet(out.data());
     if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
