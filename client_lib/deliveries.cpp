@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <unordered_map>
 
 #include "client_lib/convert.hpp"
@@ -177,7 +178,8 @@ void Deliveries::run() {
     const Event event = std::move(events_.front());
     events_.pop_front();
     run_event(event);
-    if (reports_.has_any()) take_reports();
+    // What on_error itself did wrong waits for the next process(), or this one would never end.
+    if (event.kind != Event::Kind::kError && reports_.has_any()) take_reports();
   }
 }
 
@@ -209,12 +211,13 @@ void Deliveries::set_default_callbacks() {
   callbacks_.on_disconnect = [print](const Status& status) { print(status.text()); };
   callbacks_.on_reconnect = [print] { print("connected to swarmtalkd again"); };
   // At most one line a second for each cause.
-  std::unordered_map<StatusCode, Wakeup::Clock::time_point> last;
-  callbacks_.on_error = [print, last](const Status& status) mutable {
+  // Shared: callbacks are copied before they run.
+  const auto last = std::make_shared<std::unordered_map<StatusCode, Wakeup::Clock::time_point>>();
+  callbacks_.on_error = [print, last](const Status& status) {
     const Wakeup::Clock::time_point now = Wakeup::Clock::now();
-    const auto found = last.find(status.code());
-    if (found != last.end() && now - found->second < std::chrono::seconds(1)) return;
-    last[status.code()] = now;
+    const auto found = last->find(status.code());
+    if (found != last->end() && now - found->second < std::chrono::seconds(1)) return;
+    (*last)[status.code()] = now;
     print(status.text());
   };
 }

@@ -103,12 +103,16 @@ void Engine::close() {
   if (std::exchange(is_closed_, true)) return;
   wakeup_.unwatch();
   wakeup_.clear_timer();
-  const std::lock_guard lock(gate_);
-  connection_.close();
-  phase_ = Phase::kDown;
-  handles_.close();
+  {
+    const std::lock_guard lock(gate_);
+    connection_.close();
+    phase_ = Phase::kDown;
+    handles_.close();
+  }
+  // Not behind the gate: what waits may hold a program's last callback, and with it a handle.
   requests_.clear();
   deliveries_.close();
+  refusals_.tell_rest();
 }
 
 /// One try to open the socket. Success means: greeting sent, answer awaited.
@@ -302,6 +306,7 @@ Status Engine::check_outside() {
                                   : "process() and run() were called while another thread is "
                                     "inside them; one thread owns a Client");
   reports_.add(status);
+  wakeup_.wake();
   return status;
 }
 
@@ -321,6 +326,7 @@ Status Engine::process() {
   deliveries_.run();
   if (deliveries_.take_has_loss() && phase_ == Phase::kUp) handles_.report_losses();
   flush();
+  if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time
   return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
 }
 

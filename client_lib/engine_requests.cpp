@@ -121,7 +121,7 @@ void Engine::tell_unread(const std::string& channel, const std::string& why) {
 }
 
 void Engine::remove(SubscriberState& subscriber) {
-  if (!has_processed_ && phase_ == Phase::kUp && refusals_.tells_stderr()) {
+  if (!has_processed_ && subscriber.id != 0 && phase_ == Phase::kUp && refusals_.tells_stderr()) {
     std::fprintf(stderr,
                  "swarmtalk: %s was subscribed to and nothing was heard: call run() or process(), "
                  "callbacks are called in there only\n",

@@ -25,4 +25,12 @@ std::optional<Status> Refusals::note(std::string_view channel, std::string_view 
   return std::nullopt;
 }
 
+void Refusals::tell_rest() {
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t count = std::exchange(count_, 0);
+  if (count == 0 || !tells_stderr()) return;
+  std::fprintf(stderr, "swarmtalk: since then %llu more of this program's messages were not sent\n",
+               static_cast<unsigned long long>(count));
+}
+
 }  // namespace swarmtalk::client

@@ -20,6 +20,9 @@ class Refusals {
   /// is told at once: a program that only sends may never come to process().
   std::optional<Status> note(std::string_view channel, std::string_view why);
 
+  /// At the end: how many more there were than have been told.
+  void tell_rest();
+
   bool tells_stderr() const { return tells_stderr_.load(); }
   void tells_stderr(bool value) { tells_stderr_.store(value); }
 

@@ -47,6 +47,7 @@ _READ_BYTES = 65536
 _READS_AHEAD = 16          # of 64 KiB, before callbacks run
 _EVENTS_MAX = 4096         # kept while a call waits; then the oldest message goes
 _OUTGOING_MAX = 1 << 20    # then send() is refused
+_UNREAD_MAX = 64  # messages whose answers wait, until send() itself looks for them
 _SENT_EVERY_MAX = 64
 _RECONNECT_FIRST_S, _RECONNECT_MAX_S = 0.02, 0.25
 _POSE_MAX_M = 32.767
@@ -120,8 +121,9 @@ class Refused(object):
         return "Refused(%r, %r)" % (self.code, self.text)
 
     def __del__(self):
-        if self._tell:
-            self._tell(self._text)
+        tell = getattr(self, "_tell", None)  # Ctrl-C may have come before there was one
+        if tell:
+            tell(self._text)
 
 
 def _print_error(text):
@@ -1473,7 +1475,7 @@ class _Session(object):
         if ttl is not None:
             ttl = _number(ttl, "ttl")
         inside = self._processing_thread is not None and self._processing_thread == _thread_id()
-        if publisher._no_room() is not None:
+        if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
         with self._gate:
             if not publisher._id:

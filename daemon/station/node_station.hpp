@@ -137,6 +137,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   bool send_again(std::uint16_t number) override {
+    if (!entries_[number]->has_sent) return false;  // a new channel since
     if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
     link_->wake();
     return true;
@@ -196,6 +197,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     std::uint16_t number = 0;
     bool is_timestamped = false;
     bool is_listening = false;
+    bool has_sent = false;  // its channel of core still has the last message
     core::Channel<P>* channel = nullptr;
     core::Publisher<P>* publisher = nullptr;
     std::uint32_t* left = nullptr;  // its place in left_, once a message has left
@@ -228,6 +230,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     // TTL 0: each message brings its own.
     entry.channel = node_->new_channel(entry.number, 0, entry.is_timestamped);
     if (entry.channel == nullptr) return false;
+    entry.has_sent = false;
     // From another place in the node its count might begin elsewhere: a gap that is not a loss.
     if (P::kMessageBits == 32) {
       entry.channel->continue_after(static_cast<typename W::MessageNumber>(numbers_[entry.number]));
@@ -252,6 +255,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   /// Here the way out turns: the hub tells the program that its message has left, and hands the
   /// channel's next one to the node, so that it can leave in the same frame and at the same time.
   void tell_sent(Entry& entry) {
+    entry.has_sent = true;
     if (P::kMessageBits == 32) note_left(entry);
     user_.on_sent(*this, entry.number);
   }

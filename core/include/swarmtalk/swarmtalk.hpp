@@ -94,7 +94,9 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
 
   /// Bytes of the packet that pull_packet() gives next; 0: nothing waits. A link asks first whether
-  /// it fits, because a packet that has been pulled waits outside of its timestamp.
+  /// it fits, because a packet that has been pulled waits outside of its timestamp. Where packets
+  /// to forward have waited for longer than the clock counts, the pull gives them up, and with them
+  /// what was told here.
   uint16_t next_packet_bytes() const {
     const Source source = round_robin_.peek();
     if (source == RoundRobin<kSources>::kNone) return 0;
