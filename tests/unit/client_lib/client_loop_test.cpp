@@ -1,6 +1,11 @@
 #include <poll.h>
 
+#include <algorithm>
 #include <csignal>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include "tests/unit/client_lib/client_fixture.hpp"
 
@@ -132,6 +137,50 @@ TEST_F(ClientLoop, RunForInsideACallbackIsToldToOnErrorToo) {
   ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
   EXPECT_EQ(answer.code(), StatusCode::kBadArgument);
   EXPECT_NE(errors[0].text().find("inside a callback"), std::string_view::npos);
+}
+
+TEST_F(ClientLoop, AnOnErrorThatRunsTheClientDoesNotKeepItForEver) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  int told = 0;
+  client.on_error([&](const Status&) {
+    ++told;
+    EXPECT_FALSE(client.run_for(std::chrono::milliseconds(1)));
+  });
+  ASSERT_TRUE(client.connect());
+  EXPECT_FALSE(client.set_pose(1e9f, 0, 0));
+  client.process();
+  EXPECT_EQ(told, 1);
+  client.process();
+  EXPECT_EQ(told, 2) << "of what it did itself, the next time";
+}
+
+TEST_F(ClientLoop, TheDefaultOnErrorTellsACauseOnceASecond) {
+  FakeDaemon daemon(path);
+  Client plain("plain", options());
+  ASSERT_TRUE(plain.connect());
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(plain.set_pose(1e9f, 0, 0));
+  plain.process();
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+}
+
+TEST_F(ClientLoop, AWaitingCallbackMayHoldAHandleWhenTheClientIsDestroyed) {
+  FakeDaemon daemon(path);
+  {
+    Client client = make_client();
+    auto pong = std::make_shared<Publisher>(client.channel("pong").publisher());
+    std::optional<Subscriber> ping =
+        client.channel("ping").subscriber([pong](const Message&) { FAIL(); });
+    client.process();
+    pong.reset();
+    daemon.deliver("x");
+    DaemonStatus status;
+    ASSERT_TRUE(client.get_status(status)) << "the message waits for process()";
+    ping.reset();
+  }
+  SUCCEED() << "and it did not wait for itself";
 }
 
 TEST_F(ClientLoop, AnotherThreadInsideIsTold) {

@@ -156,6 +156,20 @@ TEST(NodeStationCopies, FillInForPacketsThatWereLost) {
   EXPECT_EQ(b.heard[0].number, 1u);
 }
 
+TEST(NodeStationCopies, AreNotSentByAChannelThatHasBeenMadeAnewInBetween) {
+  Lone a(1, false);
+  Lone b(2, false);
+  a.station.set_listening(kChannel, true);
+  a.send(3000);
+  a.transmit_to(b);
+  a.station.set_listening(kChannel, false);  // its last subscriber has left
+  EXPECT_FALSE(a.station.send_again(kChannel));
+  EXPECT_EQ(a.station.next_packet_bytes(), 0u);
+  EXPECT_EQ(a.send(10), 2u);
+  a.transmit_to(b);
+  ASSERT_TRUE(a.station.send_again(kChannel));
+}
+
 TEST(NodeStationPull, LeavesAPacketThatDoesNotFit) {
   Lone a(1, false);
   a.send(500);
