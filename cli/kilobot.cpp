@@ -29,7 +29,8 @@ volatile std::sig_atomic_t g_signal = 0;
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = [](int number) { g_signal = number; };
-  action.sa_flags = SA_RESETHAND;  // the second one ends us; the daemon then stops the command
+  action.sa_flags =
+      static_cast<int>(SA_RESETHAND);  // the second one ends us; the daemon then stops the command
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
   ::sigaction(SIGHUP, &action, nullptr);

@@ -93,7 +93,8 @@ int listen_at(const char* path) {
 
 void send_frames(int count) {
   for (int sent = 0; sent < count;) {
-    const int done = sendmmsg(radio, sending.headers + sent, count - sent, 0);
+    const int done =
+        sendmmsg(radio, sending.headers + sent, static_cast<unsigned>(count - sent), 0);
     if (done > 0) {
       sent += done;
     } else if (errno != EAGAIN && errno != ENOBUFS && errno != EINTR) {

@@ -52,7 +52,7 @@ bool SkipRepair::execute(avr_t* avr) const {
   const bool is_subtraction = (opcode & 0x0100) != 0;
   const unsigned low = 24 + ((opcode >> 3) & 6u);
   const unsigned constant = ((opcode >> 2) & 0x30u) | (opcode & 0xFu);
-  const unsigned before = avr->data[low] | avr->data[low + 1] << 8;
+  const unsigned before = avr->data[low] | unsigned{avr->data[low + 1]} << 8;
   const unsigned after = (is_subtraction ? before - constant : before + constant) & 0xFFFF;
   avr->data[low] = static_cast<std::uint8_t>(after);
   avr->data[low + 1] = static_cast<std::uint8_t>(after >> 8);

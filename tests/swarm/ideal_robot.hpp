@@ -242,7 +242,7 @@ std::vector<IdealMemory> memories_of() {
        {Forget::kLastUsed, Forget::kLastUsedClosed, Forget::kOldest, Forget::kOldestClosed}) {
     memories.push_back(memory_of<P>(forget));
   }
-  for (uint32_t young_ticks : {32, 64, 128, 256, 512}) {
+  for (uint32_t young_ticks : {32u, 64u, 128u, 256u, 512u}) {
     memories.push_back(memory_of<P>(Forget::kRefuseNew));
     memories.back().young_ticks = young_ticks;
   }

@@ -83,7 +83,8 @@ TEST(CApi, NoExceptionLeavesItWhenMemoryIsOut) {
     swarmtalk_publisher* const made = swarmtalk_advertise(
         client.get(), "a channel of a long name, not short", nullptr, ignore_event, nullptr);
     if (made != nullptr) {
-      swarmtalk_send(made, "a message of some length, so that it is not short", 49);
+      EXPECT_NE(swarmtalk_send(made, "a message of some length, so that it is not short", 49),
+                SWARMTALK_OK);
       swarmtalk_is_busy(made);
       swarmtalk_max_message_bytes(made);
       swarmtalk_publisher_status(made);

@@ -48,7 +48,7 @@ TEST_F(KeyFile, HoldsSixtyFourDigits) {
 }
 
 TEST_F(KeyFile, ThatOthersCanReachIsRefused) {
-  for (const mode_t mode : {0640, 0604, 0620, 0602, 0610}) {
+  for (const mode_t mode : {0640u, 0604u, 0620u, 0602u, 0610u}) {
     write(kDigits, mode);
     EXPECT_THAT(problem(), HasSubstr("chmod 600 " + path())) << std::oct << mode;
   }

@@ -185,7 +185,7 @@ TEST(NodeStationPull, KnowsTheLengthOfEveryPacket) {
   Lone a(1, true);
   Lone b(2, true);
   std::vector<std::uint8_t> out(1400);
-  for (const std::size_t size : {0, 1, 1300, 1400, 3000, 16000}) {
+  for (const std::size_t size : {0u, 1u, 1300u, 1400u, 3000u, 16000u}) {
     a.send(size, 0, 1);
     while (const std::size_t expected = a.station.next_packet_bytes()) {
       ASSERT_EQ(a.station.pull_packet(out), expected) << "message of " << size;
