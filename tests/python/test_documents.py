@@ -96,7 +96,7 @@ def run_until_it_prints(socket, *command, wanted=".", cwd=None):
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_block_of_the_documents_runs(block, two_robots, chatter, tmp_path):
-    prelude = "import swarmtalk\n"
+    prelude = "" if "import swarmtalk\n" in block else "import swarmtalk\n"
     if "Client(" not in block:
         prelude += "robot = swarmtalk.Client('block')\n"
     if "run_script" in block:
