@@ -7,29 +7,27 @@
 #include <ctime>
 #include <memory>
 
+#include "cli/capture_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/deadline.hpp"
 #include "cli/link_watch.hpp"
 #include "cli/operator.hpp"
+#include "cli/unseal.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-constexpr std::size_t kEthernetHeaderBytes = 14;
 constexpr int kSnapBytes = 65535;
 constexpr std::size_t kNodeAt = 8;  // in an air frame, docs/wire-format.md
 constexpr std::chrono::milliseconds kFlushPeriod(500);
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
 
-struct Closer {
-  void operator()(pcap_t* handle) const { pcap_close(handle); }
-  void operator()(pcap_dumper_t* dumper) const { pcap_dump_close(dumper); }
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
 /// The capture and, beside it, a list of what was dropped.
 class CaptureFiles {
  public:
+  explicit CaptureFiles(Unsealer& unseal) : unseal_(unseal) {}
+
   /// @return empty, or what went wrong
   std::string open(const std::string& path) {
     format_.reset(
@@ -49,9 +47,10 @@ class CaptureFiles {
     for (const ipc::Counter& cause : captured.dropped()) {
       note(captured, cause.name(), cause.value());
     }
+    const std::string frame = unseal_(captured.frame());
     std::string bytes = captured.ethernet_header();
-    if (bytes.size() != kEthernetHeaderBytes) bytes = made_up_header(captured.frame());
-    bytes += captured.frame();
+    if (bytes.size() != kEthernetHeaderBytes) bytes = made_up_header(frame);
+    bytes += frame;
     pcap_pkthdr header{};
     header.ts.tv_sec = static_cast<time_t>(captured.time_ns() / kNsPerS);
     header.ts.tv_usec = static_cast<suseconds_t>(captured.time_ns() % kNsPerS);  // nanoseconds
@@ -87,12 +86,14 @@ class CaptureFiles {
     std::fprintf(dropped_.get(), "%llu\t%s.%09lluZ\t%s\t%s\t%llu\n",
                  static_cast<unsigned long long>(frames_), time.data(),
                  static_cast<unsigned long long>(captured.time_ns() % kNsPerS),
-                 captured.link().c_str(), cause.c_str(), static_cast<unsigned long long>(count));
+                 text::plain(captured.link()).c_str(), text::plain(cause).c_str(),
+                 static_cast<unsigned long long>(count));
   }
 
-  std::unique_ptr<pcap_t, Closer> format_;
-  std::unique_ptr<pcap_dumper_t, Closer> dumper_;
-  std::unique_ptr<std::FILE, Closer> dropped_;
+  Unsealer& unseal_;
+  std::unique_ptr<pcap_t, FileCloser> format_;
+  std::unique_ptr<pcap_dumper_t, FileCloser> dumper_;
+  std::unique_ptr<std::FILE, FileCloser> dropped_;
   std::uint64_t frames_ = 0;
   std::uint64_t drops_ = 0;
 };
@@ -106,9 +107,14 @@ void tell_dead_links(const Common& common) {
 }  // namespace
 
 int capture(const Common& common, const CaptureArguments& arguments) {
+  Unsealer unseal;
+  if (const std::string problem = unseal.load(arguments.key_file); !problem.empty()) {
+    return fail(problem);
+  }
+  if (!arguments.from.empty()) return copy_capture(arguments.from, arguments.file, unseal);
   OperatorConnection daemon;
   if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
-  CaptureFiles files;
+  CaptureFiles files(unseal);
   if (const std::string problem = files.open(arguments.file); !problem.empty()) {
     return fail(problem);
   }
@@ -141,7 +147,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   files.flush();
   const int printed =
       print(arguments.file + ": " + std::to_string(files.frames()) + " frames; " + arguments.file +
-            ".dropped: " + std::to_string(files.drops()) + " lines\n");
+            ".dropped: " + std::to_string(files.drops()) + " lines" + unseal.summary() + "\n");
   return exit_code != kExitOk ? exit_code : printed;
 }
 

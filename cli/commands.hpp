@@ -4,12 +4,15 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <swarmtalk/client.hpp>
+
+#include "cli/message_text.hpp"
 
 namespace swarmtalk::cli {
 
@@ -19,6 +22,9 @@ inline constexpr int kExitUsage = 2;
 inline constexpr int kExitNoDaemon = 3;
 inline constexpr int kExitTimeout = 124;
 inline constexpr int kExitSignal = 128;  // plus the signal's number
+
+/// What main() is to do, where a family of subcommands says it itself.
+using Verb = std::function<int()>;
 
 struct Common {
   std::string socket_path;
@@ -33,8 +39,11 @@ struct PubArguments {
   double rate_hz = 0;        // 0: as soon as the message before has left
   std::optional<std::uint32_t> ttl;
   bool is_timestamped = false;
-  std::uint32_t copies = 1;  // each message is sent so often
-  double timeout_s = 5;      // for each message
+  std::uint32_t copies = 1;   // each message is sent so often
+  double timeout_s = 5;       // for each message
+  bool is_lines = false;      // each line is a message
+  std::string file;           // instead of the payload; empty: none
+  std::string struct_format;  // the payload, or each line, are values for it; empty: none
 };
 
 struct SubArguments {
@@ -44,6 +53,8 @@ struct SubArguments {
   Policy policy;
   double max_age_s = 0;  // 0: any
   bool is_timestamped = false;
+  bool is_all = false;  // every channel, here and on the air
+  LookArguments look;
 };
 
 struct HarvestArguments {
@@ -67,12 +78,15 @@ struct LogLevelArguments {
 
 struct CaptureArguments {
   std::string file;
+  std::string key_file;     // sealed frames are written unsealed; empty: as they are
+  std::string from;         // a capture to copy; empty: from the daemon
   std::uint64_t count = 0;  // 0: no end
   double timeout_s = 0;     // 0: no end
 };
 
 int pub(const Common& common, const PubArguments& arguments);
 int sub(const Common& common, const SubArguments& arguments);
+int sub_all(const Common& common, const SubArguments& arguments, const MessageText& text);
 int status(const Common& common);
 int stats(const Common& common);
 int neighbours(const Common& common);
@@ -93,7 +107,8 @@ int fail(std::string_view text, int exit_code = kExitFailure);
 /// The same for a Status; tells an unreachable daemon from other failures.
 int fail(const Status& status);
 
-/// Writes to stdout at once. @return kExitOk, or else that of fail()
+/// Writes lines to stdout at once; what in them is not plain (text/plain.hpp) is escaped, whoever
+/// wrote it. @return kExitOk, or else that of fail()
 int print(std::string_view text);
 
 /// A client that is silent by itself: the commands say what is to be said.

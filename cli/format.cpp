@@ -1,36 +1,16 @@
 #include "cli/format.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
 
 #include "cli/hex.hpp"
-#include "client_lib/utf8.hpp"
+#include "text/plain.hpp"
+#include "text/utf8.hpp"
 
 namespace swarmtalk::cli {
 namespace {
-
-using Row = std::vector<std::string>;
-
-/// Columns as wide as their widest cell, two spaces apart.
-std::string table(const std::vector<Row>& rows) {
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  std::string text;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      line += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
-}
 
 std::string format(const char* pattern, double value) {
   char text[64];
@@ -64,6 +44,20 @@ Json counters_json(const std::vector<Counter>& list) {
 
 }  // namespace
 
+namespace {
+
+/// Wall clock, so that logs of several robots can be put side by side; microseconds.
+Json unix_seconds(const std::optional<std::chrono::steady_clock::time_point>& received_at) {
+  if (!received_at) return nullptr;
+  using std::chrono::microseconds;
+  const auto age = std::chrono::steady_clock::now() - *received_at;
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch() - age;
+  const auto count = std::chrono::duration_cast<microseconds>(since_1970).count();
+  return static_cast<double>(count) / 1e6;
+}
+
+}  // namespace
+
 Json number(float value) {
   if (!std::isfinite(value)) return nullptr;
   return std::round(static_cast<double>(value) * 1e6) / 1e6;
@@ -90,6 +84,7 @@ Json to_json(const std::string& channel, const Message& message) {
   json["channel"] = channel;
   json["channel_number"] = message.channel;
   json["sender"] = message.sender;
+  json["transmitter"] = message.transmitter;
   json["epoch"] = message.epoch;
   json["message_number"] = message.message_number;
   json["distance_m"] = number(message.distance_m);
@@ -104,6 +99,7 @@ Json to_json(const std::string& channel, const Message& message) {
     const auto at = message.received_at->time_since_epoch();
     json["received_at_ns"] = std::chrono::duration_cast<std::chrono::nanoseconds>(at).count();
   }
+  json["received_at_unix_s"] = unix_seconds(message.received_at);
   json["local"] = message.local;
   json["lost_before"] = to_json(message.lost_before);
   json["origin"] = nullptr;
@@ -117,7 +113,7 @@ Json to_json(const std::string& channel, const Message& message) {
   }
   json["size_bytes"] = message.payload.size();
   json["text"] = nullptr;
-  if (client::is_utf8(message.payload)) json["text"] = message.payload;
+  if (text::is_utf8(message.payload)) json["text"] = message.payload;
   json["hex"] = to_hex(message.payload);
   return json;
 }
@@ -132,6 +128,10 @@ Json to_json(const DaemonStatus& status) {
   json["clients"] = status.clients;
   json["config_file"] = status.config_file;
   json["pose"] = to_json(status.pose);
+  json["pose_age_ms"] = nullptr;
+  if (status.pose_age) json["pose_age_ms"] = status.pose_age->count();
+  json["pose_told_by"] = status.pose_told_by;
+  json["pose_max_age_ms"] = status.pose_max_age.count();
   json["links"] = Json::array();
   for (const LinkStatus& link : status.links) {
     json["links"].push_back({{"name", link.name},
@@ -171,6 +171,15 @@ Json to_json(const DaemonStatus& status) {
                                       {"lost_daemon", client.lost_daemon},
                                       {"lost_client", client.lost_client},
                                       {"messages_published", client.messages_published}});
+  }
+  json["users"] = Json::array();
+  for (const UserStatus& user : status.users) {
+    Json shares = Json::object();
+    for (const ShareStatus& share : user.shares) {
+      shares[share.name] = {{"used", share.used}, {"limit", share.limit}};
+    }
+    json["users"].push_back(
+        {{"uid", user.uid}, {"operator", user.is_operator}, {"shares", shares}});
   }
   json["counters"] = counters_json(status.counters);
   return json;
@@ -212,13 +221,26 @@ std::string payload_text(std::string_view payload) {
   return text ? "\"" + *text + "\"" : "hex " + to_hex(payload);
 }
 
-std::string to_line(const std::string& channel, const Message& message) {
+namespace {
+
+/// Whose distance and bearing follow, unless they are the sender's.
+std::string via(const Message& message) {
+  if (message.transmitter != 0 && message.transmitter != message.sender) {
+    return "  via robot " + std::to_string(message.transmitter) + ",";
+  }
+  const bool is_relayed = message.hops > 0 && message.hops != Message::kHopsUnknown;
+  return is_relayed ? "  via another robot," : "";
+}
+
+}  // namespace
+
+std::string to_line(const std::string& channel, const Message& message, const Look& look) {
   std::string line =
       channel + ": robot " + std::to_string(message.sender) + "  " + payload_text(message.payload);
   if (message.local) {
     line += "  from this robot";
   } else {
-    line += "  distance " + metres(message.distance_m) + "  bearing " +
+    line += via(message) + "  distance " + metres(message.distance_m) + "  bearing " +
             degrees(message.bearing_rad) + "  hops " +
             (message.hops == Message::kHopsUnknown ? "unknown" : std::to_string(message.hops));
   }
@@ -226,13 +248,15 @@ std::string to_line(const std::string& channel, const Message& message) {
     line += "  through a gateway";
     if (!message.origin->link.empty()) {
       line += " from robot " + std::to_string(message.origin->node) + " on link " +
-              message.origin->link;
+              text::shown_name(message.origin->link);
     }
   }
   if (message.buffering_delay) {
     line += "  delay " + std::to_string(message.buffering_delay->count()) + " us";
   }
-  if (message.lost_before) line += "  (lost before it: " + loss_text(message.lost_before) + ")";
+  if (message.lost_before) {
+    line += "  " + look.warning("(lost before it: " + loss_text(message.lost_before) + ")");
+  }
   return line;
 }
 
@@ -253,27 +277,47 @@ std::string loss_text(const Loss& loss) {
   return places;
 }
 
-std::string to_stats(const DaemonStatus& status) {
+namespace {
+
+std::string shares_table(const std::vector<UserStatus>& users, const Look& look) {
+  std::vector<Row> rows{{"USER"}};
+  for (const ShareStatus& share : users.front().shares) rows[0].push_back(share.name);
+  for (const UserStatus& user : users) {
+    Row row{"uid " + std::to_string(user.uid)};
+    for (const ShareStatus& share : user.shares) {
+      const std::string limit = share.limit == 0 ? "" : " of " + std::to_string(share.limit);
+      row.push_back(std::to_string(share.used) + limit);
+    }
+    rows.push_back(row);
+  }
+  return table(rows, look);
+}
+
+}  // namespace
+
+std::string to_stats(const DaemonStatus& status, const Look& look) {
   const auto text_of = [](std::uint64_t value) { return std::to_string(value); };
   std::string text;
   std::vector<Row> channels{
       {"CHANNEL", "RECEIVED", "LOST ON THE AIR", "IN THE KERNEL", "FOR MEMORY", "CAME LATE"}};
   for (const ChannelStatus& channel : status.channels) {
-    const std::string name = channel.name.empty() ? text_of(channel.number) : channel.name;
+    const std::string name =
+        channel.name.empty() ? text_of(channel.number) : text::shown_name(channel.name);
     channels.push_back({name, text_of(channel.received), text_of(channel.lost.air),
                         text_of(channel.lost.kernel), text_of(channel.lost.daemon),
                         text_of(channel.lost.late)});
   }
-  text += table(channels);
+  text += table(channels, look);
   std::vector<Row> clients{{"PROGRAM", "PID", "PUBLISHED", "DELIVERED", "WAITING", "BYTES",
                             "LOST IN THE DAEMON", "IN THE PROGRAM"}};
   for (const ClientStatus& client : status.clients_served) {
-    clients.push_back({client.name, text_of(client.pid), text_of(client.messages_published),
-                       text_of(client.deliveries_sent), text_of(client.queued_messages),
-                       text_of(client.queued_bytes), text_of(client.lost_daemon),
-                       text_of(client.lost_client)});
+    clients.push_back({text::shown_name(client.name), text_of(client.pid),
+                       text_of(client.messages_published), text_of(client.deliveries_sent),
+                       text_of(client.queued_messages), text_of(client.queued_bytes),
+                       text_of(client.lost_daemon), text_of(client.lost_client)});
   }
-  text += "\n" + table(clients);
+  text += "\n" + table(clients, look);
+  if (!status.users.empty()) text += "\n" + shares_table(status.users, look);
   for (const LinkStatus& link : status.links) {
     const std::string list = counters(link.counters, "  ");
     if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
@@ -289,7 +333,21 @@ std::string to_line(const Pose& pose) {
          "  age " + std::to_string(pose.age.count()) + " ms";
 }
 
-std::string to_text(const std::vector<Neighbour>& neighbours) {
+std::string pose_text(const DaemonStatus& status) {
+  if (status.pose) {
+    return to_line(*status.pose) +
+           (status.pose_told_by.empty() ? "" : ", told by " + status.pose_told_by);
+  }
+  if (!status.pose_age) return "unknown: nobody has told one";
+  const auto seconds_of = [](std::chrono::milliseconds value) {
+    return format("%.1f s", static_cast<double>(value.count()) / 1000);
+  };
+  return "too old: " + status.pose_told_by + " told it " + seconds_of(*status.pose_age) +
+         " ago, and it is valid for " + seconds_of(status.pose_max_age) +
+         " (node.pose_max_age_ms of the configuration)";
+}
+
+std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) {
   std::vector<Row> rows{
       {"LINK", "ROBOT", "DISTANCE", "BEARING", "HEARD", "LOSS", "ADDRESS", "POSE", ""}};
   for (const Neighbour& each : neighbours) {
@@ -300,15 +358,21 @@ std::string to_text(const std::vector<Neighbour>& neighbours) {
                     format("%.0f %%", 100 * static_cast<double>(each.loss)), each.address,
                     each.pose ? to_line(*each.pose) : "unknown", remark});
   }
-  return table(rows);
+  if (neighbours.empty()) {
+    return table(rows, look) +
+           "nobody was heard within the last 10 s; a robot whose programs send nothing is heard "
+           "only "
+           "with beacon_ms in its configuration\n";
+  }
+  return table(rows, look);
 }
 
-std::string to_text(const DaemonStatus& status) {
+std::string to_text(const DaemonStatus& status, const Look& look) {
   std::string text = "swarmtalkd " + status.version + ", robot " + std::to_string(status.node_id) +
                      (status.node_id_fixed ? "" : " (automatic)") + ", up " +
                      duration(status.uptime) + ", " + std::to_string(status.clients) +
                      (status.clients == 1 ? " client\n" : " clients\n");
-  text += "pose    " + (status.pose ? to_line(*status.pose) : "unknown") + "\n";
+  text += "pose    " + pose_text(status) + "\n";
   if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";
   std::vector<Row> links{{"LINK", "TYPE", "DEVICE", "PROFILE", "ROBOT", "PACKETS UP TO",
                           "MESSAGES UP TO", "MAX TTL", "STATE"}};
@@ -318,14 +382,15 @@ std::string to_text(const DaemonStatus& status) {
                      std::to_string(link.max_message_bytes) + " bytes",
                      std::to_string(link.max_ttl), link.state});
   }
-  text += "\n" + table(links);
+  text += "\n" + table(links, look);
   std::vector<Row> channels{{"CHANNEL", "NUMBER", "PUBLISHERS", "SUBSCRIBERS", ""}};
   for (const ChannelStatus& channel : status.channels) {
-    channels.push_back({channel.name.empty() ? "-" : channel.name, std::to_string(channel.number),
-                        std::to_string(channel.publishers), std::to_string(channel.subscribers),
+    channels.push_back({channel.name.empty() ? "-" : text::shown_name(channel.name),
+                        std::to_string(channel.number), std::to_string(channel.publishers),
+                        std::to_string(channel.subscribers),
                         channel.timestamped ? "timestamped" : ""});
   }
-  if (channels.size() > 1) text += "\n" + table(channels);
+  if (channels.size() > 1) text += "\n" + table(channels, look);
   for (const LinkStatus& link : status.links) {
     const std::string list = counters(link.counters, "  ");
     if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;

@@ -8,6 +8,8 @@
 
 #include <swarmtalk/client.hpp>
 
+#include "cli/table.hpp"
+
 namespace swarmtalk::cli {
 
 using Json = nlohmann::ordered_json;
@@ -26,13 +28,15 @@ std::string metres(float value);
 std::string degrees(float value_rad);
 /// Text in quotes, escaped for a terminal; "hex 00ff" if it is not text; "(empty)".
 std::string payload_text(std::string_view payload);
-std::string to_line(const std::string& channel, const Message& message);
+std::string to_line(const std::string& channel, const Message& message, const Look& look = {});
 std::string to_line(const Pose& pose);
+/// The robot's own pose and who told it; of one that is too old, how old it is, and the limit.
+std::string pose_text(const DaemonStatus& status);
 /// Several lines.
-std::string to_text(const DaemonStatus& status);
-std::string to_text(const std::vector<Neighbour>& neighbours);
+std::string to_text(const DaemonStatus& status, const Look& look = {});
+std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look = {});
 /// Where messages are lost: tables of channels and programs, and the counters. Several lines.
-std::string to_stats(const DaemonStatus& status);
+std::string to_stats(const DaemonStatus& status, const Look& look = {});
 /// "2 on the air, 1 in the daemon".
 std::string loss_text(const Loss& loss);
 

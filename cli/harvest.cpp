@@ -7,7 +7,7 @@
 #include "cli/format.hpp"
 #include "cli/hex.hpp"
 #include "cli/link_watch.hpp"
-#include "client_lib/utf8.hpp"
+#include "text/utf8.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -17,7 +17,7 @@ std::string to_line(const HarvestedValue& value, bool is_json) {
     Json json{{"node_id", value.node_id},  {"epoch", value.epoch}, {"hops", value.hops},
               {"local", value.local},      {"key", value.key},     {"text", nullptr},
               {"hex", to_hex(value.value)}};
-    if (client::is_utf8(value.value)) json["text"] = value.value;
+    if (text::is_utf8(value.value)) json["text"] = value.value;
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   }
   return "robot " + std::to_string(value.node_id) + "  " + payload_text(value.key) + " = " +

@@ -3,28 +3,11 @@
 #include <sodium/utils.h>
 
 #include <cstdint>
-#include <cstdio>
 
-#include "client_lib/utf8.hpp"
+#include "text/plain.hpp"
+#include "text/utf8.hpp"
 
 namespace swarmtalk::cli {
-namespace {
-
-bool is_for_a_terminal(std::uint32_t code) {
-  return code >= 0x20 && code != '\\' && (code < 0x7F || code >= 0xA0);
-}
-
-std::string escape(std::uint32_t code) {
-  if (code == '\n') return "\\n";
-  if (code == '\t') return "\\t";
-  if (code == '\r') return "\\r";
-  if (code == '\\') return "\\\\";
-  char text[8];
-  std::snprintf(text, sizeof(text), code < 0x80 ? "\\x%02x" : "\\u%04x", code);
-  return text;
-}
-
-}  // namespace
 
 std::string to_hex(std::string_view bytes) {
   std::string digits(2 * bytes.size() + 1, '\0');
@@ -47,18 +30,8 @@ std::optional<std::string> from_hex(std::string_view digits) {
 }
 
 std::optional<std::string> escaped(std::string_view bytes) {
-  std::string text;
-  for (std::size_t at = 0; at < bytes.size();) {
-    const std::size_t begin = at;
-    const auto code = client::next_code_point(bytes, at);
-    if (!code) return std::nullopt;
-    if (is_for_a_terminal(*code)) {
-      text += bytes.substr(begin, at - begin);
-    } else {
-      text += escape(*code);
-    }
-  }
-  return text;
+  if (!text::is_utf8(bytes)) return std::nullopt;
+  return text::escaped(bytes);
 }
 
 }  // namespace swarmtalk::cli

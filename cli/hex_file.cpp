@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint8_t kErased = 0xFF;
 
 std::string shown(std::size_t address) {
-  char text[16];
+  char text[2 + 2 * sizeof address + 1];
   std::snprintf(text, sizeof text, "0x%04zx", address);
   return text;
 }

@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr auto kAnswerTimeout = milliseconds(5000);
+constexpr auto kKilobotAnswerTimeout = milliseconds(5000);
 constexpr auto kStopTimeout = milliseconds(5000);
 constexpr auto kSlice = milliseconds(200);  // a signal is noticed after so long at the latest
 constexpr std::size_t kMaxHexFileBytes = std::size_t{1} << 20;
@@ -79,7 +79,7 @@ int CommandRun::begin() {
   *request.mutable_kilobot_command() = command_;
   if (const Status status = daemon_.send(request); !status) return fail(status);
   Status status;
-  const auto answer = daemon_.wait(kAnswerTimeout, status);
+  const auto answer = daemon_.wait(kKilobotAnswerTimeout, status);
   if (!status) return fail(status);
   if (!answer) return fail("swarmtalkd does not answer", kExitTimeout);
   if (answer->has_failure()) return fail(answer->failure().text());

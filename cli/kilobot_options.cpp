@@ -4,7 +4,7 @@
 namespace swarmtalk::cli {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kKilobotFooter =
     R"(Robots answer nothing: "sent" says that the overhead controller was told, no more.
 One command at a time; Ctrl-C ends it with a STOP. Wiring, calibration, programming and pitfalls:
 docs/kilobot.md.)";
@@ -60,7 +60,7 @@ void add_calibrate(CLI::App& app, KilobotArguments& arguments) {
 void add_kilobot(CLI::App& app, KilobotArguments& arguments) {
   auto* kilobot = app.add_subcommand("kilobot", "Send commands and programs to Kilobots");
   kilobot->require_subcommand(1);
-  kilobot->footer(kFooter);
+  kilobot->footer(kKilobotFooter);
   kilobot->add_option("--link", arguments.link, "which link, if several are of type kilobot");
   kilobot->fallthrough();
   const auto simple = [&](ipc::KilobotAction action, const char* name, const char* text) {

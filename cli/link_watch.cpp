@@ -32,6 +32,7 @@ void LinkWatch::tell(const DaemonStatus& daemon) {
   }
   if (!is_dead && is_told_dead_) fail("a link is up again: " + alive);
   is_told_dead_ = is_dead;
+  has_told_ = has_told_ || is_dead;
 }
 
 }  // namespace swarmtalk::cli

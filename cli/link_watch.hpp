@@ -19,6 +19,8 @@ class LinkWatch {
 
   /// When look() will ask again; a wait must not be longer.
   Clock::time_point next() const { return next_; }
+  /// Whether a link that is down was ever told.
+  bool has_told() const { return has_told_; }
 
  private:
   void tell(const DaemonStatus& daemon);
@@ -26,6 +28,7 @@ class LinkWatch {
   Client& client_;
   Clock::time_point next_ = Clock::time_point::min();
   bool is_told_dead_ = false;
+  bool has_told_ = false;
 };
 
 }  // namespace swarmtalk::cli

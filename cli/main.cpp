@@ -8,16 +8,21 @@
 #include <optional>
 #include <string>
 
+#include "cli/checks.hpp"
 #include "cli/commands.hpp"
 #include "cli/kilobot.hpp"
+#include "cli/looking.hpp"
+#include "cli/recording.hpp"
+#include "text/plain.hpp"
+#include "usage/usage.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
 constexpr const char* kFooter = R"(Channels: a name, or a number from 0 to 65535 (digits only).
 The socket is --socket PATH, else $SWARMTALK_SOCKET, else /run/swarmtalk/swarmtalkd.sock.
-Exit codes: 0 done; 1 refused or failed; 2 wrong usage; 3 the daemon cannot be reached; 124 a
-timeout (-W) came first; 128+N ended by signal N.)";
+Exit codes: 0 done; 1 refused or failed; 2 wrong usage; 3 the daemon cannot be reached; )"
+                                "124 a timeout (-W) came first; 128+N ended by signal N.";
 
 volatile std::sig_atomic_t signal_number = 0;
 Client* signal_client = nullptr;
@@ -25,16 +30,6 @@ Client* signal_client = nullptr;
 void on_signal(int number) {
   signal_number = number;
   if (signal_client != nullptr) signal_client->stop();
-}
-
-/// Above 0; CLI11's own check prints the largest double there is.
-CLI::Validator above_zero() {
-  const auto check = [](const std::string& word) {
-    double value = 0;
-    const bool is_good = CLI::detail::lexical_cast(word, value) && value > 0;
-    return is_good ? std::string() : "must be a number above 0, not " + word;
-  };
-  return CLI::Validator(check, "");
 }
 
 /// 0 or more; nan compares with nothing and is refused too.
@@ -48,35 +43,11 @@ CLI::Validator distance() {
   return CLI::Validator(check, "");
 }
 
-bool is_digits(std::string_view word) {
-  return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
-/// Digits only: CLI11 itself takes -1 for the largest number there is.
-CLI::Validator whole_number() {
-  const auto check = [](const std::string& word) {
-    return is_digits(word) ? std::string() : "must be a whole number, 0 or more, not " + word;
-  };
-  return CLI::Validator(check, "");
-}
-
-/// A word that looks like a number must be a channel's number.
-CLI::Validator channel() {
-  const auto check = [](const std::string& word) {
-    const bool is_negative = word.starts_with('-');
-    const std::string digits = word.substr(is_negative ? 1 : 0);
-    if (!is_digits(digits)) return std::string();
-    const auto first = std::min(digits.find_first_not_of('0'), digits.size() - 1);
-    const std::string number = digits.substr(first);
-    const bool is_good = !is_negative && number.size() <= 5 && std::stoi(number) <= 65535;
-    return is_good ? std::string() : "channel numbers go from 0 to 65535, not " + word;
-  };
-  return CLI::Validator(check, "");
-}
-
 /// What CLI11 does not say: a word that begins with - needs help to be DATA.
 std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
-  if (error.get_name() != "RequiredError" && error.get_name() != "ExtrasError") return {};
+  // The name of an ExtrasError is the subcommand's.
+  const bool is_extra = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+  if (error.get_name() != "RequiredError" && !is_extra) return {};
   bool has_dash = false;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--") == 0) return {};
@@ -86,6 +57,14 @@ std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, ch
   return is_pub && has_dash ? "; DATA that begins with - goes behind --: pub CHANNEL -- DATA" : "";
 }
 
+std::vector<std::string> names_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
 /// CLI11 says that a subcommand is required, whatever stands in its place.
 std::string text_of(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
   if (error.get_name() != "RequiredError" || !app.get_subcommands().empty()) return error.what();
@@ -93,7 +72,9 @@ std::string text_of(const CLI::App& app, const CLI::ParseError& error, int argc,
     if (std::strcmp(argv[i], "--socket") == 0) {
       ++i;
     } else if (argv[i][0] != '-') {
-      return std::string("there is no subcommand '") + argv[i] + "'";
+      const std::string near = usage::nearest(argv[i], names_of(app));
+      return std::string("there is no subcommand '") + argv[i] + "'" +
+             (near.empty() ? "" : "; did you mean '" + near + "'?");
     }
   }
   return error.what();
@@ -113,15 +94,26 @@ std::string help_of(const CLI::App& app) {
 void add_pub(CLI::App& app, PubArguments& arguments) {
   auto* command = app.add_subcommand("pub", "Publish one message and wait until it has left");
   command->add_option("CHANNEL", arguments.channel)->required()->check(channel());
-  command
-      ->add_option(
-          "DATA", arguments.payload,
-          "the message; - reads it from standard input; -- goes before one that begins with -")
-      ->required();
+  auto* payload = command->add_option(
+      "DATA", arguments.payload,
+      "the message; - reads it from standard input; -- goes before one that begins with -");
+  auto* file = command->add_option("--file", arguments.file, "read it from this file");
+  payload->excludes(file);
+  auto* lines = command->add_flag("-l,--lines", arguments.is_lines,
+                                  "each line of standard input, or of --file, is a message");
+  payload->excludes(lines);
+  command->add_option("--fmt", arguments.struct_format,
+                      "DATA, or each line, are values for this format; as for Python's struct: "
+                      "--fmt \"<Hf\" \"7 2.5\"");
+  command->callback([&arguments, payload] {
+    if (payload->count() == 0 && arguments.file.empty() && !arguments.is_lines) {
+      throw CLI::RequiredError("DATA");
+    }
+  });
   command->add_flag("--hex", arguments.is_hex, "DATA is hexadecimal, as in 48:65:6c or 48656c");
   command
       ->add_option("--repeat", arguments.repeat,
-                   "how often; 0: until a signal, through interruptions of daemon and link")
+                   "how many times; 0: until a signal, also while daemon or link are away")
       ->check(whole_number())
       ->capture_default_str();
   command->add_option("--rate", arguments.rate_hz, "messages per second; default: as they leave")
@@ -130,7 +122,7 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
       ->check(whole_number());
   command
       ->add_option("--copies", arguments.copies,
-                   "for what must not be missed: each message is sent so often, and heard once")
+                   "how many times to send each message; receivers get it once")
       ->check(whole_number())
       ->check(above_zero())
       ->capture_default_str();
@@ -142,25 +134,37 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
 
 void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
   auto* command = app.add_subcommand("sub", "Print what is heard on one or more channels");
-  command->add_option("CHANNEL", arguments.channels)->required()->check(channel());
+  auto* names = command->add_option("CHANNEL", arguments.channels)->check(channel());
+  auto* all = command->add_flag("-a,--all", arguments.is_all,
+                                "every channel, of programs here and on the air");
+  all->excludes(names);
+  command->callback([&arguments] {
+    if (arguments.channels.empty() && !arguments.is_all) {
+      throw CLI::RequiredError("CHANNEL, or --all,");
+    }
+  });
+  command->add_option("-F,--format", arguments.look.pattern, MessageText::help());
+  command->add_option("--fmt", arguments.look.struct_format,
+                      "also the payload's numbers; as for Python's struct, \"<Hff\"");
+  command->add_flag("--time", arguments.look.has_time, "also when each was received, UTC");
   command->add_flag("--json", common.is_json, "one JSON object a line, SI units, null if unknown");
-  command->add_option("-C,--count", arguments.count, "end after so many messages")
+  command->add_option("-C,--count", arguments.count, "end after this many messages")
       ->check(whole_number())
       ->check(above_zero());
   command
       ->add_option("-W,--timeout", arguments.timeout_s,
-                   "end after so many seconds; exit code 124 when -C was not reached")
+                   "end after this many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
   command->add_option("--max-distance", arguments.policy.max_distance_m, "metres")
       ->check(distance());
   command->add_flag("--drop-unknown-distance", arguments.policy.drop_unknown_distance,
-                    "leave out what has no distance");
+                    "leave out messages without a distance");
   command
       ->add_option("--keep-last", arguments.policy.keep_last,
-                   "messages that wait while we are busy; 1: only the newest")
+                   "how many messages may wait; 1: only the newest")
       ->check(whole_number());
   command->add_flag("--latest-from-each", arguments.policy.latest_of_each,
-                    "of these only the newest of each sender");
+                    "only the newest of each sender waits");
   command
       ->add_option("--max-age", arguments.max_age_s,
                    "seconds since the message was received; older ones are dropped and counted")
@@ -191,12 +195,12 @@ void add_reserved(CLI::App& app, LogArguments& log, HarvestArguments& harvest, C
       "log", "Print the log lines of all robots around, over a few hops; or send one");
   lines->add_option("TEXT", log.text, "the line to send; needs debug = true under [reserved]");
   lines->add_flag("--json", common.is_json, "one JSON object a line");
-  lines->add_option("-C,--count", log.listening.count, "end after so many lines")
+  lines->add_option("-C,--count", log.listening.count, "end after this many lines")
       ->check(whole_number())
       ->check(above_zero());
   lines
       ->add_option("-W,--timeout", log.listening.timeout_s,
-                   "end after so many seconds; exit code 124 when -C was not reached")
+                   "end after this many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
   auto* values = app.add_subcommand(
       "harvest",
@@ -225,6 +229,7 @@ struct Parsed {
   LogLevelArguments log_level;
   std::string node_id;
   CaptureArguments capture;
+  Verb verb;  // of a family with files of its own
 };
 
 void add_pose(CLI::App& app, Parsed& parsed) {
@@ -272,20 +277,31 @@ void add_operation(CLI::App& app, Parsed& parsed) {
   capture
       ->add_option("FILE", parsed.capture.file,
                    "the capture; FILE.dropped tells what was dropped, and why")
+      ->type_name("FILE")
       ->required();
-  capture->add_option("-C,--count", parsed.capture.count, "end after so many frames")
+  capture->add_option("-C,--count", parsed.capture.count, "end after this many frames")
       ->check(whole_number())
       ->check(above_zero());
   capture
+      ->add_option("--unseal", parsed.capture.key_file,
+                   "key file of the swarm: frames sealed with it are written unsealed")
+      ->type_name("FILE");
+  capture
+      ->add_option("--from", parsed.capture.from,
+                   "copy a capture instead of listening; needs no daemon")
+      ->type_name("FILE");
+  capture
       ->add_option("-W,--timeout", parsed.capture.timeout_s,
-                   "end after so many seconds; exit code 124 when -C was not reached")
+                   "end after this many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
   app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
       ->add_option("FILE", parsed.key_file, "where to; it must not exist")
+      ->type_name("FILE")
       ->required();
 }
 
 int run(CLI::App& app, Parsed& parsed) {
+  if (parsed.verb) return parsed.verb();
   if (app.got_subcommand("pub")) return pub(parsed.common, parsed.pub);
   if (app.got_subcommand("sub")) return sub(parsed.common, parsed.sub);
   if (app.got_subcommand("log")) return log(parsed.common, parsed.log);
@@ -310,7 +326,7 @@ int run(CLI::App& app, Parsed& parsed) {
 
 int fail(std::string_view text, int exit_code) {
   std::fflush(stdout);
-  std::fprintf(stderr, "swarmtalk-cli: %.*s\n", static_cast<int>(text.size()), text.data());
+  std::fprintf(stderr, "swarmtalk-cli: %s\n", text::plain(text).c_str());
   return exit_code;
 }
 
@@ -330,7 +346,8 @@ int fail(const Status& status) {
 }
 
 int print(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
+  const std::string lines = text::plain_lines(text);
+  std::fwrite(lines.data(), 1, lines.size(), stdout);
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return kExitOk;
   const int error = errno;
   return fail(std::string("cannot write to standard output: ") + std::strerror(error));
@@ -380,8 +397,8 @@ int main(int argc, char** argv) {
   CLI::App app("Publish, listen and look: the command line of swarmtalkd", "swarmtalk-cli");
   app.footer(kFooter);
   app.require_subcommand(1);
-  app.set_version_flag("--version", SWARMTALK_VERSION);
-  app.add_option("--socket", parsed.common.socket_path, "the daemon's socket");
+  swarmtalk::usage::prepare(app, SWARMTALK_VERSION);
+  app.add_option("--socket", parsed.common.socket_path, "the daemon's socket")->type_name("FILE");
   app.fallthrough();
   add_pub(app, parsed.pub);
   add_sub(app, parsed.sub, parsed.common);
@@ -390,16 +407,19 @@ int main(int argc, char** argv) {
   app.add_subcommand("stats", "Print where messages are lost: by channel, by program, by counter")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   app.add_subcommand("neighbours", "Print the robots heard within the last 10 s")
+      ->alias("neighbors")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   add_reserved(app, parsed.log, parsed.harvest, parsed.common);
   add_pose(app, parsed);
   add_operation(app, parsed);
   add_kilobot(app, parsed.kilobot);
+  add_recording(app, parsed.common, parsed.verb);
+  add_looking(app, parsed.common, parsed.verb);
+  add_screens(app, parsed.common, parsed.verb);
+  swarmtalk::usage::add_help_command(app);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& call) {
-    return app.exit(call);
-  } catch (const CLI::CallForVersion& call) {
+  } catch (const CLI::Success& call) {  // --help, --version and their like
     return app.exit(call);
   } catch (const CLI::ParseError& error) {
     return fail(

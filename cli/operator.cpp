@@ -1,6 +1,7 @@
 // What an operator asks of the running daemon: one request, one answer.
 #include <poll.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -62,11 +63,11 @@ Status OperatorConnection::next(ipc::Envelope& envelope, std::chrono::millisecon
     }
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0) {
+    pollfd waiting{connection_.fd(), POLLIN, 0};
+    const int ready = ::poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left, 0)));
+    if (ready == 0 || left < 0) {
       return Status(StatusCode::kTimeout, "swarmtalkd does not answer; is it stopped?");
     }
-    pollfd waiting{connection_.fd(), POLLIN, 0};
-    const int ready = ::poll(&waiting, 1, static_cast<int>(left));
     if (ready < 0 && errno == EINTR && caught_signal() != 0) return Status();
     if (ready > 0 && !connection_.receive()) return lost();
   }

@@ -25,6 +25,9 @@ class OperatorConnection {
   /// signal was caught (caught_signal()).
   Status next(ipc::Envelope& envelope, std::chrono::milliseconds timeout);
 
+  /// Readable when next() may have something; -1 before open().
+  int fd() const { return connection_.fd(); }
+
  private:
   static Status lost();
 

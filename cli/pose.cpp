@@ -47,8 +47,15 @@ int get_pose(const Common& common) {
   if (common.is_json) {
     if (const int written = print(to_json(pose).dump() + "\n"); written != kExitOk) return written;
   }
-  if (!pose) return fail("this robot has no valid pose; try: swarmtalk-cli pose set X Y THETA");
-  return common.is_json ? kExitOk : print(to_line(*pose) + "\n");
+  if (pose && common.is_json) return kExitOk;
+  DaemonStatus daemon;
+  if (const Status status = client.get_status(daemon); !status) return fail(status);
+  if (!pose) {
+    return fail("this robot has no valid pose: " + pose_text(daemon) +
+                "; try: swarmtalk-cli pose set X Y THETA");
+  }
+  daemon.pose = pose;
+  return print(pose_text(daemon) + "\n");
 }
 
 }  // namespace swarmtalk::cli

@@ -1,34 +1,15 @@
-#include <unistd.h>
+#include <poll.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
 #include "cli/commands.hpp"
 #include "cli/deadline.hpp"
-#include "cli/hex.hpp"
+#include "cli/pub_input.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-constexpr std::size_t kStdinMax = 256 * 1024;  // longer than any message, also in hexadecimal
 constexpr std::chrono::milliseconds kRetryPause{100};
-
-/// All of standard input, at most kStdinMax + 1 bytes; nullopt on a read error.
-std::optional<std::string> read_stdin() {
-  std::string bytes;
-  char buffer[4096];
-  while (bytes.size() <= kStdinMax) {
-    const ssize_t count = ::read(STDIN_FILENO, buffer, sizeof(buffer));
-    if (count == 0) break;
-    if (count > 0) {
-      bytes.append(buffer, static_cast<std::size_t>(count));
-    } else if (errno != EINTR) {
-      return std::nullopt;
-    }
-  }
-  return bytes;
-}
 
 /// Whether the next message may well leave, though this one has not.
 bool is_interruption(const Status& status) {
@@ -58,25 +39,59 @@ class Sender {
 
   const Publisher& publisher() const { return publisher_; }
 
-  /// Until all have left, a signal, or a failure. @return the exit code
+  /// The one message so often as asked, until all have left, a signal, or a failure.
+  /// @return the exit code
   int send_all(const std::string& payload) {
-    auto next = Clock::now();
     for (std::uint64_t i = 0; arguments_.repeat == 0 || i < arguments_.repeat; ++i) {
-      run_until(next, [] { return false; });
+      const int exit_code = send_in_turn(payload);
       if (caught_signal() != 0) break;
-      const Status status = send(payload);
-      if (caught_signal() != 0) break;
-      if (!status && (arguments_.repeat != 0 || !is_interruption(status))) return fail(status);
-      tell(status);
-      if (arguments_.rate_hz > 0) next = after(next, seconds(1 / arguments_.rate_hz));
-      const auto now = Clock::now();
-      if (!status) next = std::max(next, now + kRetryPause);
-      if (now - next > std::chrono::seconds(1)) next = now;  // do not catch up in a burst
+      if (exit_code != kExitOk) return exit_code;
     }
     return caught_signal() == 0 ? kExitOk : kExitSignal + caught_signal();
   }
 
+  /// Each line until the end of them. @return as send_all()
+  int send_lines(PubInput& input) {
+    std::string payload;
+    while (caught_signal() == 0) {
+      const PubInput::State state = input.next_line(payload);
+      if (state == PubInput::State::kEnd) return kExitOk;
+      if (state == PubInput::State::kBad) return fail(input.problem());
+      if (state == PubInput::State::kWait) {
+        wait_for(input);
+        continue;
+      }
+      const int exit_code = send_in_turn(payload);
+      if (exit_code != kExitOk && caught_signal() == 0) return exit_code;
+    }
+    return kExitSignal + caught_signal();
+  }
+
  private:
+  /// Waits for its time, and until it has left. @return the exit code of a failure
+  int send_in_turn(const std::string& payload) {
+    run_until(next_, [] { return false; });
+    if (caught_signal() != 0) return kExitOk;
+    const Status status = send(payload);
+    if (caught_signal() != 0) return kExitOk;
+    if (!status && (arguments_.repeat != 0 || !is_interruption(status))) return fail(status);
+    tell(status);
+    if (arguments_.rate_hz > 0) next_ = after(next_, seconds(1 / arguments_.rate_hz));
+    const auto now = Clock::now();
+    if (!status) next_ = std::max(next_, now + kRetryPause);
+    if (now - next_ > std::chrono::seconds(1)) next_ = now;  // do not catch up in a burst
+    return kExitOk;
+  }
+
+  /// Reads when there is something; the client goes on meanwhile.
+  void wait_for(PubInput& input) {
+    pollfd descriptors[] = {{client_.fd(), POLLIN, 0}, {input.fd(), POLLIN, 0}};
+    ::poll(descriptors, 2, -1);
+    if (caught_signal() != 0) return;
+    if (descriptors[1].revents != 0) input.read();
+    client_.process();
+  }
+
   /// Runs the client until `holds`, a signal or the deadline. @return `holds()`
   template <typename Condition>
   bool run_until(Clock::time_point deadline, Condition holds) {
@@ -109,23 +124,18 @@ class Sender {
   std::optional<Status> sent_;
   Publisher publisher_;
   bool is_interrupted_ = false;
+  Clock::time_point next_ = Clock::now();
 };
 
 }  // namespace
 
 int pub(const Common& common, const PubArguments& arguments) {
-  std::string payload = arguments.payload;
-  bool is_cut = false;
-  if (payload == "-") {
-    const auto bytes = read_stdin();
-    if (!bytes) return fail(std::string("cannot read standard input: ") + std::strerror(errno));
-    payload = *bytes;
-    is_cut = payload.size() > kStdinMax;
+  if (arguments.is_lines && arguments.repeat != 1) {
+    return fail("--lines sends each line once, so --repeat cannot go with it", kExitUsage);
   }
-  if (arguments.is_hex && !is_cut) {
-    const auto bytes = from_hex(payload);
-    if (!bytes) return fail("DATA is not hexadecimal: pairs of digits, as in 48:65:6c", kExitUsage);
-    payload = *bytes;
+  PubInput input;
+  if (const std::string problem = input.open(arguments); !problem.empty()) {
+    return fail(problem, input.exit_code());
   }
 
   Client client = make_client(common);
@@ -134,12 +144,12 @@ int pub(const Common& common, const PubArguments& arguments) {
   if (arguments.repeat == 0) tell_connection(client);
   Sender sender(client, arguments);
   if (const Status status = sender.publisher().status(); !status) return fail(status);
-  if (is_cut) {
-    return fail("standard input has more than " + std::to_string(kStdinMax) + " bytes; channel " +
-                arguments.channel + " carries at most " +
-                std::to_string(sender.publisher().max_message_bytes()));
+  if (input.is_cut()) {
+    return fail((arguments.file.empty() ? "standard input" : arguments.file) + " has more than " +
+                std::to_string(PubInput::kMaxBytes) + " bytes; channel " + arguments.channel +
+                " carries at most " + std::to_string(sender.publisher().max_message_bytes()));
   }
-  return sender.send_all(payload);
+  return arguments.is_lines ? sender.send_lines(input) : sender.send_all(input.payload());
 }
 
 }  // namespace swarmtalk::cli

@@ -5,12 +5,12 @@ namespace swarmtalk::cli {
 
 namespace {
 
-int show(const Common& common, std::string (*text_of)(const DaemonStatus&)) {
+int show(const Common& common, std::string (*text_of)(const DaemonStatus&, const Look&)) {
   Client client = make_client(common);
   if (const Status connection = client.connect(); !connection) return fail(connection);
   DaemonStatus daemon;
   if (const Status answer = client.get_status(daemon); !answer) return fail(answer);
-  return print(common.is_json ? to_json(daemon).dump() + "\n" : text_of(daemon));
+  return print(common.is_json ? to_json(daemon).dump() + "\n" : text_of(daemon, look_of_output()));
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ int neighbours(const Common& common) {
   if (const Status connection = client.connect(); !connection) return fail(connection);
   std::vector<Neighbour> heard;
   if (const Status answer = client.get_neighbours(heard); !answer) return fail(answer);
-  return print(common.is_json ? to_json(heard).dump() + "\n" : to_text(heard));
+  return print(common.is_json ? to_json(heard).dump() + "\n" : to_text(heard, look_of_output()));
 }
 
 int stats(const Common& common) {

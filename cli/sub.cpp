@@ -8,6 +8,7 @@
 #include "cli/deadline.hpp"
 #include "cli/format.hpp"
 #include "cli/link_watch.hpp"
+#include "cli/quiet_watch.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -31,6 +32,10 @@ int end_without_reader() {
 }  // namespace
 
 int sub(const Common& common, const SubArguments& arguments) {
+  std::string problem;
+  const auto text = MessageText::make(arguments.look, problem);
+  if (!text) return fail(problem, kExitUsage);
+  if (arguments.is_all) return sub_all(common, arguments, *text);
   Client client = make_client(common);
   if (const Status status = client.connect(); !status) return fail(status);
   stop_on_signals(client);
@@ -50,13 +55,21 @@ int sub(const Common& common, const SubArguments& arguments) {
   bool is_enough = false;
   int written = kExitOk;
   std::vector<Subscriber> subscribers;
+  if (const std::string hint = wildcard_hint(arguments.channels); !hint.empty()) fail(hint);
+  QuietWatch quiet(client, arguments.channels);
+  const Look look = look_of_output();
   for (const std::string& channel : arguments.channels) {
     const auto receive = [&, channel](const Message& message) {
       if (is_enough) return;
+      quiet.heard(channel);
       ++heard;
       lost += message.lost_before;
-      written = print(
-          (common.is_json ? to_json(channel, message).dump() : to_line(channel, message)) + "\n");
+      const auto own_line = text->line(channel, message, common.is_json);
+      if (own_line) written = print(*own_line + "\n");
+      if (!own_line)
+        written = print(
+            (common.is_json ? to_json(channel, message).dump() : to_line(channel, message, look)) +
+            "\n");
       is_enough = written != kExitOk || (arguments.count != 0 && heard == arguments.count);
     };
     subscribers.push_back(open_channel(client, channel, options).subscriber(receive, policy));
@@ -68,7 +81,10 @@ int sub(const Common& common, const SubArguments& arguments) {
                                                 : Clock::time_point::max();
   while (!is_enough && caught_signal() == 0 && Clock::now() < deadline) {
     links.look();
-    if (!wait_for_work(client, std::min(deadline, links.next()))) return end_without_reader();
+    if (links.has_told()) quiet.stop();
+    quiet.look();
+    if (!wait_for_work(client, std::min({deadline, links.next(), quiet.next()})))
+      return end_without_reader();
     client.process();
   }
   if (lost) fail("heard " + std::to_string(heard) + " messages, lost " + loss_text(lost));

@@ -5,7 +5,7 @@
 
 #include "client_lib/engine.hpp"
 #include "client_lib/state.hpp"
-#include "client_lib/utf8.hpp"
+#include "text/utf8.hpp"
 
 namespace swarmtalk {
 namespace {
@@ -21,7 +21,7 @@ Clock::time_point after(std::chrono::nanoseconds duration) {
 }  // namespace
 
 Client::Client(std::string_view name, ClientOptions options)
-    : session_(std::make_shared<client::Engine>(name, std::move(options))) {}
+    : session_(std::make_shared<client::Engine>(name, options)) {}
 
 Client::Client(Client&&) noexcept = default;
 
@@ -55,7 +55,7 @@ Channel Client::channel(std::string_view name, ChannelOptions options) {
   key->name = name;
   key->options = options;
   key->label = "channel " + key->name;
-  if (!client::is_utf8(name)) {
+  if (!text::is_utf8(name)) {
     key->problem = Status(StatusCode::kBadChannel, "the name of a channel is not UTF-8 text");
   }
   return Channel(session_, std::move(key));

@@ -97,6 +97,8 @@ Status Connection::open(const std::string& path) {
 }
 
 void Connection::close() {
+  if (ring_) ring_->leave();  // before the socket tells the daemon
+  if (ring_memory_.is_valid()) ipc::RingWriter(std::move(ring_memory_)).leave();
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
   reader_.clear();

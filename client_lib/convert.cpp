@@ -105,6 +105,7 @@ void convert(const ipc::DeliverFrame& deliver, Message& message) {
     message.sender_pose =
         Pose{pose->x_m, pose->y_m, pose->theta_rad, std::chrono::milliseconds(pose->age_ms)};
   }
+  message.transmitter = deliver.transmitter == 0 ? deliver.sender : deliver.transmitter;
   message.hops = deliver.hops;
   message.ttl = deliver.ttl;
   message.buffering_delay.reset();
@@ -158,11 +159,22 @@ void convert(const ipc::Status& from, DaemonStatus& to) {
   to.epoch = from.epoch();
   to.uptime = std::chrono::milliseconds(from.uptime_ms());
   to.clients = from.clients();
-  if (from.has_pose()) to.pose = convert(from.pose());
+  if (from.has_pose()) {
+    to.pose = convert(from.pose());
+    to.pose_age = std::chrono::milliseconds(from.pose().age_ms());
+    to.pose_told_by = from.pose().told_by();
+    to.pose_max_age = std::chrono::milliseconds(from.pose().max_age_ms());
+  }
   for (const auto& link : from.links()) to.links.push_back(convert_link(link));
   for (const auto& channel : from.channels()) to.channels.push_back(convert_channel(channel));
   for (const auto& client : from.clients_served()) {
     to.clients_served.push_back(convert_client(client));
+  }
+  for (const auto& user : from.users()) {
+    UserStatus& entry = to.users.emplace_back(UserStatus{user.uid(), user.is_operator(), {}});
+    for (const auto& share : user.shares()) {
+      entry.shares.push_back({share.name(), share.used(), share.limit()});
+    }
   }
   for (const auto& counter : from.counters()) to.counters.push_back(convert_counter(counter));
   to.config_file = from.config_file();

@@ -1,61 +1,19 @@
-// The connection's life: attempts with back-off, greeting, loss; and the event loop.
 #include "client_lib/engine.hpp"
 
-#include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <utility>
 
+#include "client_lib/convert.hpp"
 #include "client_lib/protobuf_log.hpp"
-#include "client_lib/utf8.hpp"
+#include "client_lib/scope.hpp"
+#include "client_lib/unread.hpp"
 
 namespace swarmtalk::client {
-
-using std::chrono::milliseconds;
-
 namespace {
 
-constexpr std::size_t kNameMaxBytes = 1024;
 constexpr int kReadsAhead = 16;                 // of 64 KiB: more than the daemon's socket holds
 constexpr std::size_t kEventsReadAhead = 1024;  // well below what would drop messages
-
-Status check_name(const std::string& name) {
-  if (!is_utf8(name)) {
-    return Status(StatusCode::kBadArgument, "the name of this Client is not UTF-8 text");
-  }
-  if (name.size() > kNameMaxBytes) {
-    return Status(StatusCode::kBadArgument, "the name of this Client has more than " +
-                                                std::to_string(kNameMaxBytes) + " bytes");
-  }
-  return Status();
-}
-
-/// Holds a value for a scope, also when a callback throws through it.
-template <typename T>
-class Scope {
- public:
-  Scope(T& variable, T value) : variable_(variable), old_(std::exchange(variable, value)) {}
-  ~Scope() { variable_ = old_; }
-  Scope(const Scope&) = delete;
-  Scope& operator=(const Scope&) = delete;
-
- private:
-  T& variable_;
-  T old_;
-};
-
-/// Tells for a scope which thread is inside.
-class ThreadMark {
- public:
-  explicit ThreadMark(std::atomic<std::thread::id>& mark) : mark_(mark) {
-    mark_.store(std::this_thread::get_id());
-  }
-  ~ThreadMark() { mark_.store(std::thread::id()); }
-  ThreadMark(const ThreadMark&) = delete;
-  ThreadMark& operator=(const ThreadMark&) = delete;
-
- private:
-  std::atomic<std::thread::id>& mark_;
-};
 
 /// When a callback throws out of process(), what was left undone must be seen by the next poll.
 class WakeOnThrow {
@@ -74,11 +32,8 @@ class WakeOnThrow {
 
 }  // namespace
 
-Engine::Engine(std::string_view name, ClientOptions options)
-    : name_(name),
-      options_(std::move(options)),
-      path_(socket_path(options_.socket_path)),
-      deliveries_(reports_,
+Engine::Engine(std::string_view name, const ClientOptions& options)
+    : deliveries_(reports_,
                   [this] {
                     if (!is_processing_) wakeup_.wake();
                   }),
@@ -87,12 +42,41 @@ Engine::Engine(std::string_view name, ClientOptions options)
         return connection_.append(envelope);
       }),
       handles_(gate_, requests_, deliveries_,
-               {[this] { become_up(); }, [this] { flush_unless_gathering(); }}),
+               {[this] { keeper_.become_up(); }, [this] { flush_unless_gathering(); }}),
+      poses_(requests_, deliveries_, [this] { flush_unless_gathering(); }),
       sender_(gate_, connection_, reports_, [this] { wakeup_.wake(); }),
-      backoff_(options_.reconnect_first),
-      jitter_(std::random_device{}()) {
+      keeper_(std::string(name), options, gate_, wakeup_, connection_, keeper_hooks()),
+      questions_(requests_, options.request_timeout,
+                 {[this] { return keeper_.require(); },
+                  [this](Wakeup::Clock::time_point deadline, const std::function<bool()>& enough) {
+                    return keeper_.wait_until(deadline, enough);
+                  }}) {
   filter_protobuf_log();
   wakeup_.wake();  // so that an app that only polls fd() calls process(), which connects
+}
+
+ConnectionKeeper::Hooks Engine::keeper_hooks() {
+  return {.on_message =
+              [this](const ipc::DeliverFrame& message, bool may_call) {
+                handles_.deliver(message, may_call);
+                run_between(may_call);
+              },
+          .on_envelope =
+              [this](const ipc::Envelope& envelope, bool may_call) {
+                handle(envelope, may_call);
+                run_between(may_call);
+              },
+          .on_greeted = [this] { handles_.register_all(); },
+          .on_return = [this] { deliveries_.post_reconnect(); },
+          .on_loss = [this](const Status& why) { deliveries_.post_disconnect(why); },
+          .on_failure = [this](const Status& why) { deliveries_.report(why); },
+          .on_down =
+              [this] {
+                const Status gone(StatusCode::kDisconnected);
+                handles_.forget(gone);
+                requests_.fail_all(gone);
+                poses_.forget();
+              }};
 }
 
 Engine::~Engine() {
@@ -101,240 +85,100 @@ Engine::~Engine() {
 
 void Engine::close() {
   if (std::exchange(is_closed_, true)) return;
-  wakeup_.unwatch();
-  wakeup_.clear_timer();
   {
     const std::lock_guard lock(gate_);
-    connection_.close();
-    phase_ = Phase::kDown;
     handles_.close();
   }
+  keeper_.close();
   // Not behind the gate: what waits may hold a program's last callback, and with it a handle.
   requests_.clear();
   deliveries_.close();
   refusals_.tell_rest();
 }
 
-/// One try to open the socket. Success means: greeting sent, answer awaited.
-Status Engine::attempt() {
-  has_started_ = true;
-  wakeup_.clear_timer();
-  last_failure_ = check_name(name_);
-  if (last_failure_) {
-    const std::lock_guard lock(gate_);
-    last_failure_ = connection_.open(path_);
-  }
-  if (!last_failure_) {
-    schedule_attempt();
-    return last_failure_;
-  }
-  phase_ = Phase::kGreeting;
-  wakeup_.set_timer(Wakeup::Clock::now() + options_.connect_timeout);
-  ipc::Hello& hello = *requests_.make().mutable_hello();
-  hello.set_major(ipc::kProtocolMajor);
-  hello.set_minor(ipc::kProtocolMinor);
-  hello.set_name(name_);
-  if (wants_ring_) hello.add_features(ipc::kRingFeature);
-  requests_.send_unnumbered();
-  return flush();
-}
-
-void Engine::attempt_in_background() {
-  if (const Status status = attempt(); !status && phase_ == Phase::kDown) report_attempt(status);
-}
-
-void Engine::schedule_attempt() {
-  // Half to all of the back-off: many clients of one daemon must not return in step.
-  std::uniform_int_distribution<std::int64_t> spread(backoff_.count() * 500,
-                                                     backoff_.count() * 1000);
-  wakeup_.set_timer(Wakeup::Clock::now() + std::chrono::microseconds(spread(jitter_)));
-  backoff_ = std::min(options_.reconnect_max, backoff_ * 2);
-}
-
-void Engine::on_timer() {
-  if (phase_ == Phase::kDown) {
-    attempt_in_background();
-  } else if (phase_ != Phase::kUp) {
-    drop(no_answer());
-  }
-}
-
-/// Ends the present connection; the next attempt is scheduled, all that waited is answered.
-void Engine::drop(const Status& why) {
-  if (phase_ == Phase::kDown) return;
-  phase_ = Phase::kDown;
-  wakeup_.unwatch();
-  {
-    const std::lock_guard lock(gate_);
-    connection_.close();
-  }
-  last_failure_ = why;
-  if (std::exchange(was_up_, false)) {
-    is_reconnect_ = true;
-    deliveries_.post_disconnect(why);
-  } else {
-    report_attempt(why);
-  }
-  const Status gone(StatusCode::kDisconnected);
-  handles_.forget(gone);
-  requests_.fail_all(gone);
-  is_pose_in_flight_ = false;
-  next_pose_.reset();
-  if (why.code() == StatusCode::kVersionMismatch) backoff_ = options_.reconnect_max;
-  schedule_attempt();
-}
-
-void Engine::become_up() {
-  phase_ = Phase::kUp;
-  was_up_ = true;
-  wakeup_.clear_timer();
-  backoff_ = options_.reconnect_first;
-  last_failure_ = Status();
-  reported_failure_.reset();
-  if (std::exchange(is_reconnect_, false)) deliveries_.post_reconnect();
-}
-
-Status Engine::connect() {
-  if (phase_ == Phase::kUp) return Status();
-  const auto deadline = Wakeup::Clock::now() + options_.connect_timeout;
-  const Scope<bool> quiet(is_connecting_, true);  // the caller gets the failure, on_error does not
-  if (phase_ == Phase::kDown) static_cast<void>(attempt());
-  wait_until(deadline, [this] {
-    const bool has_failed = !last_failure_ && last_failure_.code() != StatusCode::kTimeout;
-    return phase_ == Phase::kUp || (phase_ == Phase::kDown && has_failed);
-  });
-  if (phase_ == Phase::kUp) return Status();
-  const Status failure = last_failure_ ? no_answer() : last_failure_;
-  reported_failure_ = failure.code();
-  return failure;
-}
-
-Status Engine::no_answer() const {
-  return Status(StatusCode::kTimeout, "swarmtalkd at " + path_ + " did not answer within " +
-                                          std::to_string(options_.connect_timeout.count()) +
-                                          " ms; it is stopped or overloaded");
-}
-
-Status Engine::flush() {
-  if (phase_ == Phase::kDown || is_ending_) return Status();
-  Status status;
-  bool waits_for_socket = false;
-  {
-    const std::lock_guard lock(gate_);
-    status = connection_.flush();
-    waits_for_socket = connection_.waits_for_socket();
-  }
-  if (status) {
-    wakeup_.watch(connection_.fd(), waits_for_socket);
-    return status;
-  }
-  read_last_words(status);
-  return last_failure_;
-}
-
-/// Nothing can be written any more, but why may wait to be read, such as a refusal. Runs no
-/// callback: what comes is kept for process(). Ends in drop().
-void Engine::read_last_words(const Status& why) {
-  const Scope<int> waiting(waits_, waits_ + 1);
-  const Scope<bool> ending(is_ending_, true);
-  ipc::Envelope envelope;  // `incoming_` may be in use by our caller
-  while (phase_ != Phase::kDown) {
-    const Status received = connection_.receive();
-    bool is_any = false;
-    while (phase_ != Phase::kDown) {
-      const ipc::ReadResult result = connection_.next(envelope);
-      if (result != ipc::ReadResult::kEnvelope) break;
-      is_any = true;
-      handle(envelope);
+void Engine::handle(const ipc::Envelope& envelope, bool may_call) {
+  if (envelope.has_deliver()) {
+    handles_.deliver(ipc::frame_of(envelope.deliver()), may_call);
+  } else if (envelope.has_sent()) {
+    handles_.end_publication(envelope.sent().publisher_id(), envelope.sent().publish_number(),
+                             Status(), may_call);
+  } else if (envelope.request_id() != 0) {
+    requests_.answer(envelope);
+  } else if (envelope.has_failure()) {
+    const ipc::Failure& failure = envelope.failure();
+    if (failure.has_publisher_id()) {
+      handles_.end_publication(failure.publisher_id(), failure.publish_number(), convert(failure),
+                               may_call);
+    } else {
+      deliveries_.report(convert(failure));
     }
-    if (!received || !is_any) drop(why);
   }
+  // Anything else is from a newer minor: not for us.
 }
 
-/// Reads once and handles what has come, until `enough`; more stays for the next call.
-/// @return whether the socket may have more
-bool Engine::read_envelopes(const std::function<bool()>& enough) {
-  if (phase_ == Phase::kDown) return false;
-  const Status received = connection_.receive();
-  while (phase_ != Phase::kDown) {
-    if (enough && enough()) return false;
-    std::string_view envelope;
-    const ipc::ReadResult result = connection_.next(envelope);
-    if (result == ipc::ReadResult::kNeedMore) break;
-    if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
-      drop(Status(StatusCode::kProtocol));
-    }
-    if (waits_ == 0 && !deliveries_.has_read_ahead()) deliveries_.run();
-  }
-  if (!received) drop(received);
-  return received.ok() && connection_.may_have_more();
+/// Before the next of what was read at once.
+void Engine::run_between(bool may_call) {
+  if (may_call && !deliveries_.has_read_ahead()) deliveries_.run();
 }
 
-/// Reads; and while there are messages of which only the newest or the young count, all that waits.
-void Engine::read_ahead() {
-  for (int i = 0; i < kReadsAhead && read_envelopes({}); ++i) {
-    if (!deliveries_.has_read_ahead() || deliveries_.size() >= kEventsReadAhead) break;
-  }
+void Engine::flush_unless_gathering() {
+  if (!is_processing_) keeper_.flush();
 }
 
-/// Waits without running callbacks. @return enough()
-bool Engine::wait_until(Deadline deadline, const std::function<bool()>& enough) {
-  const Scope<int> waiting(waits_, waits_ + 1);
-  for (;;) {
-    flush();
-    read_envelopes(enough);
-    flush();
-    const bool is_enough = enough();
-    if (is_enough || Wakeup::Clock::now() >= deadline) {
-      wakeup_.wake();  // envelopes may be left in the buffer, where no poll sees them
-      return is_enough;
-    }
-    wakeup_.wait_for_socket(deadline);
-    if (wakeup_.take_timer()) on_timer();
-  }
-}
-
-/// Whether process() may begin. Who is refused is told in any case: the answer of run_for() is one
-/// that nobody reads.
-Status Engine::check_outside() {
-  const std::thread::id inside = processing_thread_.load();
-  if (inside == std::thread::id()) return Status();
-  const bool is_callback = inside == std::this_thread::get_id();
+/// Who may not come in. That is told in any case: the answer of run_for() is one that nobody reads.
+Status Engine::refuse(const Turn::Stay& stay) {
   const Status status(StatusCode::kBadArgument,
-                      is_callback ? "process() and run() cannot be called inside a callback; "
-                                    "return from it instead"
-                                  : "process() and run() were called while another thread is "
-                                    "inside them; one thread owns a Client");
+                      stay.is_refused() ? "a Client was called while another thread is inside it, "
+                                          "in process(), run() or a call that waits; one thread "
+                                          "owns a Client, others may call send() and stop()"
+                                        : "process() and run() cannot be called inside a callback; "
+                                          "return from it instead");
   reports_.add(status);
   wakeup_.wake();
   return status;
 }
 
 Status Engine::process() {
-  if (Status status = check_outside(); !status) return status;
   const auto self = shared_from_this();  // a callback may destroy the Client
-  has_processed_ = true;
-  const Scope<bool> processing(is_processing_, true);
-  const ThreadMark mark(processing_thread_);
-  WakeOnThrow wake_on_throw(wakeup_);
-  wakeup_.take_wake();
-  if (!has_started_) attempt_in_background();
-  if (wakeup_.take_timer()) on_timer();
-  deliveries_.run();
-  read_ahead();
-  flush();
-  deliveries_.run();
-  if (deliveries_.take_has_loss() && phase_ == Phase::kUp) handles_.report_losses();
-  flush();
-  if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time
-  return phase_ == Phase::kUp ? Status() : Status(StatusCode::kDisconnected);
+  const Turn::Stay stay(turn_);
+  return stay.is_first() ? process_inside() : refuse(stay);
 }
 
-Status Engine::run_until(Deadline deadline) {
+Status Engine::process_inside() {
+  has_processed_ = true;
+  const Scope<bool> processing(is_processing_, true);
+  WakeOnThrow wake_on_throw(wakeup_);
+  wakeup_.take_wake();
+  if (turn_.is_called_in_turn()) {
+    reports_.add(Status(StatusCode::kBadArgument,
+                        "process() or run() is called by two threads in turn, so callbacks run in "
+                        "both; one thread owns a Client, others may call send() and stop()"));
+  }
+  if (!keeper_.has_started()) keeper_.attempt_in_background();
+  if (wakeup_.take_timer()) keeper_.on_timer();
+  deliveries_.run();
+  read_ahead();
+  keeper_.flush();
+  deliveries_.run();
+  if (deliveries_.take_has_loss() && keeper_.is_up()) handles_.report_losses();
+  keeper_.flush();
+  if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time
+  return keeper_.is_up() ? Status() : Status(StatusCode::kDisconnected);
+}
+
+/// Reads; and while there are messages of which only the newest or the young count, all that waits.
+void Engine::read_ahead() {
+  for (int i = 0; i < kReadsAhead && keeper_.read({}); ++i) {
+    if (!deliveries_.has_read_ahead() || deliveries_.size() >= kEventsReadAhead) break;
+  }
+}
+
+Status Engine::run_until(Wakeup::Clock::time_point deadline) {
   const auto self = shared_from_this();
+  const Turn::Stay stay(turn_);
+  if (!stay.is_first()) return refuse(stay);
   for (;;) {
-    const Status status = process();
-    if (status.code() == StatusCode::kBadArgument) return status;
+    process_inside();
     if (is_stopped_.exchange(false) || is_closed_) return Status();
     do {
       if (Wakeup::Clock::now() >= deadline) return Status();
@@ -342,17 +186,135 @@ Status Engine::run_until(Deadline deadline) {
   }
 }
 
-Status Engine::run_once(Deadline deadline) {
+Status Engine::run_once(Wakeup::Clock::time_point deadline) {
+  const auto self = shared_from_this();
   if (is_stopped_.exchange(false)) return Status();
-  if (!is_processing_) wakeup_.wait(deadline);
-  const Status status = process();
+  const Turn::Stay stay(turn_);
+  if (!stay.is_first()) return refuse(stay);
+  wakeup_.wait(deadline);
+  process_inside();
   is_stopped_.store(false);
-  return status.code() == StatusCode::kBadArgument ? status : Status();
+  return Status();
 }
 
 void Engine::stop() {
   is_stopped_.store(true);
   wakeup_.wake();
+}
+
+/// A call that waits for the daemon: inside a callback as well, but in one thread at a time.
+template <typename Call>
+Status Engine::wait_inside(const Call& call) {
+  const Turn::Stay stay(turn_);
+  return stay.is_refused() ? refuse(stay) : call();
+}
+
+Status Engine::connect() {
+  return wait_inside([&] { return keeper_.connect(); });
+}
+
+Status Engine::get_status(DaemonStatus& status) {
+  return wait_inside([&] { return questions_.get_status(status); });
+}
+
+Status Engine::get_neighbours(std::vector<Neighbour>& neighbours) {
+  return wait_inside([&] { return questions_.get_neighbours(neighbours); });
+}
+
+Status Engine::get_pose(std::optional<Pose>& pose) {
+  return wait_inside([&] { return questions_.get_pose(pose); });
+}
+
+Status Engine::sync() {
+  return wait_inside([&] { return questions_.sync([this] { return !poses_.is_waiting(); }); });
+}
+
+Status Engine::set_pose(const OwnPose& pose) {
+  return wait_inside([&] {
+    if (Status connection = keeper_.require(); !connection) return connection;
+    if (Status bad = poses_.set(pose); !bad) return bad;
+    return keeper_.is_up() ? Status() : Status(StatusCode::kDisconnected);
+  });
+}
+
+Status Engine::publish(PublisherState& publisher, std::string_view payload,
+                       std::optional<std::uint32_t> ttl) {
+  Status status = sender_.publish(publisher, payload, ttl, turn_.is_mine());
+  if (status.code_ == StatusCode::kBusy) {
+    const auto tell = [engine = weak_from_this()](const std::string& label,
+                                                  const std::string& why) {
+      if (const auto alive = engine.lock()) alive->tell_unread(label, why);
+    };
+    status.unread_ = std::make_shared<Unread>(tell, publisher.key->label, status.text_);
+  }
+  return status;
+}
+
+void Engine::tell_unread(const std::string& channel, const std::string& why) {
+  const std::optional<Status> report = refusals_.note(channel, why);
+  if (!report) return;
+  reports_.add(*report);
+  wakeup_.wake();
+}
+
+void Engine::remove(SubscriberState& subscriber) {
+  if (!has_processed_ && subscriber.id != 0 && keeper_.is_up() && refusals_.tells_stderr()) {
+    std::fprintf(stderr,
+                 "swarmtalk: %s was subscribed to and nothing was heard: call run() or process(), "
+                 "callbacks are called in there only\n",
+                 subscriber.key->label.c_str());
+  }
+  handles_.remove(subscriber);
+}
+
+std::shared_ptr<PublisherState> Engine::add_publisher(std::shared_ptr<const ChannelKey> key,
+                                                      SentCallback sent, Sending sending) {
+  auto publisher = std::make_shared<PublisherState>();
+  publisher->key = std::move(key);
+  publisher->sent = std::move(sent);
+  publisher->sending = sending;
+  return add(publisher);
+}
+
+std::shared_ptr<SubscriberState> Engine::add_subscriber(std::shared_ptr<const ChannelKey> key,
+                                                        ReceiveCallback receive, Policy policy) {
+  auto subscriber = std::make_shared<SubscriberState>();
+  subscriber->key = std::move(key);
+  subscriber->receive = std::move(receive);
+  subscriber->policy = policy;
+  return add(subscriber);
+}
+
+/// What no daemon could take is refused here: one frame that is not the protocol would cost the
+/// client its connection, again and again.
+template <typename State>
+std::shared_ptr<State> Engine::add(const std::shared_ptr<State>& handle) {
+  handle->session = weak_from_this();
+  const Turn::Stay stay(turn_);
+  if (stay.is_refused()) {
+    handle->status = refuse(stay);
+  } else if (!handle->key->problem) {
+    handle->status = handle->key->problem;
+    deliveries_.report(handle->status);
+  } else {
+    handles_.add(handle);
+    register_new(*handle, [&] { handles_.register_one(handle); });
+  }
+  return handle;
+}
+
+void Engine::register_new(HandleState& handle, const std::function<void()>& register_now) {
+  if (!keeper_.has_started()) {
+    if (const Status status = keeper_.connect(); !status)
+      deliveries_.report(status);  // registers it as well
+    return;
+  }
+  if (!keeper_.is_greeted()) return;
+  register_now();
+  if (!questions_.wait([&] { return handle.is_answered; })) {
+    handle.status = Status(StatusCode::kTimeout);
+    deliveries_.report(handle.status);
+  }
 }
 
 }  // namespace swarmtalk::client

@@ -1,52 +1,51 @@
-// Engine: the state machine behind a Client: connects, greets, reads, reconnects. Single thread,
-// the Client's owner. What it meets goes to its parts: Requests and Handles towards the daemon,
-// Sender for messages of any thread, Deliveries towards the program. User callbacks run only inside
-// process(); what a waiting call (connect, a registration, get_status) meets on the way is kept in
-// Deliveries until then.
+// Engine: what is behind a Client: it joins the parts, each of which knows its own only, and turns
+// the event loop. ConnectionKeeper holds the connection, Requests and Handles talk with the daemon,
+// Questions and PoseUpdates are what a program asks and tells it, Sender takes messages of any
+// thread, Deliveries is what the program is told. User callbacks run only inside process(); what a
+// waiting call (connect, a registration, get_status) meets on the way waits in Deliveries.
 #pragma once
 
 #include <atomic>
-#include <chrono>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <random>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include <swarmtalk/client.hpp>
 
 #include "client_lib/connection.hpp"
+#include "client_lib/connection_keeper.hpp"
 #include "client_lib/deliveries.hpp"
 #include "client_lib/handles.hpp"
+#include "client_lib/pose_updates.hpp"
+#include "client_lib/questions.hpp"
 #include "client_lib/refusals.hpp"
 #include "client_lib/reports.hpp"
 #include "client_lib/requests.hpp"
 #include "client_lib/sender.hpp"
 #include "client_lib/state.hpp"
+#include "client_lib/turn.hpp"
 #include "client_lib/wakeup.hpp"
-#include "ipc/framing.hpp"
 
 namespace swarmtalk::client {
 
 class Engine : public std::enable_shared_from_this<Engine> {
  public:
-  Engine(std::string_view name, ClientOptions options);
+  Engine(std::string_view name, const ClientOptions& options);
   ~Engine();
 
   // The functions of Client; contracts in client.hpp.
   Status connect();
-  bool is_connected() const { return phase_ == Phase::kUp; }
+  bool is_connected() const { return keeper_.is_up(); }
   Status set_pose(const OwnPose& pose);
   Status get_status(DaemonStatus& status);
   Status get_neighbours(std::vector<Neighbour>& neighbours);
   Status get_pose(std::optional<Pose>& pose);
   Status sync();
-  std::uint32_t node_id() const { return node_id_; }
-  const std::string& daemon_name() const { return daemon_name_; }
+  std::uint32_t node_id() const { return keeper_.node_id(); }
+  const std::string& daemon_name() const { return keeper_.daemon_name(); }
   int fd() const { return wakeup_.fd(); }
   Status process();
   Status run_until(Wakeup::Clock::time_point deadline);
@@ -74,55 +73,25 @@ class Engine : public std::enable_shared_from_this<Engine> {
   void close();
 
  private:
-  enum class Phase { kDown, kGreeting, kRegistering, kUp };
-  using Deadline = Wakeup::Clock::time_point;
-  // engine.cpp: the connection's life
-  Status check_outside();
-  Status attempt();
-  void attempt_in_background();
-  void schedule_attempt();
-  void on_timer();
-  void drop(const Status& why);
-  void become_up();
-  Status no_answer() const;
-  Status flush();
-  void read_last_words(const Status& why);
-  bool read_envelopes(const std::function<bool()>& enough);
-  void read_ahead();
-  bool wait_until(Deadline deadline, const std::function<bool()>& enough);
-
-  // engine_dispatch.cpp: what comes in
-  bool parse(std::string_view envelope);
-  void handle(const ipc::Envelope& envelope);
-  void handle_greeting(const ipc::Envelope& envelope);
-  bool take_ring(const ipc::Hello& hello);
-  void report_attempt(const Status& status);
-
-  // engine_requests.cpp: what a program asks
-  Status ask(const std::function<void(const ipc::Envelope&)>& use);
-  Status require_connection();
-  bool is_impossible(HandleState& handle);
-  void register_new(HandleState& handle, const std::function<void()>& register_now);
-  void send_pose(const OwnPose& pose);
+  ConnectionKeeper::Hooks keeper_hooks();
+  void handle(const ipc::Envelope& envelope, bool may_call);
+  void run_between(bool may_call);
   void flush_unless_gathering();
+  Status refuse(const Turn::Stay& stay);
+  Status process_inside();
+  void read_ahead();
+  template <typename Call>
+  Status wait_inside(const Call& call);
+  template <typename State>
+  std::shared_ptr<State> add(const std::shared_ptr<State>& handle);
+  void register_new(HandleState& handle, const std::function<void()>& register_now);
 
-  const std::string name_;
-  const ClientOptions options_;
-  const std::string path_;
   Wakeup wakeup_;
   Connection connection_;
-  Phase phase_ = Phase::kDown;
-  bool has_started_ = false;   // somebody has asked for a connection
-  bool was_up_ = false;        // since the last on_disconnect
-  bool is_reconnect_ = false;  // on_reconnect is due when up
+  Turn turn_;
   bool is_closed_ = false;
   bool has_processed_ = false;  // process() was called
-  bool is_connecting_ = false;  // inside connect()
-  bool wants_ring_ = true;      // until one could not be used
-  bool is_ending_ = false;      // inside read_last_words()
   bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
-  std::atomic<std::thread::id> processing_thread_{};
-  int waits_ = 0;  // waiting calls on the stack: callbacks must not run
   std::atomic<bool> is_stopped_{false};
 
   /// Guards what send() of any thread shares with the owner's: what changes of a PublisherState,
@@ -134,19 +103,10 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Deliveries deliveries_;
   Requests requests_;
   Handles handles_;
+  PoseUpdates poses_;
   Sender sender_;
-
-  Status last_failure_;                         // why the last attempt failed
-  std::optional<StatusCode> reported_failure_;  // the same failure is reported once
-  std::chrono::milliseconds backoff_;
-  std::minstd_rand jitter_;
-
-  std::uint32_t node_id_ = 0;
-  std::string daemon_name_;
-  bool is_pose_in_flight_ = false;
-  std::optional<OwnPose> next_pose_;
-
-  ipc::Envelope incoming_;
+  ConnectionKeeper keeper_;
+  Questions questions_;
 };
 
 }  // namespace swarmtalk::client

@@ -1,12 +1,9 @@
 #include "client_lib/unread.hpp"
 
-#include "client_lib/engine.hpp"
-
 namespace swarmtalk::client {
 
 Unread::~Unread() {
-  if (is_read.load()) return;
-  if (const auto alive = engine.lock()) alive->tell_unread(label, why);
+  if (!is_read.load()) tell(label, why);
 }
 
 /// For a call whose answer the C interface had to look at itself.

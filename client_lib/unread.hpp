@@ -4,7 +4,7 @@
 
 #include <atomic>
 #include <cstddef>
-#include <memory>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -12,18 +12,18 @@
 
 namespace swarmtalk::client {
 
-class Engine;
-
 struct Unread {
-  Unread(std::weak_ptr<Engine> of, std::string name, std::string reason)
-      : engine(std::move(of)), label(std::move(name)), why(std::move(reason)) {}
+  /// @param told  called when nobody has looked, with the other two
+  Unread(std::function<void(const std::string& label, const std::string& why)> told,
+         std::string name, std::string reason)
+      : tell(std::move(told)), label(std::move(name)), why(std::move(reason)) {}
   Unread(const Unread&) = delete;
   Unread& operator=(const Unread&) = delete;
   ~Unread();
   static void not_looked_at(const Status& status);
 
   std::atomic<bool> is_read{false};
-  std::weak_ptr<Engine> engine;
+  std::function<void(const std::string& label, const std::string& why)> tell;
   std::string label;  // of the channel
   std::string why;
 };

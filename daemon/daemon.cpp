@@ -8,7 +8,9 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/monotonic_ns.hpp"
 #include "daemon/config/config_gateways.hpp"
+#include "daemon/config/memory_need.hpp"
 #include "daemon/config/node_id_rule.hpp"
+#include "daemon/host/memory_limit.hpp"
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/station_factory.hpp"
@@ -44,10 +46,12 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
                 std::move(load)),
       service_manager_(io_, [this] { return status_line(); }),
       link_timer_(io_),
-      copy_timer_(io_) {
+      copy_timer_(io_),
+      report_timer_(io_) {
   status_.set_clients(clients_);
   clients_.operations = &operator_;
   open_stations();
+  if (parsed_.config.reserved.report) start_answering();
   const std::string& pose_socket = parsed_.config.node.pose_socket;
   if (pose_socket.empty()) return;
   pose_socket_.emplace(io_, pose_socket, parsed_.config.socket, parsed_.lines, poses_, counters_);
@@ -57,7 +61,11 @@ void Daemon::open_stations() {
   hub_.set_reserved(parsed_.config.reserved);
   for (const LinkConfig& link : parsed_.config.links) {
     stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
-    if (auto key = operator_.key_of(link.name)) stations_.back()->link().set_key(key);
+    if (auto key = operator_.key_of(link.name)) {
+      stations_.back()->link().set_freshness(link.checks_freshness);
+      stations_.back()->link().set_also_key(operator_.also_key_of(link.name));
+      stations_.back()->link().set_key(key);
+    }
     hub_.add(*stations_.back());
     if (link.type == LinkType::kKilobot) add_kilobots(link, *stations_.back());
   }
@@ -85,6 +93,21 @@ void Daemon::add_kilobots(const LinkConfig& link, Station& station) {
   });
 }
 
+void Daemon::start_answering() {
+  answerer_.emplace(hub_, identity_, poses_, counters_, [this] {
+    google::protobuf::RepeatedPtrField<ipc::ClientStatus> clients;
+    clients_.fill(clients);
+    std::vector<std::string> names;
+    for (const ipc::ClientStatus& client : clients) names.push_back(client.name());
+    return names;
+  });
+  answerer_->set_hook([this](Answerer::Time at) { wait_for_report(at); });
+  if (const auto refusal = answerer_->start()) {
+    log_of("daemon")->info("this robot reports to nobody (report under [reserved]): {}",
+                           refusal->text);
+  }
+}
+
 NodeIdentity& Daemon::identity_for(const LinkConfig& link) {
   const auto own = own_ids(parsed_.config, link);
   if (!own && !link.node_id) return identity_;
@@ -102,6 +125,7 @@ void Daemon::run() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // where files may not be as large as a ring there is none
   drop_privileges();
+  if (operator_.has_keys()) forbid_dumps();
   for (const auto& station : stations_) {
     station->start();
     log_of("link")->debug("link {}: {} on {}, {}", station->name(), station->link().type(),
@@ -117,6 +141,10 @@ void Daemon::run() {
   log_of("daemon")->info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
                          socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
                          identity_.id(), identity_.is_fixed() ? "" : " (chosen at random)");
+  if (const auto limit_bytes = memory_limit_bytes()) {
+    const auto problem = memory_problem(parsed_.config, *limit_bytes);
+    if (problem) log_of("daemon")->warn("{}", *problem);
+  }
   service_manager_.ready();
   io_.run();
 }
@@ -155,6 +183,13 @@ void Daemon::wait_for_copy(Hub::Time at) {
   copy_timer_.expires_at(at);  // a wait for a later one is cancelled
   copy_timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) hub_.send_copies(std::chrono::steady_clock::now());
+  });
+}
+
+void Daemon::wait_for_report(Answerer::Time at) {
+  report_timer_.expires_at(at);  // a wait for another one is cancelled
+  report_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) answerer_->report(std::chrono::steady_clock::now());
   });
 }
 

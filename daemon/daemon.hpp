@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/answer/answerer.hpp"
 #include "daemon/config/config_parser.hpp"
 #include "daemon/host/listening_socket.hpp"
 #include "daemon/host/service_manager.hpp"
@@ -45,6 +46,8 @@ class Daemon {
   void on_signal(int signal);
   void watch_links();
   void wait_for_copy(Hub::Time at);
+  void start_answering();
+  void wait_for_report(Answerer::Time at);
   bool restore_socket();
   std::string status_line() const;
 
@@ -63,6 +66,7 @@ class Daemon {
   ListeningSocket socket_;
   std::optional<PoseSocket> pose_socket_;  // none: not configured
   Clients clients_;
+  std::optional<Answerer> answerer_;  // none: reserved.report is off
   MetricsFile metrics_;
   Capture capture_;
   Operator operator_;
@@ -70,6 +74,7 @@ class Daemon {
   std::optional<SocketWatch> socket_watch_;
   boost::asio::steady_timer link_timer_;
   boost::asio::steady_timer copy_timer_;
+  boost::asio::steady_timer report_timer_;
   bool is_watching_links_ = false;
   bool is_socket_gone_ = false;
 };

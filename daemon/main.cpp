@@ -10,6 +10,7 @@
 #include "daemon/common/printable.hpp"
 #include "daemon/config/config_parser.hpp"
 #include "daemon/daemon.hpp"
+#include "usage/usage.hpp"
 
 namespace {
 
@@ -31,17 +32,18 @@ void add_options(CLI::App& app, Options& options) {
     return [&place](const std::string& word) { place = word; };
   };
   app.add_option("--config", options.config_file, "configuration file (TOML)")
+      ->type_name("FILE")
       ->capture_default_str();
   app.add_flag("--check", options.is_check, "read the configuration file, say what is wrong, end");
   app.add_option_function<std::string>("--socket", into(options.instead.socket_path),
-                                       "path of the socket, instead of socket.path");
+                                       "path of the socket, instead of socket.path")
+      ->type_name("FILE");
   app.add_option_function<std::string>(
       "--node-id", into(options.instead.node_id),
       "\"auto\", \"hostname\", \"ip\" or 1 to 65534, instead of node.id");
   app.add_option_function<std::string>("--log-level", into(options.instead.log_level),
                                        "instead of log.level")
       ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
-  app.set_version_flag("--version", std::string("swarmtalkd ") + SWARMTALK_VERSION);
 }
 
 }  // namespace
@@ -50,6 +52,7 @@ int main(int argc, char** argv) {
   CLI::App app("Publish/subscribe over broadcast frames for the programs of a robot.",
                "swarmtalkd");
   Options options;
+  swarmtalk::usage::prepare(app, std::string("swarmtalkd ") + SWARMTALK_VERSION);
   add_options(app, options);
   try {
     app.parse(argc, argv);

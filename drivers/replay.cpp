@@ -75,7 +75,9 @@ void ReplayLink::wake() {
 }
 
 std::string ReplayLink::state() const {
-  return is_finished_ ? end_ : "up, replaying " + config_.capture_path;
+  // What was recorded is not of now.
+  const std::string remark = has_key_ ? ", sealed, freshness not checked" : "";
+  return (is_finished_ ? end_ : "up, replaying " + config_.capture_path) + remark;
 }
 
 bool ReplayLink::read_next() {

@@ -38,7 +38,11 @@ class ReplayLink final : public Link {
   void start(LinkUser& user) override;
   void wake() override;
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override {
-    use_key(key, builder_, receiver_);
+    use_key(key, builder_, receiver_, also_key_);
+    has_key_ = key != nullptr;
+  }
+  void set_also_key(std::shared_ptr<const frame::SwarmKey> key) override {
+    also_key_ = std::move(key);
   }
   bool is_up() const override { return !is_finished_; }
   std::string state() const override;
@@ -72,6 +76,8 @@ class ReplayLink final : public Link {
   LinkCounters counters_;
   FrameBuilder builder_;
   FrameReceiver receiver_;
+  std::shared_ptr<const frame::SwarmKey> also_key_;
+  bool has_key_ = false;
   std::vector<std::uint8_t> send_buffer_;
   const pcap_pkthdr* next_header_ = nullptr;  // frame read ahead, to know when it is due
   const std::uint8_t* next_bytes_ = nullptr;

@@ -23,7 +23,8 @@ constexpr std::uint16_t kMagic = 0x5354;  // "ST"
 constexpr std::uint8_t kFlagPose = 0x01;
 constexpr std::uint8_t kFlagSealed = 0x02;
 constexpr std::uint8_t kFlagBeacon = 0x04;
-constexpr std::uint8_t kKnownFlags = kFlagPose | kFlagSealed | kFlagBeacon;
+constexpr std::uint8_t kFlagFresh = 0x08;  // of sealed ones only
+constexpr std::uint8_t kKnownFlags = kFlagPose | kFlagSealed | kFlagBeacon | kFlagFresh;
 
 constexpr double kStepsPerTurn = 65536.0;
 
@@ -80,7 +81,8 @@ double FramePose::theta_rad() const {
 }
 
 FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header,
-                         std::size_t limit_bytes, const Sealer* sealer)
+                         std::size_t limit_bytes, const Sealer* sealer,
+                         std::span<const std::uint8_t> fresh)
     : buffer_(buffer),
       limit_bytes_(std::min({limit_bytes, buffer.size(), kMaxFrameBytes})),
       sealer_(sealer),
@@ -99,7 +101,12 @@ FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& head
   if (sealer_ != nullptr) {
     at[kFlagsAt] |= kFlagSealed;
     pose_at = kSealedHeaderBytes;
-    size_bytes_ += kSealedHeaderBytes - kHeaderBytes;
+    size_bytes_ += kSealedHeaderBytes - kHeaderBytes + fresh.size();
+    if (!fresh.empty()) {
+      at[kFlagsAt] |= kFlagFresh;
+      std::copy(fresh.begin(), fresh.end(), at + pose_at);
+      pose_at += fresh.size();
+    }
     limit_bytes_ -= std::min(limit_bytes_, kTagBytes);
   }
   if (header.pose) put_pose(at + pose_at, *header.pose);
@@ -160,8 +167,14 @@ std::string_view counter_name(ParseResult result) {
       return "frames_without_key";
     case ParseResult::kOtherKey:
       return "frames_other_key";
+    case ParseResult::kNotFresh:
+      return "frames_not_fresh";
     case ParseResult::kReplayed:
       return "frames_replayed";
+    case ParseResult::kNotProven:
+      return "frames_not_proven";
+    case ParseResult::kTooOld:
+      return "frames_too_old";
     case ParseResult::kNotAuthentic:
       return "frames_not_authentic";
   }
@@ -184,11 +197,13 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame
   if (bytes.size() <= kFlagsAt) return ParseResult::kTruncated;
   const std::uint8_t flags = at[kFlagsAt];
   if ((flags & ~kKnownFlags) != 0) return ParseResult::kUnknownFlags;
+  const bool is_fresh = (flags & kFlagFresh) != 0;
+  if (is_fresh && (flags & kFlagSealed) == 0) return ParseResult::kUnknownFlags;
   if (bytes.size() < kHeaderBytes) return ParseResult::kTruncated;
   const bool has_pose = (flags & kFlagPose) != 0;
   const bool is_sealed = (flags & kFlagSealed) != 0;
-  const std::size_t header_bytes =
-      kHeaderBytes + (has_pose ? kPoseBytes : 0) + (is_sealed ? kSealBytes : 0);
+  const std::size_t header_bytes = kHeaderBytes + (has_pose ? kPoseBytes : 0) +
+                                   (is_sealed ? kSealBytes : 0) + (is_fresh ? kFreshBytes : 0);
   const std::size_t length = get_u16(at + kLengthAt);
   if (length < header_bytes || length > bytes.size()) return ParseResult::kTruncated;
 
@@ -205,7 +220,7 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame
     const std::size_t plain_bytes = length - kSealedHeaderBytes - kTagBytes;
     if (sealed != nullptr) {
       *sealed = {bytes.subspan(kSealedHeaderBytes, plain_bytes),
-                 bytes.subspan(length - kTagBytes, kTagBytes), has_pose};
+                 bytes.subspan(length - kTagBytes, kTagBytes), has_pose, is_fresh};
     }
     return ParseResult::kSealed;
   }
@@ -233,6 +248,18 @@ bool LastMessageReader::next(LastMessage& last) {
   last = {get_u16(rest_.data()), get_u32(rest_.data() + 2)};
   rest_ = rest_.subspan(kLastMessageBytes);
   return true;
+}
+
+std::vector<std::uint8_t> plain_copy(const Frame& frame) {
+  std::vector<std::uint8_t> buffer(frame.header.size_bytes() + frame.packets.size() +
+                                   frame.last_messages.size());
+  FrameWriter writer(buffer, frame.header, buffer.size());
+  std::span<const std::uint8_t> packet;
+  for (PacketReader reader(frame.packets); reader.next(packet);) writer.append(packet);
+  LastMessage last;
+  for (LastMessageReader reader(frame.last_messages); reader.next(last);) writer.append_last(last);
+  buffer.resize(writer.finish().size());
+  return buffer;
 }
 
 }  // namespace swarmtalk::frame

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace swarmtalk::frame {
 
@@ -23,6 +24,7 @@ inline constexpr std::size_t kSessionBytes = 6;
 inline constexpr std::size_t kTagBytes = 16;
 inline constexpr std::size_t kSealedHeaderBytes = kHeaderBytes + kKeyIdBytes + kSessionBytes;
 inline constexpr std::size_t kSealBytes = kKeyIdBytes + kSessionBytes + kTagBytes;
+inline constexpr std::size_t kFreshBytes = 10;  // and more (freshness.hpp), inside of a fresh one
 // Offsets that the nonce is made of, in bytes from the magic.
 inline constexpr std::size_t kNodeAt = 8;
 inline constexpr std::size_t kEpochAt = 10;
@@ -81,10 +83,10 @@ struct LastMessage {
 };
 
 /// Largest packet that fits into a frame of `frame_bytes` beside a header with a pose, and the seal
-/// if there is one; 0: none.
+/// of a fresh frame if there is one; 0: none.
 constexpr std::size_t max_packet_bytes(std::size_t frame_bytes, bool is_sealed = false) {
   constexpr std::size_t kOverheadBytes = kHeaderBytes + kPoseBytes + kLengthPrefixBytes;
-  const std::size_t around = kOverheadBytes + (is_sealed ? kSealBytes : 0);
+  const std::size_t around = kOverheadBytes + (is_sealed ? kSealBytes + kFreshBytes : 0);
   return frame_bytes > around ? frame_bytes - around : 0;
 }
 
@@ -101,8 +103,10 @@ class FrameWriter {
   /// @param limit_bytes  the finished frame's greatest size, cut to the buffer and kMaxFrameBytes
   /// @param sealer  the frame is sealed with it; kept by reference. Null: it is not sealed. With
   ///   one the buffer has at least kSealBytes more
+  /// @param fresh  what Freshness has written for this frame, which is copied; it then is a fresh
+  ///   one. Empty: it is not. Only with a sealer, and with as much more room in the buffer
   FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& header, std::size_t limit_bytes,
-              const Sealer* sealer = nullptr);
+              const Sealer* sealer = nullptr, std::span<const std::uint8_t> fresh = {});
 
   /// Where the next packet goes, to the end of the buffer. Empty: not even a length fits.
   std::span<std::uint8_t> room() const;
@@ -146,7 +150,10 @@ enum class ParseResult : std::uint8_t {
   kSealed,        // and we have no key
   kWithoutKey,    // and we have one
   kOtherKey,      // sealed with another
+  kNotFresh,      // sealed by an older release: it does not tell when
   kReplayed,      // heard before
+  kNotProven,     // of a session that has not shown yet that it lives
+  kTooOld,        // held back
   kNotAuthentic,  // damaged, or forged
 };
 
@@ -167,8 +174,9 @@ struct SealedFrame {
   std::span<const std::uint8_t> ciphertext;
   std::span<const std::uint8_t> tag;
   bool has_pose = false;
+  bool is_fresh = false;  // the plaintext begins with what freshness.hpp reads
 
-  /// @param plaintext  of the ciphertext's size; frame.packets will point into it
+  /// @param plaintext  at least kPoseBytes if has_pose; frame.packets will point into it
   void read_plaintext(std::span<const std::uint8_t> plaintext, Frame& frame) const;
 };
 
@@ -192,6 +200,9 @@ class PacketReader {
   std::span<const std::uint8_t> rest_;
   bool is_malformed_ = false;
 };
+
+/// The frame as a robot without a key would have sent it; what cannot be read of it is left out.
+std::vector<std::uint8_t> plain_copy(const Frame& frame);
 
 /// Walks the last messages of a parsed beacon.
 class LastMessageReader {

@@ -22,6 +22,13 @@ ReplayWindow::Id id_of(std::span<const std::uint8_t> frame) {
   return id;
 }
 
+Freshness::Voice voice_in(std::span<const std::uint8_t> frame) {
+  Freshness::Voice voice{};
+  const auto out = std::copy_n(frame.begin() + kSessionAt, kSessionBytes, voice.begin());
+  std::copy_n(frame.begin() + kEpochAt, 4, out);
+  return voice;
+}
+
 Nonce nonce_of(std::span<const std::uint8_t> frame) {
   Nonce nonce{};
   auto out = std::copy_n(frame.begin() + kSessionAt, kSessionBytes, nonce.begin());
@@ -32,6 +39,17 @@ Nonce nonce_of(std::span<const std::uint8_t> frame) {
 }
 
 }  // namespace
+
+Freshness::Voice voice_of(const SealSession& session, std::uint32_t epoch) {
+  Freshness::Voice voice{};
+  auto out = std::copy(session.begin(), session.end(), voice.begin());
+  for (int shift = 24; shift >= 0; shift -= 8) *out++ = static_cast<std::uint8_t>(epoch >> shift);
+  return voice;
+}
+
+void draw_random(std::span<std::uint8_t> out) {
+  randombytes_buf(out.data(), out.size());
+}
 
 Sealer::Sealer(std::shared_ptr<const SwarmKey> key) : key_(std::move(key)) {
   draw_session();
@@ -88,31 +106,72 @@ void ReplayWindow::remember(const Id& id, std::uint32_t counter) {
   }) = heard;
 }
 
-ParseResult Opener::open(std::span<const std::uint8_t> bytes, Frame& frame) {
+ParseResult Opener::open(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at) {
   SealedFrame sealed;
   const ParseResult result = parse(bytes, frame, &sealed);
-  if (result == ParseResult::kSealed && key_ != nullptr) return open_sealed(bytes, sealed, frame);
+  if (result == ParseResult::kSealed && key_ != nullptr) {
+    return open_sealed(bytes, sealed, frame, at);
+  }
   if (result == ParseResult::kOk && key_ != nullptr) return ParseResult::kWithoutKey;
   return result;
 }
 
-ParseResult Opener::open_sealed(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
-                                Frame& frame) {
-  if (!std::equal(key_->id().begin(), key_->id().end(), bytes.begin() + kKeyIdAt)) {
-    return ParseResult::kOtherKey;
+const SwarmKey* Opener::key_of(std::span<const std::uint8_t> bytes) const {
+  for (const SwarmKey* key : {key_.get(), also_.get()}) {
+    if (key != nullptr &&
+        std::equal(key->id().begin(), key->id().end(), bytes.begin() + kKeyIdAt)) {
+      return key;
+    }
   }
+  return nullptr;
+}
+
+ParseResult Opener::open_sealed(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
+                                Frame& frame, Freshness::Ms at) {
+  const SwarmKey* const key = key_of(bytes);
+  if (key == nullptr) return ParseResult::kOtherKey;
+  const std::uint32_t counter = frame.header.counter;
   const ReplayWindow::Id id = id_of(bytes);
   const bool is_own = own_ != SealSession{} && std::equal(own_.begin(), own_.end(), id.begin());
-  if (is_own || !window_.is_fresh(id, frame.header.counter)) return ParseResult::kReplayed;
+  const bool was_heard = freshness_ != nullptr ? freshness_->was_heard(voice_in(bytes), counter)
+                                               : !window_.is_fresh(id, counter);
+  if (is_own || (was_heard && !takes_repeats_)) return ParseResult::kReplayed;
+  if (freshness_ != nullptr && !sealed.is_fresh) return ParseResult::kNotFresh;
   const Nonce nonce = nonce_of(bytes);
   plaintext_.resize(sealed.ciphertext.size());
   if (crypto_aead_xchacha20poly1305_ietf_decrypt_detached(
           plaintext_.data(), nullptr, sealed.ciphertext.data(), sealed.ciphertext.size(),
-          sealed.tag.data(), bytes.data(), kSealedHeaderBytes, nonce.data(), key_->bytes()) != 0) {
+          sealed.tag.data(), bytes.data(), kSealedHeaderBytes, nonce.data(), key->bytes()) != 0) {
     return ParseResult::kNotAuthentic;
   }
-  window_.remember(id, frame.header.counter);
-  sealed.read_plaintext(plaintext_, frame);
+  std::size_t used = 0;
+  if (freshness_ == nullptr) {
+    if (!was_heard) window_.remember(id, counter);
+    if (sealed.is_fresh && !Freshness::skip(plaintext_, used)) return ParseResult::kTruncated;
+  } else if (const ParseResult judged = judge(bytes, counter, at, used);
+             judged != ParseResult::kOk) {
+    return judged;
+  }
+  const std::span<const std::uint8_t> rest = std::span(plaintext_).subspan(used);
+  if (sealed.has_pose && rest.size() < kPoseBytes) return ParseResult::kTruncated;
+  sealed.read_plaintext(rest, frame);
+  return ParseResult::kOk;
+}
+
+ParseResult Opener::judge(std::span<const std::uint8_t> bytes, std::uint32_t counter,
+                          Freshness::Ms at, std::size_t& used) {
+  switch (freshness_->receive(voice_in(bytes), counter, plaintext_, at, used)) {
+    case Freshness::Verdict::kFresh:
+      break;
+    case Freshness::Verdict::kMalformed:
+      return ParseResult::kTruncated;
+    case Freshness::Verdict::kNotProven:
+      return ParseResult::kNotProven;
+    case Freshness::Verdict::kReplayed:
+      return ParseResult::kReplayed;
+    case Freshness::Verdict::kTooOld:
+      return ParseResult::kTooOld;
+  }
   return ParseResult::kOk;
 }
 

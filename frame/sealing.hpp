@@ -11,11 +11,18 @@
 #include <vector>
 
 #include "frame/air_frame.hpp"
+#include "frame/freshness.hpp"
 #include "frame/swarm_key.hpp"
 
 namespace swarmtalk::frame {
 
 using SealSession = std::array<std::uint8_t, kSessionBytes>;
+
+/// Who speaks in a session: an id that changes does not make it another voice.
+Freshness::Voice voice_of(const SealSession& session, std::uint32_t epoch);
+
+/// Random bytes for Freshness, which an attacker cannot guess.
+void draw_random(std::span<std::uint8_t> out);
 
 class Sealer {
  public:
@@ -26,6 +33,9 @@ class Sealer {
 
   /// Another session: the frame counter is about to start over.
   void draw_session();
+
+  /// Goes on in the same session with another key.
+  void change_key(std::shared_ptr<const SwarmKey> key) { key_ = std::move(key); }
 
   const SealSession& session() const { return session_; }
   const SwarmKey& key() const { return *key_; }
@@ -68,22 +78,44 @@ class ReplayWindow {
 class Opener {
  public:
   /// @param key  kept; null: none
-  explicit Opener(std::shared_ptr<const SwarmKey> key = nullptr) : key_(std::move(key)) {}
+  /// @param also  another key whose frames are taken as well, while keys are changed; null: none
+  explicit Opener(std::shared_ptr<const SwarmKey> key = nullptr,
+                  std::shared_ptr<const SwarmKey> also = nullptr)
+      : key_(std::move(key)), also_(std::move(also)) {}
+
+  /// Other keys, and what was heard stays heard.
+  void change_keys(std::shared_ptr<const SwarmKey> key, std::shared_ptr<const SwarmKey> also) {
+    key_ = std::move(key);
+    also_ = std::move(also);
+  }
+
+  /// From now on only fresh frames are taken, and it judges them. Null: all that are sealed are.
+  void check_freshness(std::shared_ptr<Freshness> freshness) { freshness_ = std::move(freshness); }
+
+  /// What was heard before is read again: for captures, never for a link.
+  void take_repeats() { takes_repeats_ = true; }
 
   /// Frames of this session are our own, played back.
   void refuse(const SealSession& own) { own_ = own; }
 
   /// Like parse(), and the key's rules. frame.packets may point into this object, until the next
   /// call.
-  ParseResult open(std::span<const std::uint8_t> bytes, Frame& frame);
+  /// @param at  the frame's arrival, for Freshness
+  ParseResult open(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at = 0);
 
  private:
   ParseResult open_sealed(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
-                          Frame& frame);
+                          Frame& frame, Freshness::Ms at);
+  const SwarmKey* key_of(std::span<const std::uint8_t> bytes) const;
+  ParseResult judge(std::span<const std::uint8_t> bytes, std::uint32_t counter, Freshness::Ms at,
+                    std::size_t& used);
 
   std::shared_ptr<const SwarmKey> key_;
+  std::shared_ptr<const SwarmKey> also_;
+  std::shared_ptr<Freshness> freshness_;
   std::array<std::uint8_t, kSessionBytes> own_{};
   ReplayWindow window_;
+  bool takes_repeats_ = false;
   std::vector<std::uint8_t> plaintext_;
 };
 

@@ -19,13 +19,13 @@ class SwarmKey {
   SwarmKey& operator=(const SwarmKey&) = delete;
   ~SwarmKey();
 
-  const std::uint8_t* bytes() const { return bytes_.data(); }
+  const std::uint8_t* bytes() const { return bytes_; }
 
   /// What a frame says of its key, 2 bytes.
   const std::array<std::uint8_t, 2>& id() const { return id_; }
 
  private:
-  std::array<std::uint8_t, kBytes> bytes_;
+  std::uint8_t* bytes_;  // in pages of their own: never swapped out, read-only, wiped
   std::array<std::uint8_t, 2> id_;
 };
 

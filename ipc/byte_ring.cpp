@@ -59,9 +59,25 @@ void RingMemory::close_descriptor() {
 
 void RingMemory::reset() {
   close_descriptor();
+  unmap();
+  capacity_ = 0;
+}
+
+void RingMemory::unmap() {
   if (bytes_ != nullptr) munmap(bytes_, kRingHeaderBytes + capacity_);
   bytes_ = nullptr;
-  capacity_ = 0;
+}
+
+void RingMemory::begin() {
+  new (bytes_) RingHeader{};
+  header().reader_sleeps = 1;
+  header().mark = kRingMark;
+}
+
+bool RingMemory::begin_again() {
+  if (descriptor_ < 0 || !map(descriptor_, capacity_)) return false;
+  begin();
+  return true;
 }
 
 bool RingMemory::map(int descriptor, std::size_t capacity_bytes) {
@@ -81,8 +97,7 @@ RingMemory RingMemory::create(std::size_t capacity_bytes) {
     memory.reset();
     return memory;
   }
-  new (memory.bytes_) RingHeader{};
-  memory.header().reader_sleeps = 1;
+  memory.begin();
   return memory;
 }
 
@@ -100,14 +115,24 @@ RingMemory RingMemory::adopt(int descriptor) {
   return memory;
 }
 
+// Read as a file: where the writer has given a page back to the system, a look through the mapping
+// would make a new one, and a page counts as memory of who touches it first. The writer could hold
+// on to as many as it likes, at our cost.
+bool RingReader::copy(std::size_t begin, std::span<std::uint8_t> room) const {
+  const auto at = static_cast<off_t>(kRingHeaderBytes + begin);
+  return room.empty() || pread(memory_.descriptor(), room.data(), room.size(), at) ==
+                             static_cast<ssize_t>(room.size());
+}
+
 std::optional<std::size_t> RingReader::read(std::span<std::uint8_t> room) {
+  if (is_spoiled()) return std::nullopt;
   const std::uint32_t held = memory_.header().written.load() - read_;
   if (held > memory_.capacity()) return std::nullopt;
   const std::size_t count = std::min<std::size_t>(held, room.size());
   const std::size_t begin = read_ & (memory_.capacity() - 1);
   const std::size_t first = std::min(count, memory_.capacity() - begin);
-  std::memcpy(room.data(), memory_.data() + begin, first);
-  std::memcpy(room.data() + first, memory_.data(), count - first);
+  if (!copy(begin, room.first(first))) return std::nullopt;
+  if (!copy(0, room.subspan(first, count - first))) return std::nullopt;
   read_ += static_cast<std::uint32_t>(count);
   memory_.header().read.store(read_);
   return count;
@@ -128,8 +153,6 @@ bool RingReader::take_waiting_writer() {
   return header.writer_waits.load() != 0 && header.writer_waits.exchange(0) != 0;
 }
 
-// A page counts as memory of who touched it first. Otherwise a client that made us read where it
-// had written nothing could gather pages of ours by keeping the descriptors of many connections.
 void RingReader::leave() {
   memory_.header().reader_sleeps.store(1);
   madvise(memory_.data(), memory_.capacity(), MADV_REMOVE);

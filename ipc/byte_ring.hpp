@@ -13,8 +13,9 @@
 
 namespace swarmtalk::ipc {
 
-inline constexpr const char* kRingFeature = "ring";  // in Hello.features
-inline constexpr std::uint8_t kBell = 0xB7;          // what the socket then carries
+inline constexpr const char* kRingFeature = "ring";     // in Hello.features
+inline constexpr std::uint8_t kBell = 0xB7;             // what the socket then carries
+inline constexpr std::uint32_t kRingMark = 0x676e6972;  // a page that was given back has zeros here
 inline constexpr std::size_t kRingHeaderBytes = 4096;
 inline constexpr std::size_t kRingLeastBytes = 4096;
 inline constexpr std::size_t kRingMostBytes = std::size_t{1} << 20;
@@ -25,11 +26,13 @@ struct RingHeader {
   alignas(64) std::atomic<std::uint32_t> read;           // by the reader
   alignas(64) std::atomic<std::uint32_t> reader_sleeps;  // 1: ring the bell after writing
   alignas(64) std::atomic<std::uint32_t> writer_waits;   // 1: tell it when there is room
+  alignas(64) std::atomic<std::uint32_t> writer_left;    // 1: it will not touch this memory again
+  alignas(64) std::atomic<std::uint32_t> mark;           // kRingMark, by the reader
 };
 static_assert(sizeof(RingHeader) <= kRingHeaderBytes);
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "two processes share them");
 
-/// A mapping of that memory; unmapped with it. Moves, does not copy.
+/// A mapping of that memory, and its descriptor; closed with it. Moves, does not copy.
 class RingMemory {
  public:
   RingMemory() = default;
@@ -52,11 +55,17 @@ class RingMemory {
   void close_descriptor();
   void reset();
 
+  /// Gives up the mapping and keeps the descriptor, with what is in the memory.
+  void unmap();
+  /// Maps it again, for another writer. @return false: the system has no memory
+  bool begin_again();
+
   RingHeader& header() const { return *reinterpret_cast<RingHeader*>(bytes_); }
   std::uint8_t* data() const { return bytes_ + kRingHeaderBytes; }
   std::uint32_t capacity() const { return capacity_; }
 
  private:
+  void begin();
   bool map(int descriptor, std::size_t capacity_bytes);
 
   std::uint8_t* bytes_ = nullptr;
@@ -71,7 +80,8 @@ class RingReader {
   RingMemory& memory() { return memory_; }
 
   /// Takes what is there, at most `room`. @return bytes taken; none: the writer's count is
-  ///   impossible, and nothing after this can be believed
+  ///   impossible, or it has taken the memory away, and nothing after this can be believed
+  /// @pre the memory's descriptor is open
   std::optional<std::size_t> read(std::span<std::uint8_t> room);
 
   /// From now on the writer rings the bell. @return false: there is something to read, stay awake
@@ -84,7 +94,15 @@ class RingReader {
   /// the end; the pages of the bytes go back to the system, though the writer may keep the memory.
   void leave();
 
+  /// Whether the writer has said that it will not touch the memory again.
+  bool writer_has_left() const { return memory_.header().writer_left.load() != 0; }
+  /// Whether pages were given back to the system that are in use: our next look would make new
+  /// ones, at our cost.
+  bool is_spoiled() const { return memory_.header().mark.load() != kRingMark; }
+
  private:
+  bool copy(std::size_t begin, std::span<std::uint8_t> room) const;
+
   RingMemory memory_;
   std::uint32_t read_ = 0;  // the header's copy is for the writer
 };
@@ -102,6 +120,9 @@ class RingWriter {
 
   /// Asks to be told of room. @return false: there is some by now, write on
   bool wait_for_room();
+
+  /// The last call: the memory may be another's from now on.
+  void leave() { memory_.header().writer_left.store(1); }
 
  private:
   std::uint32_t room() const;

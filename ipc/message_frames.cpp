@@ -148,7 +148,14 @@ void put(const DeliverFrame& frame, To& to) {
   if (frame.lost_before != DeliverLost{}) {
     put_message(Deliver::kLostBeforeFieldNumber, frame.lost_before, to);
   }
+  put_unless_0(Deliver::kTransmitterFieldNumber, frame.transmitter, to);
   if (frame.origin) put_message(Deliver::kOriginFieldNumber, *frame.origin, to);
+}
+
+template <class To>
+void put(const SentFrame& frame, To& to) {
+  put_unless_0(Sent::kPublisherIdFieldNumber, frame.publisher_id, to);
+  put_unless_0(Sent::kPublishNumberFieldNumber, frame.publish_number, to);
 }
 
 template <class Frame>
@@ -339,6 +346,9 @@ bool read_field(std::uint32_t field, Reader& from, DeliverFrame& to) {
     case tag(Deliver::kEpochFieldNumber, Kind::kVarint):
       to.epoch = from.number32();
       return true;
+    case tag(Deliver::kTransmitterFieldNumber, Kind::kVarint):
+      to.transmitter = from.number32();
+      return true;
     default:
       return false;
   }
@@ -363,6 +373,10 @@ bool append_frame(const PublishFrame& frame, std::string& buffer) {
 
 bool append_frame(const DeliverFrame& frame, std::string& buffer) {
   return append(Envelope::kDeliverFieldNumber, frame, buffer);
+}
+
+bool append_frame(const SentFrame& frame, std::string& buffer) {
+  return append(Envelope::kSentFieldNumber, frame, buffer);
 }
 
 bool parse(std::string_view envelope, PublishFrame& frame) {
@@ -397,6 +411,7 @@ DeliverFrame frame_of(const Deliver& deliver) {
     frame.sender_pose = {pose.x_m(), pose.y_m(), pose.theta_rad(), pose.age_ms()};
   }
   frame.hops = deliver.hops();
+  frame.transmitter = deliver.transmitter();
   frame.ttl = deliver.ttl();
   if (deliver.has_buffering_delay_us()) frame.buffering_delay_us = deliver.buffering_delay_us();
   if (deliver.has_received_at_ns()) frame.received_at_ns = deliver.received_at_ns();

@@ -1,6 +1,7 @@
-// Publish and Deliver, the two frames that each message costs, written and read without an
-// Envelope: the same bytes as protobuf's at a fifth of the work. Whatever is not such a frame in
-// its usual form is left to protobuf, which decides what it means. Used by daemon and client_lib.
+// Publish, Deliver and Sent, the frames that each message costs, written (the first two also read)
+// without an Envelope: the same bytes as protobuf's at a fifth of the work. Whatever is not such a
+// frame in its usual form is left to protobuf, which decides what it means. Used by daemon and
+// client_lib.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,12 @@ struct PublishFrame {
   std::string_view payload;
   std::optional<std::uint32_t> ttl;
   std::optional<std::uint64_t> sent_at_ns;
+};
+
+/// The fields of a Sent.
+struct SentFrame {
+  std::uint32_t publisher_id = 0;
+  std::uint64_t publish_number = 0;
 };
 
 /// Parts of a Deliver.
@@ -55,6 +62,7 @@ struct DeliverFrame {
   std::optional<DeliverPose> sender_pose;  // none also when x, y or theta is missing
   std::uint32_t hops = 0;
   std::uint32_t ttl = 0;
+  std::uint32_t transmitter = 0;  // 0: the sender itself, or not known
   std::optional<std::uint64_t> buffering_delay_us;
   std::optional<std::uint64_t> received_at_ns;
   bool local = false;
@@ -67,6 +75,7 @@ struct DeliverFrame {
 /// @return false, and `buffer` unchanged, when it is longer than kMaxEnvelopeBytes
 bool append_frame(const PublishFrame& frame, std::string& buffer);
 bool append_frame(const DeliverFrame& frame, std::string& buffer);
+bool append_frame(const SentFrame& frame, std::string& buffer);
 
 /// Reads the bytes of an Envelope that holds this submessage and nothing else.
 /// @param frame  as constructed; refers to `envelope` afterwards

@@ -10,8 +10,8 @@
 #include <span>
 #include <string>
 
-#include "kilobot_bridge/wire/ir_message.hpp"
-#include "kilobot_bridge/wire/overhead_frame.hpp"
+#include "kilobot_wire/ir_message.hpp"
+#include "kilobot_wire/overhead_frame.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "kilobot_bridge/frame_builder.hpp"
-#include "kilobot_bridge/wire/gateway_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 

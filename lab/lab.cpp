@@ -63,13 +63,25 @@ void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
   robot.daemon = identify(spawn({options.daemon, "--config", robot.config}, spawn_options));
 }
 
+/// A program by path, or by name from $PATH; empty: there is none.
+std::string find_program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::string file = (folder.empty() ? "." : folder) + "/" + name;
+    if (access(file.c_str(), X_OK) == 0) return file;
+  }
+  return "";
+}
+
 void check(const LabOptions& options) {
   if (options.medium == "bridge" && geteuid() != 0) {
     throw std::runtime_error(
         "network namespaces need root: run it with sudo, or without root as "
         "`swarmtalk-lab ... --medium udp`");
   }
-  if (access(options.daemon.c_str(), X_OK) != 0) {
+  if (find_program(options.daemon).empty()) {
     throw std::runtime_error("no program " + options.daemon +
                              "; name swarmtalkd with --daemon PATH");
   }
@@ -77,7 +89,9 @@ void check(const LabOptions& options) {
   if (!load(options.name, existing)) return;
   if (is_alive(existing)) {
     throw std::runtime_error("a lab called '" + options.name +
-                             "' is up; take it down with `swarmtalk-lab down` or use --name");
+                             "' is up; take it down with `swarmtalk-lab " +
+                             (options.name == kDefaultName ? "" : "--name " + options.name + " ") +
+                             "down` or use another --name");
   }
   down(existing);  // left behind by a tool that was killed
 }

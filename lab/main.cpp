@@ -17,6 +17,7 @@
 #include "lab/interrupt.hpp"
 #include "lab/lab.hpp"
 #include "lab/status.hpp"
+#include "usage/usage.hpp"
 
 namespace {
 
@@ -39,6 +40,12 @@ std::string find_daemon() {
 State load_or_throw(const std::string& name) {
   State state;
   if (load(name, state)) return state;
+  if (const std::string owner = owner_of_other_lab(name); !owner.empty()) {
+    throw std::runtime_error("the lab '" + name + "' belongs to " + owner +
+                             "; use it as that user" +
+                             (owner == "root" ? " (sudo swarmtalk-lab ...)" : "") +
+                             ", or start one of your own: swarmtalk-lab up 9 --medium udp");
+  }
   std::string text = "no lab called '" + name + "' is up; start one with `swarmtalk-lab up N`";
   const auto others = list_labs();
   if (!others.empty()) {
@@ -91,10 +98,11 @@ int run(LabOptions options, const std::vector<std::string>& command) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Many robots on one machine: each an unmodified swarmtalkd in a network namespace "
-      "of its own, with a pose on a grid."};
+      "of its own, with a pose on a grid.",
+      "swarmtalk-lab"};
   app.require_subcommand(1);
   app.fallthrough();  // --name behind the verb, too
-  app.set_version_flag("--version", SWARMTALK_VERSION);
+  swarmtalk::usage::prepare(app, SWARMTALK_VERSION);
   LabOptions options;
   options.daemon = find_daemon();
   app.add_option("--name", options.name, "Name of the lab, when there are several")
@@ -107,9 +115,6 @@ int main(int argc, char** argv) {
       });
 
   auto add_lab_options = [&](CLI::App* command) {
-    command->add_option("ROBOTS", options.robots, "How many robots")
-        ->required()
-        ->check(CLI::Range(1, kMaxRobots));
     command
         ->add_option("--medium", options.medium,
                      "bridge: namespaces and raw layer-2 frames (root); udp: the UDP link, without "
@@ -125,7 +130,18 @@ int main(int argc, char** argv) {
             "TOML file whose sections all robots get; the lab puts in each robot's socket, link, "
             "pose and id (an id of \"auto\" stays)")
         ->check(CLI::ExistingFile);
-    command->add_option("--daemon", options.daemon, "Path of swarmtalkd")->capture_default_str();
+    command->add_option("--daemon", options.daemon, "Path of swarmtalkd")->type_name("FILE");
+  };
+
+  // The same before the verb, hidden there: only `up` and `run` have a use for them.
+  add_lab_options(&app);
+  const std::vector<std::string> early_options{"--medium", "--spacing", "--config", "--daemon"};
+  for (const std::string& name : early_options) app.get_option(name)->group("");
+  auto add_start_options = [&](CLI::App* command) {
+    command->add_option("ROBOTS", options.robots, "How many robots")
+        ->required()
+        ->check(CLI::Range(1, kMaxRobots));
+    add_lab_options(command);
   };
 
   std::vector<std::string> command_line;
@@ -133,10 +149,10 @@ int main(int argc, char** argv) {
   bool as_json = false;
   bool no_prefix = false;
   CLI::App* up_command = app.add_subcommand("up", "Start robots and leave them running");
-  add_lab_options(up_command);
+  add_start_options(up_command);
   CLI::App* run_command =
       app.add_subcommand("run", "Start robots, run what follows -- once, take everything down");
-  add_lab_options(run_command);
+  add_start_options(run_command);
   CLI::App* exec_command =
       app.add_subcommand("exec", "Run what follows -- as robot I, several (1,4-6) or all at once");
   exec_command->add_option("I", robot_list, "Robot: a number, 1,4-6 or all")->required();
@@ -145,6 +161,7 @@ int main(int argc, char** argv) {
   CLI::App* status_command = app.add_subcommand("status", "Show the robots of the lab");
   status_command->add_flag("--json", as_json, "One JSON object a line");
   CLI::App* down_command = app.add_subcommand("down", "Take the lab down");
+  swarmtalk::usage::add_help_command(app);
   // Everything behind the first -- is the command's, also what looks like an option of ours.
   int own_arguments = 1;
   while (own_arguments < argc && std::string(argv[own_arguments]) != "--") ++own_arguments;
@@ -153,6 +170,10 @@ int main(int argc, char** argv) {
     app.parse(own_arguments, argv);
     if ((*run_command || *exec_command) && command_line.empty()) {
       throw CLI::RequiredError("-- COMMAND");
+    }
+    for (const std::string& name : early_options) {
+      if (app.get_option(name)->count() == 0 || *up_command || *run_command) continue;
+      throw CLI::ValidationError(name + " is for up and run");
     }
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version

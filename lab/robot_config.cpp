@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <sstream>
 #include <stdexcept>
@@ -44,6 +45,11 @@ std::string robot_config(const State& state, const Robot& robot, const std::stri
   // A file made for one robot serves for all; only an automatic id is as good for many.
   if (node["id"].value<std::string>() != "auto") node.insert_or_assign("id", robot.number);
   node.insert_or_assign("pose", toml::array{robot.pose.x_m, robot.pose.y_m, robot.pose.theta_rad});
+  if (node.contains("pose_socket")) {
+    const std::filesystem::path socket(robot.socket);
+    node.insert_or_assign("pose_socket",
+                          (socket.parent_path() / (socket.stem().string() + ".pose")).string());
+  }
   section(table, "socket").insert_or_assign("path", robot.socket);
   toml::table link;
   if (state.medium == "udp") {

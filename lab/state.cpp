@@ -1,5 +1,7 @@
 #include "lab/state.hpp"
 
+#include <pwd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -104,6 +106,24 @@ std::vector<std::string> list_labs() {
     }
   }
   return names;
+}
+
+std::string owner_of_other_lab(const std::string& name) {
+  std::vector<std::filesystem::path> folders{"/run/swarmtalk-lab"};
+  std::error_code error;
+  for (const auto& user : std::filesystem::directory_iterator("/run/user", error)) {
+    folders.push_back(user.path() / "swarmtalk-lab");
+  }
+  for (const auto& entry : std::filesystem::directory_iterator("/tmp", error)) {
+    if (entry.path().filename().string().starts_with("swarmtalk-lab-")) folders.push_back(entry);
+  }
+  for (const auto& folder : folders) {
+    struct stat found {};
+    if (folder == base_folder() || stat((folder / name).c_str(), &found) != 0) continue;
+    const passwd* user = getpwuid(found.st_uid);
+    return user != nullptr ? user->pw_name : "user " + std::to_string(found.st_uid);
+  }
+  return {};
 }
 
 }  // namespace swarmtalk::lab

@@ -47,6 +47,9 @@ void save(const State& state);
 /// Removes the lab's folder.
 void forget(const State& state);
 
+/// Who runs a lab of this name that is not ours, as far as one can see; empty: nobody.
+std::string owner_of_other_lab(const std::string& name);
+
 /// Names of the labs this user has, running or left behind.
 std::vector<std::string> list_labs();
 

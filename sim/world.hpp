@@ -12,6 +12,7 @@
 
 #include "sim/event_queue.hpp"
 #include "sim/grid.hpp"
+#include "sim/interference.hpp"
 #include "sim/random.hpp"
 #include "sim/sensing.hpp"
 #include "sim/world_config.hpp"
@@ -202,8 +203,6 @@ class World {
     grid_.for_near(body.x_mm, body.y_mm,
                    [this](uint32_t other) { robots_[other]->knows_links = false; });
   }
-  bool crosses_partition(const Robot& a, const Robot& b) const;
-  bool is_jammed(const Robot& robot) const;
   const std::vector<Link>& links_of(uint32_t index);
   void find_links(uint32_t index, std::vector<Link>& out) const;
   double reach_mm(uint32_t from, uint32_t to) const;
@@ -227,7 +226,7 @@ class World {
   Hooks hooks_;
   std::vector<std::unique_ptr<Robot>> robots_;
   AirCounters air_;
-  std::vector<Fault> active_;  // partitions and jammers that have begun
+  Interference interference_;
   uint64_t now_us_ = 0;
 };
 

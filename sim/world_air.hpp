@@ -48,7 +48,7 @@ template <class P>
 void World<P>::arrive(uint32_t from, const Link& link) {
   Robot& receiver = *robots_[link.to];
   if (!receiver.is_alive) return;
-  if (crosses_partition(*robots_[from], receiver)) {
+  if (interference_.parts(robots_[from]->body, receiver.body, now_us_)) {
     ++air_.expected;
     ++air_.lost_partition;
     return;
@@ -87,7 +87,7 @@ void World<P>::finish(uint32_t from, const Link& link) {
     ++air_.lost_collision;
   } else if (receiver.damage == Damage::kSending) {
     ++air_.lost_while_sending;
-  } else if (is_jammed(receiver)) {
+  } else if (interference_.jams(receiver.body, now_us_)) {
     ++air_.lost_jam;
   } else if (radio.loss > 0 && receiver.random.uniform() < radio.loss) {
     ++air_.lost_noise;

@@ -29,10 +29,7 @@ void World<P>::move(uint32_t index, Robot& robot) {
 
 template <class P>
 void World<P>::start_fault(const Fault& fault) {
-  if (fault.kind == Fault::Kind::kPartition || fault.kind == Fault::Kind::kJam) {
-    active_.push_back(fault);
-    return;
-  }
+  if (interference_.begin(fault)) return;
   if (fault.robot >= size()) return;
   Robot& robot = *robots_[fault.robot];
   if (fault.kind == Fault::Kind::kClockStep) {
@@ -53,26 +50,6 @@ void World<P>::start_fault(const Fault& fault) {
   } else {
     switch_on(fault.robot, now_us_);
   }
-}
-
-template <class P>
-bool World<P>::crosses_partition(const Robot& a, const Robot& b) const {
-  for (const Fault& fault : active_) {
-    if (fault.kind != Fault::Kind::kPartition || now_us_ >= fault.end_us) continue;
-    if ((a.body.x_mm < fault.x_mm) != (b.body.x_mm < fault.x_mm)) return true;
-  }
-  return false;
-}
-
-template <class P>
-bool World<P>::is_jammed(const Robot& robot) const {
-  for (const Fault& fault : active_) {
-    if (fault.kind != Fault::Kind::kJam || now_us_ >= fault.end_us) continue;
-    const double dx = robot.body.x_mm - fault.x_mm;
-    const double dy = robot.body.y_mm - fault.y_mm;
-    if (dx * dx + dy * dy <= fault.radius_mm * fault.radius_mm) return true;
-  }
-  return false;
 }
 
 }  // namespace swarmtalk::sim

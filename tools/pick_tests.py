@@ -21,7 +21,7 @@ TEST_MACRO = re.compile(r"\b(?:TYPED_TEST|TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GT
                         r"\(\s*(\w+),\s*(\w+)")
 INSTANCE_MACRO = re.compile(r"\bINSTANTIATE_TEST_SUITE_P\(\s*(\w*),\s*(\w+)")
 ADD_TEST = re.compile(r"^add_test\(\[=\[(.+?)\]=\] (.*)\)$", re.MULTILINE)
-SCRIPT = re.compile(r"(classic|compilers|faults|integration|kilobot|kilobot_bridge|suite)"
+SCRIPT = re.compile(r"(classic|compilers|faults|hostile|integration|kilobot|kilobot_bridge|suite)"
                     r"\.[a-z_0-9]+\.(?!\d)")
 WHOLE_BUILD = re.compile(r"(^|/)CMakeLists\.txt$|\.cmake$|^CMakePresets\.json$|^tools/setup$")
 

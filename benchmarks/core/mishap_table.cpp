@@ -1,6 +1,7 @@
 // Prints what nodes make of mishaps: lost packets of mixed lengths, restarts, senders that draw
 // their message numbers, paused robots.
 // core_mishap_table [PART...]: splices, restart, old, pauses; all if none is named.
+#include <cstdarg>
 #include <cstdio>
 #include <cstring>
 
@@ -16,6 +17,15 @@ namespace {
 
 using namespace swarmtalk::core;
 using namespace swarmtalk::core::testing;
+
+/// One line of a table, seen at once: the next takes a while.
+__attribute__((format(printf, 1, 2))) void print_row(const char* format, ...) {
+  std::va_list values;
+  va_start(values, format);
+  std::vprintf(format, values);
+  va_end(values);
+  std::fflush(stdout);
+}
 
 unsigned long long whole(uint64_t count) {
   return count;
@@ -39,12 +49,11 @@ void splice_rows(const char* profile) {
       config.periods = 6;
       config.ids = Ids::kFixed;
       const Counts counts = everybody_floods<CoreRobot<P>>(config, 60);
-      std::printf(
+      print_row(
           "| %s | everybody, 1 to 8 packets, %s, load %.0f %% | 20 %% | %llu | %llu | %.2f | %.4f "
           "|\n",
           profile, timing_name(timing), 100 * load, whole(counts.delivered), whole(counts.spliced),
           100 * counts.delivered_of_possible(), counts.duplicates_per_delivery());
-      std::fflush(stdout);
     }
   }
   for (uint8_t packets : {uint8_t{2}, uint8_t{4}, uint8_t{8}}) {
@@ -59,11 +68,9 @@ void splice_rows(const char* profile) {
         config.robots = robots;
         counts += fast_flood<CoreRobot<P>>(config, 4);
       }
-      std::printf(
-          "| %s | one floods, %u packets, 2 ticks | %.0f %% | %llu | %llu | %.2f | %.4f |\n",
-          profile, packets, 100 * loss, whole(counts.delivered), whole(counts.spliced),
-          100 * counts.delivered_of_possible(), counts.duplicates_per_delivery());
-      std::fflush(stdout);
+      print_row("| %s | one floods, %u packets, 2 ticks | %.0f %% | %llu | %llu | %.2f | %.4f |\n",
+                profile, packets, 100 * loss, whole(counts.delivered), whole(counts.spliced),
+                100 * counts.delivered_of_possible(), counts.duplicates_per_delivery());
     }
   }
 }
@@ -92,11 +99,10 @@ void restart_rows(const char* profile) {
         config.packets = packets;
         config.restarts = 400;
         const RestartResult result = Restart<P>(config).run();
-        std::printf("| %s | %.0f | %u | %u | %.2f | %.2f | %llu | %.1f | %llu |\n", profile,
-                    slot_ticks, receivers, packets, 100 * result.share_heard(),
-                    100 * result.counts.delivered_of_all(), whole(result.counts.spliced),
-                    result.splices_predicted, whole(result.counts.duplicates));
-        std::fflush(stdout);
+        print_row("| %s | %.0f | %u | %u | %.2f | %.2f | %llu | %.1f | %llu |\n", profile,
+                  slot_ticks, receivers, packets, 100 * result.share_heard(),
+                  100 * result.counts.delivered_of_all(), whole(result.counts.spliced),
+                  result.splices_predicted, whole(result.counts.duplicates));
       }
     }
   }
@@ -124,10 +130,9 @@ void old_rows(const char* profile) {
       config.receivers = receivers;
       config.messages = 4000;
       const Counts counts = old_sender<P>(config);
-      std::printf("| %s | %.0f | %u | %.2f | %.4f | %.3f |\n", profile, sender_ticks, receivers,
-                  100 * counts.delivered_of_all(), counts.duplicates_per_delivery(),
-                  counts.transmissions_of_ideal(receivers + 1));
-      std::fflush(stdout);
+      print_row("| %s | %.0f | %u | %.2f | %.4f | %.3f |\n", profile, sender_ticks, receivers,
+                100 * counts.delivered_of_all(), counts.duplicates_per_delivery(),
+                counts.transmissions_of_ideal(receivers + 1));
     }
   }
 }
@@ -148,10 +153,9 @@ void old_senders() {
 template <class P>
 void pause_row(const char* profile, const PauseConfig& config) {
   const Counts counts = pauses<P>(config);
-  std::printf("| %s | %.0f, %.0f | %u | %u | %u | %.0f | %u | %llu | %llu |\n", profile,
-              config.pause_ticks, config.awake_ticks, config.packets, config.senders, config.ttl,
-              config.slot_ticks, config.pauses, whole(counts.spliced), whole(counts.duplicates));
-  std::fflush(stdout);
+  print_row("| %s | %.0f, %.0f | %u | %u | %u | %.0f | %u | %llu | %llu |\n", profile,
+            config.pause_ticks, config.awake_ticks, config.packets, config.senders, config.ttl,
+            config.slot_ticks, config.pauses, whole(counts.spliced), whole(counts.duplicates));
 }
 
 template <class P>

@@ -51,6 +51,9 @@ _UNREAD_MAX = 64  # messages whose answers wait, until send() itself looks for t
 _SENT_EVERY_MAX = 64
 _RECONNECT_FIRST_S, _RECONNECT_MAX_S = 0.02, 0.25
 _POSE_MAX_M = 32.767
+_WHOLE_TURN_RAD = 6.2842   # and what rounding adds to one
+_RUN_WITHIN_S = 3          # of subscribing; then a program that sends is told to run
+_MANY_HANDLES = 10         # of one channel: registered in a loop, most likely
 _NAME_MAX_BYTES = 1024
 _TEXT = type(u"")
 
@@ -67,8 +70,8 @@ class Error(Exception):
 
     def __init__(self, code, text):
         Exception.__init__(self, text)
-        self.code = code
-        self.text = text
+        self.code = code  # for the program
+        self.text = text  # for people: a sentence with the remedy
 
 
 class BadArgument(Error, ValueError):
@@ -109,11 +112,13 @@ class Refused(object):
 
     @property
     def code(self):
+        """Why it was refused, for the program."""
         self._tell = None
         return self._code
 
     @property
     def text(self):
+        """The same, for people."""
         self._tell = None
         return self._text
 
@@ -321,9 +326,11 @@ class Loss(object):
 
     @property
     def total(self):
+        """All that did not come."""
         return self.air + self.kernel + self.daemon + self.client
 
     def add(self, other):
+        """Counts the other's losses here as well."""
         for place in self.__slots__:
             setattr(self, place, getattr(self, place) + getattr(other, place))
 
@@ -351,25 +358,28 @@ class Message(object):
     `distance` (metres), `bearing` (radians, counter-clockwise from this robot's heading) and
     `sender_pose` belong to the last transmitter, which with `hops` above 0 is not `sender`.
     Unknown distance and bearing are NaN, so `m.distance < 0.5` is false for them; unknown
-    poses and origins are None.
+    poses and origins are None. `transmitter` is the last transmitter's node id; it equals
+    `sender` with 0 hops, and where the packets do not tell.
     """
 
-    __slots__ = ("data", "channel", "sender", "epoch", "message_number", "distance", "bearing",
-                 "sender_pose", "hops", "ttl", "delay", "received_at", "local", "origin",
-                 "lost_before")
+    __slots__ = ("data", "channel", "sender", "transmitter", "epoch", "message_number",
+                 "distance", "bearing", "sender_pose", "hops", "ttl", "delay", "received_at",
+                 "local", "origin", "lost_before")
 
     def __init__(self, fields):
         get = dict(fields).get
-        self.data = bytes(get(2, b""))
-        self.channel = get(3, 0)
+        self.data = bytes(get(2, b""))   # exactly as it was sent
+        self.channel = get(3, 0)         # number
         self.sender = get(4, 0)          # node id of the origin
+        self.transmitter = get(17, 0) or self.sender  # node id of the last transmitter
         self.message_number = get(5, 0)  # per sender, channel and epoch
-        self.distance = get(6, UNKNOWN)
-        self.bearing = get(7, UNKNOWN)
+        self.distance = get(6, UNKNOWN)  # metres to the last transmitter; NaN: unknown
+        self.bearing = get(7, UNKNOWN)   # radians, counter-clockwise; NaN: unknown
         pose = get(8)
+        # The last transmitter's Pose; None: unknown.
         self.sender_pose = None if pose is None else _pose(pose)
         self.hops = get(9, 0)            # 0: heard from the sender itself; 255: not known
-        self.ttl = get(10, 0)
+        self.ttl = get(10, 0)            # hops still allowed
         delay, received = get(11), get(12)
         # Of timestamped channels: from send() to the reception here, the air left out.
         self.delay = None if delay is None else delay * 1e-6
@@ -378,13 +388,13 @@ class Message(object):
         self.epoch = get(15, 0)          # tells two runs of one sender apart
         lost, origin = get(16), get(30)
         if lost is None:
-            self.lost_before = Loss()
+            self.lost_before = Loss()    # messages of the channel since the one before
         else:
             told = dict(_fields(lost, 0, len(lost)))
             self.lost_before = Loss(told.get(1, 0), told.get(2, 0), told.get(3, 0), 0,
                                     told.get(4, 0))
         if origin is None:
-            self.origin = None
+            self.origin = None           # a GatewayOrigin, of one that crossed a gateway
         else:
             told = dict(_fields(origin, 0, len(origin)))
             self.origin = GatewayOrigin(_text(told.get(1, b"")), told.get(2, 0), told.get(3, 0))
@@ -404,10 +414,12 @@ class Message(object):
 
     @property
     def has_distance(self):
+        """Whether the distance is known."""
         return self.distance == self.distance
 
     @property
     def has_bearing(self):
+        """Whether the bearing is known."""
         return self.bearing == self.bearing
 
     def __repr__(self):
@@ -494,12 +506,50 @@ def _number(value, what, least=0, most=0xFFFFFFFF):
     return int(value)
 
 
+def _real(value, what):
+    """A float of an argument, or BadArgument. Text is no number: "10" < "9"."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        hint = ""
+        if isinstance(value, (bytes, _TEXT)):
+            hint = "; make a number of the text with float()"
+        raise _bad("%s, not %r%s" % (what, value, hint))
+    return float(value)
+
+
+def _timeout(value, what):
+    """Seconds of an argument that may be None."""
+    return None if value is None else _real(value, what + " must be a number of seconds, or None")
+
+
+def _taking_one(function, what, argument):
+    """A function of a program's that will be called with one argument, or BadArgument now, where
+    the mistake is, not at the first message."""
+    if not callable(function):
+        raise _bad("%s must be a function of one %s, not %r" % (what, argument, function))
+    import inspect
+    try:
+        if hasattr(inspect, "signature"):
+            try:
+                inspect.signature(function).bind(None)
+            except ValueError:  # of a built-in function nothing is known
+                return function
+        else:  # Python 2, which can tell of its own functions only
+            plain = getattr(function, "__func__", function)
+            takes, args, _, defaults = inspect.getargspec(plain)
+            takes = len(takes) - (getattr(function, "__self__", None) is not None)
+            if not (takes - len(defaults or ()) <= 1 and (takes >= 1 or args)):
+                raise TypeError("it takes %d" % takes)
+    except TypeError as error:
+        if hasattr(inspect, "signature") or inspect.isfunction(
+                getattr(function, "__func__", function)):
+            raise _bad("%s is called with one argument, the %s, and %s() cannot be: %s" % (
+                what, argument, getattr(function, "__name__", "it"), error))
+    return function
+
+
 def _seconds(value, what):
     """Milliseconds of an argument in seconds, or BadArgument."""
-    try:
-        value = float(value)
-    except (TypeError, ValueError):
-        raise _bad("%s must be a number of seconds, not %r" % (what, value))
+    value = _real(value, what + " must be a number of seconds")
     if not 0 <= value <= 4e6:
         raise _bad("%s must be 0 to 4000000 seconds, not %r" % (what, value))
     return int(value * 1000 + 0.5)
@@ -515,7 +565,7 @@ class _Handle(object):
                 self._channel = _bytes(1, name.encode("utf-8"))
             except UnicodeError:
                 raise BadArgument("bad_channel", "the name of a channel is not UTF-8 text")
-            self.label = "channel " + _native(name)
+            self.label = "channel " + _native(name)  # for sentences
         else:
             if isinstance(channel, bool) or not hasattr(channel, "__index__"):
                 raise BadArgument("bad_channel", "a channel is a name or a number, not %r"
@@ -524,14 +574,14 @@ class _Handle(object):
                 raise BadArgument("bad_channel", "channel numbers go from 0 to 65535, not %d"
                                   % channel)
             self._channel = _uint(2, int(channel))
-            self.label = "channel %d" % channel
+            self.label = "channel %d" % channel  # for sentences
         self._client = client
         self._timestamped = timestamped
         self._id = 0
         self._answered = False
         self._closed = False
         self._failure = Error("disconnected", "not connected to swarmtalkd; reconnecting")
-        self.channel_number = None
+        self.channel_number = None  # as the daemon has looked it up
 
     @property
     def status(self):
@@ -565,8 +615,8 @@ class Publisher(_Handle):
         self._repeat = _number(repeat, "repeat", 1)
         self._interval_ms = (None if repeat_interval is None
                              else _seconds(repeat_interval, "repeat_interval"))
-        if sent not in (None, True) and not callable(sent):
-            raise _bad("sent must be a function, or True, not %r" % (sent,))
+        if sent not in (None, True):
+            _taking_one(sent, "sent", "error")
         self._sent = sent
         # Without a look at each, the daemon tells of several that have left at once.
         self._sent_every = 1
@@ -580,7 +630,7 @@ class Publisher(_Handle):
         self._head = b""
         self._told_busy_at = None
         self._untold_busy = 0
-        self.max_message_bytes = 0
+        self.max_message_bytes = 0  # the longest that send() takes
 
     def send(self, data, ttl=None):
         """Hands one message to the daemon and returns at once. Any thread.
@@ -673,15 +723,12 @@ class Subscriber(_Handle):
     def __init__(self, client, channel, receive, within, known_distance_only, keep_last,
                  latest_from_each, no_older_than, timestamped):
         _Handle.__init__(self, client, channel, timestamped)
-        if receive is not None and not callable(receive):
-            raise _bad("receive must be a function of one message, not %r" % (receive,))
+        if receive is not None:
+            _taking_one(receive, "receive", "message")
         self._receive = receive
         self._within = None
         if within is not None:
-            try:
-                self._within = float(within)
-            except (TypeError, ValueError):
-                raise _bad("within must be a distance in metres, not %r" % (within,))
+            self._within = _real(within, "within must be a distance in metres")
             if not self._within >= 0:
                 raise _bad("within must be 0 metres or more, not %r" % (within,))
         self._known_distance_only = bool(known_distance_only)
@@ -699,6 +746,7 @@ class Subscriber(_Handle):
     def get(self, timeout=None):
         """The next message; None after `timeout` seconds without one, or when stop() was called."""
         self._need_no_callback("get()")
+        timeout = _timeout(timeout, "timeout")
         deadline = None if timeout is None else _monotonic() + timeout
         while True:
             message = self._pop()
@@ -829,6 +877,7 @@ class Subscriber(_Handle):
                 self._futures.appendleft(future)
 
     def close(self):
+        """Unregisters. Who waits for a message gets none."""
         _Handle.close(self)
         self._serve_futures()
 
@@ -862,9 +911,23 @@ class Subscriber(_Handle):
 _DOWN, _GREETING, _REGISTERING, _UP = range(4)
 
 
+def _check_options(method, options):
+    """Told here rather than by Python, which knows no near names before 3.12."""
+    known = method.__code__.co_varnames[1:method.__code__.co_argcount]
+    for name in options:
+        if name not in known:
+            import difflib
+            near = difflib.get_close_matches(name, known, 1)
+            raise TypeError("%s() has no option %r; %s" % (
+                method.__name__, name, "did you mean %r?" % near[0] if near
+                else "it has " + ", ".join(known)))
+
+
 def _owned(method):
     """For what only the thread that owns the Client may call."""
     def guarded(self, *arguments, **options):
+        if options:
+            _check_options(method, options)
         if os.getpid() != self._pid:
             raise _bad("this Client belongs to the parent process; make one after the fork")
         if not self._owner.acquire(False):
@@ -1147,6 +1210,7 @@ class _Session(object):
                     subscriber = self._subscribers.get(value)
             if subscriber is not None:  # else it was on its way when we unsubscribed
                 message = Message(fields)
+                self._has_heard = True
                 if subscriber._put(message) and subscriber._receive is not None:
                     self._post(("message", subscriber))
         elif 12 in envelope:
@@ -1373,6 +1437,7 @@ class _Session(object):
         """Registers a new handle, now or, without a daemon, when it comes. Raises a refusal."""
         self._need_open()
         self._handles.append(handle)
+        self._tell_many(handle)
         self._adding = handle
         try:
             if not self._started:
@@ -1432,12 +1497,18 @@ class _Session(object):
 
     def _set_pose(self, x, y, theta, fixed):
         try:
-            x, y, theta = float(x), float(y), float(theta)
-        except (TypeError, ValueError):
-            raise BadArgument("bad_pose", "a pose is three numbers, not %r" % ((x, y, theta),))
+            x, y, theta = [_real(value, "a pose is three numbers") for value in (x, y, theta)]
+        except BadArgument as error:
+            raise BadArgument("bad_pose", error.text)
         if not (abs(x) <= _POSE_MAX_M and abs(y) <= _POSE_MAX_M and abs(theta) < 3e38):
             raise BadArgument("bad_pose", "a pose must be finite and within +-32.767 m, not "
                               "%g %g %g" % (x, y, theta))
+        if abs(theta) > _WHOLE_TURN_RAD and not self._told_whole_turns:
+            self._told_whole_turns = True
+            _print_error("a pose has theta %g, more than a whole turn in radians; its whole turns "
+                         "are left out. If it is degrees: math.radians(%g) (this is said once)"
+                         % (theta, theta))
+        self._tell_not_running()
         self._need_connection()
         body = _float(1, x) + _float(2, y) + _float(3, theta) + (_uint(4, 1) if fixed else b"")
         if self._pose_in_flight:
@@ -1462,6 +1533,39 @@ class _Session(object):
             body, self._next_pose = self._next_pose, None
             self._send_pose(body)
 
+    def _tell_not_running(self):
+        """A callback waits for messages, and the program does other things than to run. Once."""
+        if self._heard_nothing_of is None or self._told_not_running or (
+                _monotonic() - self._subscribed_at < _RUN_WITHIN_S):
+            return
+        self._told_not_running = True
+        _print_error("%s was subscribed to %d s ago, and run() was not called since: its callback "
+                     "is called inside run() and process() only; call run(0.1) in your loop "
+                     "instead of time.sleep(0.1)" % (self._heard_nothing_of, _RUN_WITHIN_S))
+
+    def _tell_alone(self):
+        """At the end of a program that spoke and listened on a channel and heard nothing at all."""
+        if self._has_heard or self._phase != _UP or self._first_run_at is None or (
+                _monotonic() - self._first_run_at < _RUN_WITHIN_S):
+            return
+        spoken = set(each.label for each in self._handles if isinstance(each, Publisher))
+        for each in self._handles:
+            if isinstance(each, Subscriber) and each.label in spoken:
+                _print_error("nothing was heard on %s: a program does not hear itself; "
+                             "swarmtalk-cli neighbours shows which robots are around" % each.label)
+                return
+
+    def _tell_many(self, handle):
+        """Handles of one channel that pile up, as in a loop."""
+        kind = type(handle)
+        count = sum(each.label == handle.label and type(each) is kind for each in self._handles)
+        if count < _MANY_HANDLES or (kind, handle.label) in self._told_many:
+            return
+        self._told_many.add((kind, handle.label))
+        word = "subscribe" if kind is Subscriber else "advertise"
+        _print_error("%s: %s() was called %d times, and all of them are kept; call it once, before "
+                     "the loop, or close() what it returned" % (handle.label, word, count))
+
     def _look_for_answers(self):
         """That messages have left may have been told, to a program that sends and never runs."""
         if not self._processing and self._owner.acquire(False):
@@ -1474,6 +1578,8 @@ class _Session(object):
         """Any thread: all that is used here is behind the gate."""
         if ttl is not None:
             ttl = _number(ttl, "ttl")
+        if self._heard_nothing_of is not None:
+            self._tell_not_running()
         inside = self._processing_thread is not None and self._processing_thread == _thread_id()
         if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
@@ -1537,11 +1643,13 @@ class Client(_Session):
             raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
         self._path = str(socket_path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET)
         self.node_id = 0       # of this robot; 0 before the first connection
-        self.daemon_name = ""
-        # Replace these; None silences one.
+        self.daemon_name = ""  # and version
+        # Replace these four; None silences one. Called with the Error when the daemon is lost.
         self.on_disconnect = lambda error: _print_error(error.text)
+        # Called when there is a daemon again.
         self.on_reconnect = lambda: _print_error("connected to swarmtalkd again")
         self.on_gap = None     # called with a message whose lost_before is not empty, before it
+        # Called with the Error of what no call can tell.
         self.on_error = self._print_once_a_second
         self._printed_at = {}
 
@@ -1576,6 +1684,11 @@ class Client(_Session):
         self._log = None
         self._loop = None
         self._heard_nothing_of = None   # a subscription with a callback, until process() is called
+        self._subscribed_at = 0         # when that was
+        self._told_not_running = self._told_whole_turns = False
+        self._told_many = set()         # labels of channels
+        self._has_heard = False         # any message
+        self._first_run_at = None
 
         self._timer = _open_timer()
         self._wake_read, self._wake_write = os.pipe()
@@ -1625,6 +1738,7 @@ class Client(_Session):
 
     @property
     def connected(self):
+        """Whether there is a daemon now."""
         return self._phase == _UP
 
     @_owned
@@ -1657,6 +1771,7 @@ class Client(_Session):
                                           keep_last, latest_from_each, no_older_than, timestamped))
         if receive is not None and self._heard_nothing_of is None:
             self._heard_nothing_of = subscriber.label
+            self._subscribed_at = _monotonic()
         return subscriber
 
     @_owned
@@ -1733,6 +1848,8 @@ class Client(_Session):
         done = False
         try:
             self._heard_nothing_of = None
+            if self._first_run_at is None:
+                self._first_run_at = _monotonic()
             if self._rung:
                 self._rung = False
                 self._drain_pipe()
@@ -1758,6 +1875,7 @@ class Client(_Session):
     @_owned
     def run(self, seconds=None):
         """process() in a loop: for ever, for a time, or until stop()."""
+        seconds = _timeout(seconds, "seconds")
         deadline = None if seconds is None else _monotonic() + seconds
         was_running, self._running = self._running, True
         try:
@@ -1776,7 +1894,7 @@ class Client(_Session):
 
     def run_once(self, timeout=None):
         """Waits for something to do, at most `timeout` seconds, and does it once."""
-        self._run_once(timeout)
+        self._run_once(_timeout(timeout, "timeout"))
 
     def stop(self):
         """Makes the running run() or wait, or else the next, return. Any thread, and signals."""
@@ -1795,9 +1913,10 @@ class Client(_Session):
         """Ends the connection and everything registered. No callback is called after this."""
         if self._closed or os.getpid() != self._pid:
             return
-        if self._heard_nothing_of is not None and self._started:
+        if self._heard_nothing_of is not None and self._started and not self._told_not_running:
             _print_error("%s was subscribed to and nothing was heard: call run() or process(), "
                          "callbacks are called in there only" % self._heard_nothing_of)
+        self._tell_alone()
         self._closed = True
         if self._loop is not None and not self._loop.is_closed():
             self._loop.remove_reader(self.fileno())
@@ -1868,14 +1987,14 @@ class Harvest(object):
         self._values[key] = value
 
     def remove(self, key):
+        """The value answers no more."""
         self._values.pop(_payload(key), None)
 
     def ask(self, prefix, found, ttl=DEFAULT_TTL):
         """Asks all robots within `ttl` hops after the first for values whose keys begin with
         `prefix`. found(HarvestedValue) is called for each answer, until the next ask(). Answers
         may be lost: ask again. Returns as send() does."""
-        if not callable(found):
-            raise _bad("found must be a function of one value, not %r" % (found,))
+        _taking_one(found, "found", "value")
         ttl = _number(ttl, "ttl", 0, 255)
         self._question = random.randint(1, 0xFFFFFFFF)
         self._found = found
@@ -1883,6 +2002,7 @@ class Harvest(object):
                                     + _payload(prefix), ttl)
 
     def close(self):
+        """Ends it; its values answer no more."""
         self._publisher.close()
         self._subscriber.close()
 
@@ -1949,13 +2069,16 @@ class Robot(object):
     _POSE_EVERY_S = 0.02  # asking coach-os for the pose takes up to 3 ms
 
     def __init__(self, robot, client, channel="coachbot", within=None):
-        self.swarm = client
+        self.swarm = client  # the Client, for all that Coachbots do not have
         self._robot = robot
         self._started = _monotonic()
         self._pose, self._pose_asked_at = None, -1e9
         self._missing = set()
         self._bad_pose_told = False
-        self._publisher = client.advertise(channel, queue=16, drop_oldest=True)
+        self._dropped, self._untold_drops, self._told_drops_at = 0, 0, -1e9
+        self._looked_at = 0
+        self._publisher = client.advertise(channel, queue=16, drop_oldest=True,
+                                           sent=self._count_dropped)
         self._subscriber = client.subscribe(channel, within=within)
 
     def __getattr__(self, name):
@@ -1976,7 +2099,31 @@ class Robot(object):
         """Sends exactly these bytes to all robots around; never waits. Returns whether it was
         taken. Raises BadArgument, where a Coachbot truncates."""
         self._feed_pose()
-        return bool(self._publisher.send(msg))
+        taken = bool(self._publisher.send(msg))
+        now = _monotonic()
+        if now - self._looked_at > 0.1 and not self.swarm._processing:
+            self._looked_at = now
+            self.swarm.process()  # a script that only sends is told of what is dropped, too
+        return taken
+
+    @property
+    def dropped(self):
+        """Messages of send_msg() that never left, because newer ones took their place."""
+        return self._dropped
+
+    def _count_dropped(self, error):
+        if error is None or error.code != "dropped":
+            return
+        self._dropped += 1
+        self._untold_drops += 1
+        now = _monotonic()
+        if now - self._told_drops_at < 1:
+            return
+        self._told_drops_at = now
+        count, self._untold_drops = self._untold_drops, 0
+        _print_error("send_msg(): %d message%s dropped for newer ones, because the script sends "
+                     "faster than they leave; wait with robot.delay(50) between them"
+                     % (count, " was" if count == 1 else "s were"))
 
     def recv_msg(self, clear=False):
         """The messages since the last call, each exactly as it was sent: [bytes]."""
@@ -1997,6 +2144,7 @@ class Robot(object):
         return None if pose is None else (pose.x, pose.y, pose.theta)
 
     def get_pose_blocking(self):
+        """The same, waiting until it is known."""
         while True:
             pose = self.get_pose()
             if pose is not None:
@@ -2028,12 +2176,14 @@ class Robot(object):
 
     @property
     def id(self):
+        """The physical number: coach-os's, else the node id."""
         own = getattr(self._robot, "id", None)
         own = own() if callable(own) else own
         return _Id(self.swarm.node_id if own is None or own < 0 else own)
 
     @property
     def logger(self):
+        """coach-os's logger, else Python's."""
         own = getattr(self._robot, "logger", None)
         if own is not None:
             return own
@@ -2131,7 +2281,7 @@ def main(arguments=None):
     parser.add_argument("--channel", default="coachbot", help="of the messages (%(default)s)")
     parser.add_argument("--within", type=float, metavar="METRES",
                         help="do not hear robots that are farther away")
-    parser.add_argument("--version", action="version", version=__version__)
+    parser.add_argument("-V", "--version", action="version", version=__version__)
     parser.add_argument("script")
     options = parser.parse_args(arguments)
     if options.python:

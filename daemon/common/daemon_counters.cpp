@@ -1,5 +1,7 @@
 #include "daemon/common/daemon_counters.hpp"
 
+#include "daemon/common/patient_sink.hpp"
+
 namespace swarmtalk::daemon {
 
 drivers::Counters DaemonCounters::list() const {
@@ -11,6 +13,10 @@ drivers::Counters DaemonCounters::list() const {
       {"clients_silent", clients_silent},
       {"clients_not_reading", clients_not_reading},
       {"requests_refused", requests_refused},
+      {"requests_too_fast", requests_too_fast},
+      {"shares_refused", shares_refused},
+      {"messages_over_share", messages_over_share},
+      {"log_lines_lost", PatientSink::lost()},
       {"messages_published", messages_published},
       {"messages_sent", messages_sent},
       {"messages_busy", messages_busy},
@@ -19,6 +25,9 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_dropped_queue", messages_dropped_queue},
       {"messages_dropped_closed", messages_dropped_closed},
       {"messages_too_fast", messages_too_fast},
+      {"reports_sent", reports_sent},
+      {"reports_received", reports_received},
+      {"reports_unreadable", reports_unreadable},
       {"reserved_too_fast", reserved_too_fast},
       {"copies_sent", copies_sent},
       {"messages_received", messages_received},
@@ -26,6 +35,7 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_lost_kernel", messages_lost_kernel},
       {"messages_lost_memory", messages_lost_memory},
       {"messages_late", messages_late},
+      {"beacons_not_believed", beacons_not_believed},
       {"deliveries_queued", deliveries_queued},
       {"deliveries_sent", deliveries_sent},
       {"deliveries_too_far", deliveries_too_far},

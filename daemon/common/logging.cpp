@@ -5,13 +5,16 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
 
 #include "daemon/common/log_limiter.hpp"
+#include "daemon/common/patient_sink.hpp"
 #include "daemon/common/printable.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -42,11 +45,26 @@ class JournalPriority final : public spdlog::custom_flag_formatter {
   }
 };
 
+/// What is logged, plain (text/plain.hpp), whoever's names are in it: one call is one line, and
+/// nothing in it steers the terminal that shows it.
+class PlainText final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&,
+              spdlog::memory_buf_t& out) override {
+    const std::string line = text::plain({message.payload.data(), message.payload.size()});
+    out.append(line.data(), line.data() + line.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PlainText>();
+  }
+};
+
 std::unique_ptr<spdlog::formatter> line_format(bool is_journal) {
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
   formatter->add_flag<JournalPriority>('*');
+  formatter->add_flag<PlainText>('@');  // in place of spdlog's %v and its %@, which is not used
   // The journal stamps lines itself.
-  formatter->set_pattern(is_journal ? "%*%l: [%n] %v" : "%Y-%m-%d %H:%M:%S.%e %^%l%$: [%n] %v");
+  formatter->set_pattern(is_journal ? "%*%l: [%n] %@" : "%Y-%m-%d %H:%M:%S.%e %^%l%$: [%n] %@");
   return formatter;
 }
 
@@ -60,6 +78,7 @@ void start_logging(const std::string& level, const std::map<std::string, std::st
   } else {
     sink = std::make_shared<spdlog::sinks::stderr_color_sink_st>();
   }
+  sink = std::make_shared<PatientSink>(std::move(sink), STDERR_FILENO);
   spdlog::drop_all();
   for (const char* name : kSubsystems) {
     auto logger = std::make_shared<spdlog::logger>(name, sink);

@@ -1,13 +1,11 @@
 #include "daemon/common/names.hpp"
 
-#include <algorithm>
+#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 
 bool is_legal_name(std::string_view name) {
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
-  return !name.empty() && name.size() <= kMaxNameBytes &&
-         std::none_of(name.begin(), name.end(), is_control);
+  return !name.empty() && name.size() <= kMaxNameBytes && text::is_plain_text(name);
 }
 
 std::uint16_t hashed_channel(std::string_view name) {

@@ -9,7 +9,9 @@ namespace swarmtalk::daemon {
 
 inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
 
-/// 1 to kMaxNameBytes bytes without control characters: what may name a channel or a link.
+/// 1 to kMaxNameBytes bytes of plain text (text/plain.hpp): what may name a channel or a link.
+/// Names that come from the air are held to it as well: they go on into the local protocol, which
+/// takes UTF-8 only, and onto terminals.
 bool is_legal_name(std::string_view name);
 
 /// 0x8000 | 15 bits of the name's 32-bit FNV-1a hash, upper half folded onto the lower.

@@ -17,13 +17,14 @@ class TokenBucket {
 
   bool has_limit() const { return interval_ns_ != 0; }
 
-  /// Takes one token. @param now_ns  monotonic
-  /// @return false: none is left
-  bool take(std::uint64_t now_ns) {
+  /// Takes tokens, all or none. @param now_ns  monotonic
+  /// @return false: so many are not left
+  bool take(std::uint64_t now_ns, std::uint32_t count = 1) {
     if (interval_ns_ == 0) return true;
+    const std::uint64_t taken_ns = interval_ns_ * count;
     const std::uint64_t from_ns = std::max(empty_until_ns_, now_ns);
-    if (from_ns + interval_ns_ > now_ns + allowance_ns_) return false;
-    empty_until_ns_ = from_ns + interval_ns_;
+    if (from_ns + taken_ns > now_ns + allowance_ns_) return false;
+    empty_until_ns_ = from_ns + taken_ns;
     return true;
   }
 

@@ -35,6 +35,8 @@ inline constexpr IntegerLimits kPortLimits{1, 65535};
 inline constexpr IntegerLimits kBurstLimits{1, 10'000};
 inline constexpr IntegerLimits kJitterUsLimits{0, 1'000'000};
 inline constexpr IntegerLimits kBeaconMsLimits{0, 3'600'000};
+inline constexpr IntegerLimits kForwardTtlLimits{1, 255};
+inline constexpr IntegerLimits kForwardWaitMsLimits{0, 600'000};
 inline constexpr std::uint32_t kLeastBeaconMs = 20;  // but 0: none
 inline constexpr IntegerLimits kReceiveBufferLimits{4096, 64 << 20};
 inline constexpr double kMaxRateHz = 1e6;
@@ -77,6 +79,14 @@ struct VirtualRange {
   bool drops_unknown = false;  // with a limit: those from an unknown distance too
 };
 
+/// How far and for how long packets of others are sent on: the end of every flood, also of one that
+/// an attacker has made (docs/decisions/0037-floods-end.md).
+struct Forwarding {
+  bool is_on = true;
+  std::uint8_t max_ttl = 16;         // hops that a packet may still have here
+  std::uint32_t max_wait_ms = 5000;  // a packet that waited here for longer is dropped; 0: none is
+};
+
 enum class LinkType : std::uint8_t { kRawL2, kUdp, kReplay, kKilobot };
 
 /// The keys of a [links.NAME] section of type "kilobot". docs/kilobot.md explains them.
@@ -109,8 +119,11 @@ struct LinkConfig {
   std::string output;                    // replay: capture to transmit to; empty: nowhere
   bool is_fastest = false;               // replay: not at the recorded pace
   std::string key_file;                  // raw_l2, udp, replay; empty: no swarm key
+  std::string also_key_file;             // with key_file: its frames are taken as well; empty: none
+  bool checks_freshness = true;          // raw_l2, udp: of sealed frames
   VirtualRange virtual_range;            // raw_l2, udp, replay
-  double rate_hz = 0.0;                  // frames/s; 0: unlimited
+  Forwarding forwarding;
+  double rate_hz = 0.0;  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
   double air_rate_mbps = 0.0;                       // raw_l2, udp; 0: not known
@@ -131,6 +144,12 @@ struct GatewayRule {
 
 struct LimitsConfig {
   std::uint32_t clients = 64;
+  std::uint32_t clients_per_user = 48;  // root and the daemon's own user may have all
+  std::uint32_t operator_clients = 4;   // of `clients`, kept for those two; at most a quarter
+  std::uint32_t channels_per_client = 48;
+  std::uint32_t channels_per_user = 56;  // these three not of root and the daemon's own user
+  std::uint32_t subscriptions_per_user = 1024;
+  std::uint32_t publishers_per_user = 512;
   std::uint32_t subscriptions_per_client = 64;
   std::uint32_t publishers_per_client = 64;
   std::uint32_t queue_messages = 64;             // of a subscription that asks for nothing else
@@ -140,18 +159,26 @@ struct LimitsConfig {
   std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
   std::uint32_t ring_bytes = 32 << 10;           // shared with one client; a power of 2, or 0: none
   std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
-  std::uint32_t publish_queue_max = 256;         // that a publisher may ask for
-  std::uint32_t publish_rate_hz = 0;             // messages per second of one client; 0: any
-  std::uint32_t publish_burst = 100;             // that may come at once after a pause
-  std::uint32_t copies_max = 10;                 // of a message, that a publisher may ask for
-  std::uint32_t copy_interval_ms = 20;           // between them, of one that does not say
-  std::uint32_t tracked_senders = 4096;          // senders and channels followed for lost messages
+  std::uint32_t waiting_messages_per_client = 384;
+  std::uint32_t waiting_messages_per_user = 640;
+  std::uint32_t waiting_bytes = 16 << 20;         // payload of them; one user may have half
+  std::uint32_t requests_per_client_hz = 50'000;  // but messages; a status counts as 32. 0: any
+  std::uint32_t requests_per_user_hz = 100'000;
+  std::uint32_t changes_per_user_hz = 5;  // reload, log level, node id, capture. 0: any
+  std::uint32_t changes_burst = 20;       // that may come at once after a pause
+  std::uint32_t publish_queue_max = 256;  // that a publisher may ask for
+  std::uint32_t publish_rate_hz = 0;      // messages per second of one client; 0: any
+  std::uint32_t publish_burst = 100;      // that may come at once after a pause
+  std::uint32_t copies_max = 10;          // of a message, that a publisher may ask for
+  std::uint32_t copy_interval_ms = 20;    // between them, of one that does not say
+  std::uint32_t tracked_senders = 4096;   // senders and channels followed for lost messages
 };
 
 /// Channels with a meaning of their own, off unless asked for: nobody publishes on them then.
 struct ReservedConfig {
   bool debug = false;          // log lines of programs
   bool harvest = false;        // questions for values of programs, and their answers
+  bool report = false;         // the daemon reports on harvest while somebody looks
   std::uint32_t rate_hz = 10;  // messages per second of this robot on each of the two
   std::uint32_t burst = 20;    // at once after a pause
 };

@@ -10,11 +10,15 @@ namespace {
 constexpr std::array<std::string_view, 6> kSections{"node.", "channels.", "limits.",
                                                     "log.",  "metrics.",  "reserved."};
 // Of these sections what is used up at start.
-constexpr std::array<std::string_view, 2> kAtStartOnly{"limits.tracked_senders",
-                                                       "node.pose_socket"};
-constexpr std::array<std::string_view, 8> kLinkKeys{
-    "rate_hz",       "burst_frames", "jitter_us",       "beacon_ms",
-    "air_rate_mbps", "key_file",     "virtual_range_m", "virtual_range_unknown"};
+constexpr std::array<std::string_view, 6> kAtStartOnly{
+    "limits.tracked_senders",     "limits.requests_per_user_hz",
+    "limits.changes_per_user_hz", "limits.changes_burst",
+    "node.pose_socket",           "reserved.report"};
+constexpr std::array<std::string_view, 12> kLinkKeys{
+    "rate_hz",       "burst_frames",    "jitter_us",
+    "beacon_ms",     "air_rate_mbps",   "key_file",
+    "also_key_file", "virtual_range_m", "virtual_range_unknown",
+    "forward",       "max_forward_ttl", "max_forward_wait_ms"};
 
 /// Whether `key` is of a link that only one of the two has.
 bool is_of_new_or_gone_link(const std::string& key, const KeyLines& before, const KeyLines& after) {

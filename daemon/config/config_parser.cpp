@@ -1,28 +1,23 @@
 #include "daemon/config/config_parser.hpp"
 
-#include <arpa/inet.h>
 #include <sys/un.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <numbers>
-#include <set>
-#include <sstream>
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/names.hpp"
 #include "daemon/config/config_checks.hpp"
 #include "daemon/config/config_gateways.hpp"
-#include "daemon/config/kilobot_config.hpp"
+#include "daemon/config/config_limits.hpp"
+#include "daemon/config/config_links.hpp"
 #include "daemon/config/node_id_rule.hpp"
-#include "daemon/config/profiles.hpp"
 #include "daemon/config/table_reader.hpp"
 #include "daemon/config/toml_text.hpp"
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::daemon {
@@ -30,7 +25,6 @@ namespace {
 
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
-constexpr std::size_t kMaxInterfaceBytes = 15;  // IFNAMSIZ less the zero
 constexpr std::size_t kMaxChannelNames = 1024;
 
 void read_node_id(const TableReader& table, NodeConfig& node) {
@@ -90,163 +84,6 @@ void read_socket(const TableReader& table, SocketConfig& socket) {
   table.read_text("group", socket.group);
 }
 
-void read_pacing(const TableReader& table, LinkConfig& link) {
-  table.read_number("rate_hz", 0.0, kMaxRateHz, link.rate_hz);
-  table.read_integer("burst_frames", kBurstLimits, link.burst_frames);
-  table.read_integer("jitter_us", kJitterUsLimits, link.jitter_us);
-  table.read_number("air_rate_mbps", 0.0, kMaxAirRateMbps, link.air_rate_mbps);
-  table.read_integer("beacon_ms", kBeaconMsLimits, link.beacon_ms);
-  if (link.beacon_ms != 0 && link.beacon_ms < kLeastBeaconMs) {
-    table.fail("beacon_ms", std::to_string(link.beacon_ms) +
-                                " would fill the air; use 20 or more, or 0 for none");
-  }
-  if (table.has("receive_buffer_bytes")) {
-    table.read_integer("receive_buffer_bytes", kReceiveBufferLimits,
-                       link.receive_buffer_bytes.emplace());
-  }
-}
-
-void read_interface(const TableReader& table, LinkConfig& link) {
-  table.read_text("interface", link.interface);
-  if (link.interface.size() > kMaxInterfaceBytes) {
-    table.fail("interface", "is longer than an interface's name can be (15 bytes)");
-  }
-}
-
-/// IPv4, ARP, VLAN, IPv6, EAPOL: every machine around would take our frames for its own.
-void read_ethertype(const TableReader& table, LinkConfig& link) {
-  table.read_integer("ethertype", kEthertypeLimits, link.ethertype);
-  for (const int used : {0x0800, 0x0806, 0x8100, 0x86DD, 0x888E}) {
-    if (link.ethertype == used) {
-      table.fail("ethertype",
-                 "is that of the network itself (IP, ARP, VLAN or EAPOL); use one for "
-                 "experiments, 0x88B5 or 0x88B6");
-    }
-  }
-}
-
-void read_address(const TableReader& table, LinkConfig& link) {
-  if (!table.has("address")) return;
-  table.read_text("address", link.address);
-  in_addr address{};
-  const bool is_address = inet_pton(AF_INET, link.address.c_str(), &address) == 1;
-  if (is_address && address.s_addr != INADDR_ANY) return;
-  table.fail("address", "\"" + printable(link.address) +
-                            "\" is not an address to send to; use a multicast group such as "
-                            "239.255.83.84, or a broadcast address such as 192.168.1.255");
-}
-
-void read_key_file(const TableReader& table, LinkConfig& link) {
-  if (!table.has("key_file")) return;
-  table.read_text("key_file", link.key_file);
-  if (link.key_file.empty() || link.key_file.front() != '/') {
-    table.fail("key_file", "is not an absolute path; begin it with '/'");
-  }
-}
-
-void read_virtual_range(const TableReader& table, VirtualRange& range) {
-  table.read_number("virtual_range_m", 0.0, kMaxVirtualRangeM, range.limit_m);
-  range.drops_unknown = table.read_choice("virtual_range_unknown", {"deliver", "drop"}) == 1;
-  if (table.has("virtual_range_unknown") && range.limit_m == 0.0) {
-    table.fail("virtual_range_unknown", "means nothing without a virtual_range_m; add that");
-  }
-}
-
-void read_profile(const TableReader& table, LinkConfig& link) {
-  std::vector<const char*> names;
-  for (const ProfileEntry& entry : kProfiles) names.push_back(entry.name.text);
-  const int profile = table.read_choice("profile", names);
-  if (profile >= 0) link.profile = kProfiles[profile].name.id;
-  if (!table.has("node_id")) return;
-  const ProfileEntry& entry = profile_entry(link.profile);
-  std::uint16_t id = 0;
-  table.read_integer("node_id", {1, entry.limits.max_node_id}, id);
-  link.node_id = id;
-}
-
-LinkConfig read_link(const TableReader& table, const std::string& name) {
-  LinkConfig link;
-  link.name = name;
-  const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
-  if (type < 0) {
-    std::vector<std::string> keys = kilobot_keys();
-    keys.insert(keys.end(),
-                {"interface", "ethertype", "address", "port", "file", "output", "pace", "key_file",
-                 "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames", "jitter_us",
-                 "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
-    table.expect_keys(keys);
-    table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
-  }
-  link.type = static_cast<LinkType>(type);
-  switch (link.type) {
-    case LinkType::kRawL2:
-      table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "key_file",
-                         "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
-                         "jitter_us", "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
-      read_interface(table, link);
-      if (link.interface.empty()) {
-        table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
-      }
-      read_ethertype(table, link);
-      read_pacing(table, link);
-      break;
-    case LinkType::kUdp:
-      table.expect_keys({"type", "profile", "node_id", "interface", "address", "port", "key_file",
-                         "virtual_range_m", "virtual_range_unknown", "rate_hz", "burst_frames",
-                         "jitter_us", "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"});
-      read_interface(table, link);
-      read_address(table, link);
-      table.read_integer("port", kPortLimits, link.port);
-      read_pacing(table, link);
-      break;
-    case LinkType::kReplay:
-      table.expect_keys({"type", "profile", "node_id", "file", "output", "pace", "ethertype",
-                         "key_file", "virtual_range_m", "virtual_range_unknown"});
-      table.read_text("file", link.file);
-      if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
-      table.read_text("output", link.output);
-      read_ethertype(table, link);
-      link.is_fastest = table.read_choice("pace", {"recorded", "fastest"}) == 1;
-      break;
-    case LinkType::kKilobot:
-      read_kilobot(table, link.kilobot, link.profile);
-      break;
-  }
-  read_profile(table, link);
-  read_key_file(table, link);
-  read_virtual_range(table, link.virtual_range);
-  return link;
-}
-
-void read_links(const TableReader& root, KeyLines& lines, std::vector<LinkConfig>& links) {
-  const toml::table& table = root.table("links");
-  const TableReader reader(table, "links", lines);
-  if (table.empty()) {
-    throw ConfigError(lines.file() +
-                      ": no [links.NAME] section, so there is nothing to send on; add one, such as "
-                      "[links.wifi] with type = \"raw_l2\" and interface = \"wlan0\"");
-  }
-  std::vector<std::pair<unsigned, LinkConfig>> in_file_order;
-  for (const auto& [key, node] : table) {
-    const std::string name(key.str());
-    if (!is_legal_name(name)) {
-      reader.fail(name, "is not a name for a link; use 1 to 64 printable characters");
-    }
-    if (!node.is_table()) {
-      reader.fail_type(name, "a section: each link has its own, such as [links.wifi]");
-    }
-    const TableReader link(reader.table(name), "links." + name, lines);
-    in_file_order.emplace_back(key.source().begin.line, read_link(link, name));
-  }
-  if (in_file_order.size() > kMaxLinks) {
-    throw lines.error("links", "has " + std::to_string(in_file_order.size()) + " links; at most " +
-                                   std::to_string(kMaxLinks) + " are possible");
-  }
-  std::stable_sort(in_file_order.begin(), in_file_order.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (auto& [line, link] : in_file_order) links.push_back(std::move(link));
-}
-
 void read_channels(const TableReader& root, KeyLines& lines,
                    std::map<std::string, std::uint16_t>& channels) {
   const toml::table& table = root.table("channels");
@@ -279,41 +116,6 @@ void read_channels(const TableReader& root, KeyLines& lines,
   }
 }
 
-void read_ring_bytes(const TableReader& table, LimitsConfig& limits) {
-  table.read_integer("ring_bytes", {0, ipc::kRingMostBytes}, limits.ring_bytes);
-  if (limits.ring_bytes == 0) return;
-  if (std::has_single_bit(limits.ring_bytes) && limits.ring_bytes >= ipc::kRingLeastBytes) return;
-  table.fail("ring_bytes", "is " + std::to_string(limits.ring_bytes) +
-                               "; it must be 0 (none) or a power of two from " +
-                               std::to_string(ipc::kRingLeastBytes) + " to " +
-                               std::to_string(ipc::kRingMostBytes));
-}
-
-void read_limits(const TableReader& table, LimitsConfig& limits) {
-  table.expect_keys({"clients", "subscriptions_per_client", "publishers_per_client",
-                     "queue_messages", "queue_messages_max", "queue_bytes", "reply_bytes",
-                     "socket_buffer_bytes", "ring_bytes", "waiting_messages", "publish_queue_max",
-                     "publish_rate_hz", "publish_burst", "copies_max", "copy_interval_ms",
-                     "tracked_senders"});
-  table.read_integer("clients", {1, 1000}, limits.clients);
-  table.read_integer("subscriptions_per_client", {1, 10'000}, limits.subscriptions_per_client);
-  table.read_integer("publishers_per_client", {1, 10'000}, limits.publishers_per_client);
-  table.read_integer("queue_messages_max", {1, 100'000}, limits.queue_messages_max);
-  limits.queue_messages = std::min(limits.queue_messages, limits.queue_messages_max);
-  table.read_integer("queue_messages", {1, limits.queue_messages_max}, limits.queue_messages);
-  table.read_integer("queue_bytes", {64 << 10, 1 << 30}, limits.queue_bytes);
-  table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
-  table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
-  read_ring_bytes(table, limits);
-  table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
-  table.read_integer("publish_queue_max", {0, 100'000}, limits.publish_queue_max);
-  table.read_integer("publish_rate_hz", {0, 1'000'000}, limits.publish_rate_hz);
-  table.read_integer("publish_burst", {1, 1'000'000}, limits.publish_burst);
-  table.read_integer("copies_max", {1, 100}, limits.copies_max);
-  table.read_integer("copy_interval_ms", {1, 10'000}, limits.copy_interval_ms);
-  table.read_integer("tracked_senders", {1, 1'000'000}, limits.tracked_senders);
-}
-
 void read_log(const TableReader& table, Config& config) {
   std::vector<std::string> keys{"level"};
   keys.insert(keys.end(), kSubsystems.begin(), kSubsystems.end());
@@ -335,9 +137,10 @@ void read_metrics(const TableReader& table, MetricsConfig& metrics) {
 }
 
 void read_reserved(const TableReader& table, ReservedConfig& reserved) {
-  table.expect_keys({"debug", "harvest", "rate_hz", "burst"});
+  table.expect_keys({"debug", "harvest", "report", "rate_hz", "burst"});
   table.read_bool("debug", reserved.debug);
   table.read_bool("harvest", reserved.harvest);
+  table.read_bool("report", reserved.report);
   table.read_integer("rate_hz", {1, 10'000}, reserved.rate_hz);
   table.read_integer("burst", {1, 10'000}, reserved.burst);
 }

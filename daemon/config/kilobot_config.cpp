@@ -43,8 +43,11 @@ void read_text_uplink(const TableReader& table, KilobotConfig& config) {
 }  // namespace
 
 std::vector<std::string> kilobot_keys() {
-  return {"type",         "profile",    "node_id", "downlink", "uplink",    "uplink_form",
-          "text_channel", "ohc_single", "baud",    "copies",   "settle_ms", "time_scale"};
+  return {"type",         "profile",         "node_id",
+          "downlink",     "uplink",          "uplink_form",
+          "text_channel", "ohc_single",      "baud",
+          "copies",       "settle_ms",       "time_scale",
+          "forward",      "max_forward_ttl", "max_forward_wait_ms"};
 }
 
 void read_kilobot(const TableReader& table, KilobotConfig& config, frame::ProfileId& profile) {

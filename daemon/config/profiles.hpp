@@ -59,6 +59,7 @@ struct Hosted : P {
   static constexpr std::uint8_t kStampBits = 32;
   static constexpr std::uint8_t kClosedShift = 0;
   static constexpr bool kHopsFromTtl = false;  // no channel has one TTL here
+  static constexpr bool kLimitsForwarding = true;
 };
 
 using HostedKilobot = Hosted<core::Kilobot>;

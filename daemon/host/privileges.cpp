@@ -43,4 +43,8 @@ void drop_privileges() {
   verify(can_empty_bounding_set);
 }
 
+void forbid_dumps() {
+  prctl(PR_SET_DUMPABLE, 0, 0, 0, 0);
+}
+
 }  // namespace swarmtalk::daemon

@@ -10,4 +10,8 @@ namespace swarmtalk::daemon {
 /// @throws std::runtime_error  it did not work, checked against the kernel: do not go on
 void drop_privileges();
 
+/// From now on no other process of this user can read this one's memory, and none of it gets into a
+/// file when it dies: for a process that holds a key. After drop_privileges().
+void forbid_dumps();
+
 }  // namespace swarmtalk::daemon

@@ -5,11 +5,12 @@
 #include "daemon/common/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
+
 std::optional<Refusal> Admission::admit(const Publisher& publisher, const Channel& channel,
                                         std::size_t size_bytes, std::uint32_t ttl,
-                                        std::uint32_t waiting) {
+                                        const Waiting& waiting) {
   if (auto refusal = check(publisher, channel, size_bytes, ttl, waiting)) return refusal;
-  return take_turn(channel.number);
+  return publisher.is_daemons_own ? std::nullopt : take_turn(channel.number);
 }
 
 void Admission::set_reserved(const ReservedConfig& config) {
@@ -63,7 +64,7 @@ std::optional<Refusal> Admission::take_turn(std::uint16_t channel) {
 
 std::optional<Refusal> Admission::check(const Publisher& publisher, const Channel& channel,
                                         std::size_t size_bytes, std::uint32_t ttl,
-                                        std::uint32_t waiting) const {
+                                        const Waiting& waiting) const {
   const ChannelLimits& most = channel.limits;
   if (size_bytes > most.message_bytes) {
     return Refusal{ipc::ERROR_TOO_LONG,
@@ -94,14 +95,10 @@ std::optional<Refusal> Admission::check(const Publisher& publisher, const Channe
                   " messages is full; wait for one to be sent",
         std::nullopt};
   }
-  if (waiting >= limits_.waiting_messages && !is_full) {
-    return Refusal{ipc::ERROR_LIMIT,
-                   std::to_string(waiting) +
-                       " messages of all clients wait for a link already; "
-                       "publish more slowly",
-                   limits_.waiting_messages};
-  }
-  return std::nullopt;
+  if (is_full) return std::nullopt;  // it takes the place of another
+  auto refusal = shares_.check_message(publisher.client->share, size_bytes, waiting);
+  if (refusal) ++counters_.messages_over_share;
+  return refusal;
 }
 
 std::optional<Refusal> Admission::check_up(const Channel& channel) const {

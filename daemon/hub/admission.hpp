@@ -13,6 +13,7 @@
 #include "daemon/config/config.hpp"
 #include "daemon/hub/channel_registry.hpp"
 #include "daemon/hub/channel_table.hpp"
+#include "daemon/hub/shares.hpp"
 #include "daemon/hub/station_list.hpp"
 
 namespace swarmtalk::daemon {
@@ -21,11 +22,11 @@ class Admission {
  public:
   /// All references must outlive it.
   Admission(const StationList& stations, const ChannelRegistry& channels, const ChannelTable& names,
-            const LimitsConfig& limits, DaemonCounters& counters)
+            const Shares& shares, DaemonCounters& counters)
       : stations_(stations),
         channels_(channels),
         names_(names),
-        limits_(limits),
+        shares_(shares),
         counters_(counters) {}
 
   /// Which channels are reserved, and whether they are on. Again when names of channels change.
@@ -35,10 +36,10 @@ class Admission {
   std::optional<Refusal> check_reserved(std::uint16_t channel) const;
   static std::optional<Refusal> check_ttl(std::uint32_t ttl, const ChannelLimits& most);
 
-  /// Takes a turn on a reserved channel. @param waiting  messages of all clients that wait already
+  /// Takes a turn on a reserved channel. @param waiting  of all clients
   /// @return why the message cannot be taken on
   std::optional<Refusal> admit(const Publisher& publisher, const Channel& channel,
-                               std::size_t size_bytes, std::uint32_t ttl, std::uint32_t waiting);
+                               std::size_t size_bytes, std::uint32_t ttl, const Waiting& waiting);
 
  private:
   struct Reserved {
@@ -51,7 +52,7 @@ class Admission {
 
   std::optional<Refusal> check(const Publisher& publisher, const Channel& channel,
                                std::size_t size_bytes, std::uint32_t ttl,
-                               std::uint32_t waiting) const;
+                               const Waiting& waiting) const;
   std::optional<Refusal> take_turn(std::uint16_t channel);
   std::optional<Refusal> check_up(const Channel& channel) const;
   Refusal over_mtu(const Channel& channel, std::size_t size_bytes) const;
@@ -59,7 +60,7 @@ class Admission {
   const StationList& stations_;
   const ChannelRegistry& channels_;
   const ChannelTable& names_;
-  const LimitsConfig& limits_;
+  const Shares& shares_;
   DaemonCounters& counters_;
   std::vector<Reserved> reserved_;
 };

@@ -26,7 +26,7 @@ struct Slot {
   std::vector<Publication*> waiting;  // first come, first sent
   bool is_open = false;
   std::uint32_t copies_left = 0;   // of the one in flight
-  bool is_between_copies = false;  // it waits for its next copy's time
+  bool is_between_copies = false;  // it waits for its next copy's time: its node must not forget it
   bool has_left = false;           // a copy of it has
   bool is_gateway = false;         // heard for a gateway rule, whoever subscribes
 };

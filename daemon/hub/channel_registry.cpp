@@ -191,7 +191,11 @@ void ChannelRegistry::listen(const Channel& channel) {
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const Slot& slot = channel.slots[i];
     if (!slot.is_open) continue;
-    stations_[i].set_listening(channel.number, slot.is_gateway || !channel.subscriptions.empty());
+    const bool is_heard = slot.is_gateway || !channel.subscriptions.empty();
+    // A node that ceases to listen forgets what it has sent. Outbox calls again after the last
+    // copy.
+    if (!is_heard && slot.is_between_copies) continue;
+    stations_[i].set_listening(channel.number, is_heard);
   }
 }
 

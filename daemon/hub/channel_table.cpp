@@ -19,7 +19,7 @@ void ChannelTable::configure(const std::map<std::string, std::uint16_t>& configu
 
 ChannelTable::Result ChannelTable::find(std::string_view name) const {
   if (!is_legal_name(name)) {
-    return {0, "a channel's name has 1 to 64 bytes and no control characters"};
+    return {0, "a channel's name has 1 to 64 bytes of UTF-8, no control or invisible characters"};
   }
   if (const auto found = numbers_.find(name); found != numbers_.end()) return {found->second, ""};
   const std::uint16_t number = hash(name);

@@ -4,13 +4,15 @@ namespace swarmtalk::daemon {
 
 void Delivery::note_losses(Channel& channel, std::size_t station, const MessageHead& head) {
   note_drops(station, head.drops);
-  add_loss(channel, losses_.note({head.channel, head.sender, head.epoch}, head.number, drops_));
+  add_loss(channel, losses_.note({head.channel, head.sender, head.epoch}, head.number, drops_,
+                                 head.received_at_ns));
 }
 
 void Delivery::note_last(Channel& channel, std::size_t station, const MessageHead& head) {
   note_drops(station, head.drops);
-  add_loss(channel,
-           losses_.note_last({head.channel, head.sender, head.epoch}, head.number, drops_));
+  add_loss(channel, losses_.note_last({head.channel, head.sender, head.epoch}, head.number, drops_,
+                                      head.received_at_ns));
+  counters_.beacons_not_believed = losses_.disbelieved();
 }
 
 // What the station has dropped since it was asked last joins the sums.

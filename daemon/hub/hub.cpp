@@ -14,15 +14,46 @@ Hub::Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counte
     : counters_(counters),
       identity_(identity),
       channels_(names, stations_),
-      admission_(stations_, channels_, names, limits, counters),
+      shares_(limits),
+      admission_(stations_, channels_, names, shares_, counters),
       outbox_(stations_, channels_, counters, *this),
       gateways_(stations_, channels_, outbox_, identity, counters),
       delivery_(limits.tracked_senders, counters) {}
 
+// Whether the client may have one more subscription or publisher there.
+std::optional<Refusal> Hub::check_share(const ChannelRequest& request, const HubClient& client,
+                                        Shares::End end) {
+  std::uint16_t number = 0;
+  if (auto refusal = channels_.resolve(request, number)) return tell_users(refusal, request);
+  auto refusal = shares_.check_end(client.share, end, number);
+  if (refusal) ++counters_.shares_refused;
+  return refusal;
+}
+
+// A name that another's number blocks, and links that are full: whoever is refused is told by whom.
+std::optional<Refusal> Hub::tell_users(std::optional<Refusal> refusal,
+                                       const ChannelRequest& request) const {
+  if (!refusal) return refusal;
+  if (refusal->code == ipc::ERROR_LIMIT) refusal->text += shares_.most_channels();
+  if (refusal->code != ipc::ERROR_BAD_CHANNEL || request.name.empty()) return refusal;
+  const std::string users = shares_.users_of(ChannelTable::hash(request.name));
+  if (!users.empty()) refusal->text += " (the other is in use by programs of " + users + ")";
+  return refusal;
+}
+
 std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscription& subscription) {
+  constexpr Shares::End kEnd = Shares::End::kSubscription;
+  if (subscription.client != nullptr) {  // nobody's is not counted
+    if (auto refusal = check_share(request, *subscription.client, kEnd)) return refusal;
+  }
   Channel* channel = nullptr;
-  if (auto refusal = channels_.use(request, subscription.held_name, channel)) return refusal;
+  if (auto refusal = channels_.use(request, subscription.held_name, channel)) {
+    return tell_users(refusal, request);
+  }
   subscription.channel = channel->number;
+  if (subscription.client != nullptr) {
+    Shares::hold(subscription.client->share, kEnd, channel->number);
+  }
   channel->subscriptions.push_back(&subscription);
   if (channel->subscriptions.size() == 1) channels_.listen(*channel);
   return std::nullopt;
@@ -31,6 +62,9 @@ std::optional<Refusal> Hub::subscribe(const ChannelRequest& request, Subscriptio
 void Hub::unsubscribe(Subscription& subscription) {
   Channel& channel = *channels_.find(subscription.channel);
   std::erase(channel.subscriptions, &subscription);
+  if (subscription.client != nullptr) {
+    Shares::release(subscription.client->share, Shares::End::kSubscription, channel.number);
+  }
   channels_.release(channel, subscription.held_name);
   if (!channel.subscriptions.empty()) return;
   delivery_.forget(channel.number);
@@ -38,14 +72,25 @@ void Hub::unsubscribe(Subscription& subscription) {
 }
 
 std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& publisher) {
+  constexpr Shares::End kEnd = Shares::End::kPublisher;
+  if (publisher.client != nullptr) {  // nobody's is not counted
+    if (auto refusal = check_share(request, *publisher.client, kEnd)) return refusal;
+  }
   std::uint16_t number = 0;
   if (auto refusal = channels_.resolve(request, number)) return refusal;
-  if (auto refusal = admission_.check_reserved(number)) return refusal;
+  if (!publisher.is_daemons_own) {
+    if (auto refusal = admission_.check_reserved(number)) return refusal;
+  }
   if (auto refusal = Admission::check_ttl(request.ttl, limits(number))) return refusal;
   publisher.ttl = static_cast<std::uint8_t>(request.ttl);
   Channel* channel = nullptr;
-  if (auto refusal = channels_.use(request, publisher.held_name, channel)) return refusal;
+  if (auto refusal = channels_.use(request, publisher.held_name, channel)) {
+    return tell_users(refusal, request);
+  }
   publisher.channel = channel->number;
+  if (publisher.client != nullptr) {
+    Shares::hold(publisher.client->share, kEnd, channel->number);
+  }
   ++channel->publishers;
   return std::nullopt;
 }
@@ -53,6 +98,9 @@ std::optional<Refusal> Hub::advertise(const ChannelRequest& request, Publisher& 
 void Hub::unadvertise(Publisher& publisher) {
   Channel& channel = *channels_.find(publisher.channel);
   --channel.publishers;
+  if (publisher.client != nullptr) {
+    Shares::release(publisher.client->share, Shares::End::kPublisher, channel.number);
+  }
   channels_.release(channel, publisher.held_name);
   outbox_.withdraw(publisher, channel);
 }
@@ -62,7 +110,8 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
                                     std::optional<std::uint64_t> sent_at_ns) {
   Channel& channel = *channels_.find(publisher.channel);
   const std::uint32_t hops = ttl.value_or(publisher.ttl);
-  auto refusal = admission_.admit(publisher, channel, payload.size(), hops, outbox_.waiting());
+  auto refusal =
+      admission_.admit(publisher, channel, payload.size(), hops, outbox_.waiting_for_room());
   if (refusal) return refusal;
   outbox_.publish(publisher, channel, number, payload, static_cast<std::uint8_t>(hops), sent_at_ns);
   return std::nullopt;

@@ -85,6 +85,9 @@ class Hub final : public StationUser, private OutgoingListener {
   /// Called whenever a message begins to wait where none did. Must be cheap.
   void set_waiting_hook(std::function<void()> hook) { outbox_.set_waiting_hook(std::move(hook)); }
 
+  Shares& shares() { return shares_; }
+  const Shares& shares() const { return shares_; }
+
   /// From now on every station without an id of its own speaks under this one.
   /// @param fixed  1..65534; none: automatic
   /// @return why not: a link's packets have no room for it
@@ -104,6 +107,10 @@ class Hub final : public StationUser, private OutgoingListener {
   void on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) override;
 
  private:
+  std::optional<Refusal> check_share(const ChannelRequest& request, const HubClient& client,
+                                     Shares::End end);
+  std::optional<Refusal> tell_users(std::optional<Refusal> refusal,
+                                    const ChannelRequest& request) const;
   void on_outgoing(const Publication& publication, std::size_t station, Channel& channel,
                    std::uint32_t number) override;
 
@@ -113,6 +120,7 @@ class Hub final : public StationUser, private OutgoingListener {
   LogLimiter duplicate_log_;
   StationList stations_;
   ChannelRegistry channels_;
+  Shares shares_;
   Admission admission_;
   Outbox outbox_;
   Gateways gateways_;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/hub/shares.hpp"
 #include "daemon/message/loss.hpp"
 #include "daemon/message/message.hpp"
 #include "daemon/message/refusal.hpp"
@@ -27,6 +28,8 @@ class HubClient {
 
   /// Which client this is, also when it is gone and its memory is another's. Never 0.
   std::uint64_t serial() const { return serial_; }
+
+  ClientShare share;  // what it holds
 
   virtual void on_message(Subscription& subscription, const MessageRef& message) = 0;
   virtual void on_sent(Publisher& publisher, std::uint64_t publish_number) = 0;
@@ -70,6 +73,7 @@ struct Publisher {
   std::uint32_t copies = 1;            // of each message on the air
   std::uint32_t copy_interval_ms = 0;  // between them
   std::uint32_t sent_every = 1;        // the client is told of so many at once
+  bool is_daemons_own = false;         // [reserved] is for programs; it has a pace of its own
   std::uint32_t untold_sent = 0;
   // Set by the hub.
   std::uint16_t channel = 0;

@@ -17,7 +17,34 @@ std::uint64_t take(std::uint64_t& gap, std::uint64_t before, std::uint64_t now,
   return taken;
 }
 
+constexpr std::uint64_t kPaceNs = 100'000'000;  // shorter times say nothing of a rate
+constexpr double kNsPerS = 1e9;
+
 }  // namespace
+
+void LossTracker::Pace::note(std::uint32_t number, std::uint64_t now_ns) {
+  if (!has_heard) {
+    begin = heard = number;
+    begin_ns = heard_ns = now_ns;
+    has_heard = true;
+    return;
+  }
+  const std::uint32_t ahead = number - heard;
+  if (ahead == 0 || ahead > UINT32_MAX / 2) return;
+  heard = number;
+  heard_ns = std::max(heard_ns, now_ns);
+  const std::uint64_t passed_ns = std::max(heard_ns - begin_ns, kPaceNs);
+  most_hz = std::max(
+      most_hz, static_cast<double>(number - begin) * kNsPerS / static_cast<double>(passed_ns));
+  if (passed_ns == kPaceNs) return;
+  begin = heard;
+  begin_ns = heard_ns;
+}
+
+bool LossTracker::Pace::believes(std::uint32_t number, std::uint64_t now_ns) const {
+  const auto since_ns = static_cast<double>(now_ns - std::min(now_ns, heard_ns));
+  return number - heard <= kBelieved + kBelievedTimesRate * most_hz * since_ns / kNsPerS;
+}
 
 // Null: it is followed from now on, from this number.
 LossTracker::Entry* LossTracker::find(const Source& source, std::uint32_t number,
@@ -30,7 +57,7 @@ LossTracker::Entry* LossTracker::find(const Source& source, std::uint32_t number
       sources_.erase(entries_.back().source);
       entries_.pop_back();
     }
-    entries_.push_front({source, number, false, {}, drops});
+    entries_.push_front({source, number, false, {}, drops, {}});
     sources_.emplace(source, entries_.begin());
     return nullptr;
   }
@@ -49,10 +76,17 @@ void LossTracker::advance(Entry& entry, std::uint32_t ahead) {
   entry.is_highest_missing = false;
 }
 
-Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops) {
+Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops,
+                       std::uint64_t now_ns) {
   Entry* const known = find(source, number, drops);
+  Entry& entry = entries_.front();
+  const bool is_first = !entry.pace.has_heard;
+  entry.pace.note(number, now_ns);
   if (known == nullptr) return {};
-  Entry& entry = *known;
+  if (is_first && number - entry.highest > UINT32_MAX / 2) {
+    entry = {source, number, false, {}, drops, entry.pace};  // only beacons have told of more
+    return {};
+  }
   const std::uint32_t ahead = number - entry.highest;  // wraps as the numbers do
   Loss loss;
   if (ahead == 0) {
@@ -65,20 +99,27 @@ Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTot
     if (entry.missing.test(behind - 1)) loss.late = 1;
     entry.missing.reset(behind - 1);
   } else if (behind - 1 > kLongestGap) {
-    entry.missing.reset();
-    entry.highest = number;
-    entry.is_highest_missing = false;
-    entry.drops = drops;
+    entry = {source, number, false, {}, drops, {}};
+    entry.pace.note(number, now_ns);
   }
   return loss;
 }
 
 // A beacon that is behind what has come was overtaken.
-Loss LossTracker::note_last(const Source& source, std::uint32_t number, const DropTotals& drops) {
+Loss LossTracker::note_last(const Source& source, std::uint32_t number, const DropTotals& drops,
+                            std::uint64_t now_ns) {
   Entry* const entry = find(source, number, drops);
-  if (entry == nullptr) return {};
+  if (entry == nullptr) {
+    entries_.front().pace.heard = number;  // what follows is measured from here
+    entries_.front().pace.heard_ns = now_ns;
+    return {};
+  }
   const std::uint32_t ahead = number - entry->highest;
-  if (ahead == 0 || ahead - 1 > kLongestGap) return {};
+  if (ahead == 0 || ahead > UINT32_MAX / 2) return {};
+  if (!entry->pace.believes(number, now_ns)) {
+    ++disbelieved_;
+    return {};
+  }
   advance(*entry, ahead);
   entry->is_highest_missing = true;
   const Loss loss = locate(*entry, ahead, drops);

@@ -7,6 +7,26 @@
 #include "daemon/common/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
+namespace {
+
+/// Of the client that it is of. Null: it is gone, or there never was one.
+Share* owners_share(const Publication& publication) {
+  return publication.owner == nullptr ? nullptr : &publication.owner->client->share;
+}
+
+void take_share(const Publication& publication, Share* share) {
+  if (share == nullptr) return;
+  ++share->waiting_messages;
+  share->waiting_bytes += publication.payload.size();
+}
+
+void give_back_share(const Publication& publication, Share* share) {
+  if (share == nullptr) return;
+  --share->waiting_messages;
+  share->waiting_bytes -= publication.payload.size();
+}
+
+}  // namespace
 
 void Outbox::publish(Publisher& publisher, Channel& channel, std::uint64_t number,
                      std::string_view payload, std::uint8_t ttl,
@@ -17,6 +37,7 @@ void Outbox::publish(Publisher& publisher, Channel& channel, std::uint64_t numbe
   Publication& publication = pool_.take();
   publication.owner = &publisher;
   publication.client = publisher.client->serial();
+  publication.user = publisher.client->share.user;
   publication.number = number;
   publication.payload.assign(payload);
   publication.ttl = ttl;
@@ -24,7 +45,7 @@ void Outbox::publish(Publisher& publisher, Channel& channel, std::uint64_t numbe
   publication.copies = publisher.copies;
   publication.copy_interval_ms = publisher.copy_interval_ms;
   ++counters_.messages_published;
-  take_on(channel);
+  take_on(publication, channel);
   if (publisher.in_flight != nullptr) {
     publisher.queue.push_back(&publication);
   } else {
@@ -43,15 +64,37 @@ void Outbox::copy(const GatewayRule& rule, Channel& channel, std::span<const std
   publication.origin = std::move(origin);
   publication.pending = 1;
   publication.is_heard_locally = rule.from_channel == rule.to_channel;  // as the original
-  take_on(channel);
+  take_on(publication, channel);
   channel.slots[rule.to_link].waiting.push_back(&publication);
   feed(rule.to_link, channel);
 }
 
-void Outbox::take_on(Channel& channel) {
+void Outbox::take_on(Publication& publication, Channel& channel) {
   ++channel.publications;
   channels_.touch(channel);
+  waiting_bytes_ += publication.payload.size();
+  take_share(publication, owners_share(publication));
+  take_share(publication, publication.user);
   if (waiting_++ == 0) waiting_hook_();
+}
+
+// The opposite.
+void Outbox::settle(Publication& publication, Channel& channel) {
+  --channel.publications;
+  --waiting_;
+  waiting_bytes_ -= publication.payload.size();
+  give_back_share(publication, owners_share(publication));
+  give_back_share(publication, publication.user);
+}
+
+// Between two copies it takes nobody else's room.
+void Outbox::park(Publication& publication) {
+  if (publication.parked++ == 0) ++parked_;
+}
+
+void Outbox::unpark(Slot& slot) {
+  if (!std::exchange(slot.is_between_copies, false)) return;
+  if (--slot.in_flight->parked == 0) --parked_;
 }
 
 void Outbox::withdraw(Publisher& publisher, Channel& channel) {
@@ -62,6 +105,7 @@ void Outbox::withdraw(Publisher& publisher, Channel& channel) {
     drop_queued(channel, dropped);
   }
   if (publisher.in_flight == nullptr) return;
+  give_back_share(*publisher.in_flight, &publisher.client->share);  // its user's share keeps it
   publisher.in_flight->owner = nullptr;
   publisher.in_flight = nullptr;
 }
@@ -107,8 +151,7 @@ void Outbox::drop_oldest(Publisher& publisher, Channel& channel) {
 
 // It has left its publisher's queue and will never start.
 void Outbox::drop_queued(Channel& channel, Publication& publication) {
-  --channel.publications;
-  --waiting_;
+  settle(publication, channel);
   pool_.give_back(publication);
 }
 
@@ -147,7 +190,6 @@ void Outbox::feed(std::size_t station, Channel& channel) {
     }
     slot.in_flight = &next;
     slot.copies_left = next.copies - 1;
-    slot.is_between_copies = false;
     slot.has_left = false;
     if (std::exchange(next.is_heard_locally, true)) continue;
     listener_.on_outgoing(next, station, channel, number);
@@ -159,7 +201,10 @@ void Outbox::on_sent(std::size_t station, std::uint16_t channel_number) {
   if (channel == nullptr) return;
   Slot& slot = channel->slots[station];
   if (wait_for_copy(station, *channel, slot)) return;
-  if (Publication* sent = std::exchange(slot.in_flight, nullptr)) finish(*sent, *channel, true);
+  if (Publication* sent = std::exchange(slot.in_flight, nullptr)) {
+    if (sent->copies > 1) channels_.listen(*channel);  // nobody may be left of who did
+    finish(*sent, *channel, true);
+  }
   feed(station, *channel);
 }
 
@@ -170,6 +215,7 @@ bool Outbox::wait_for_copy(std::size_t station, Channel& channel, Slot& slot) {
   if (slot.copies_left == 0) return false;
   --slot.copies_left;
   slot.is_between_copies = true;
+  park(*slot.in_flight);
   const Time at = std::chrono::steady_clock::now() +
                   std::chrono::milliseconds(slot.in_flight->copy_interval_ms);
   copies_.add({at, channel.number, station, slot.in_flight->serial});
@@ -182,7 +228,7 @@ void Outbox::send_copies(Time now) {
     if (channel == nullptr) continue;
     Slot& slot = channel->slots[copy.station];
     if (slot.in_flight == nullptr || slot.in_flight->serial != copy.publication) continue;
-    slot.is_between_copies = false;
+    unpark(slot);
     ++counters_.copies_sent;
     if (stations_[copy.station].send_again(copy.channel)) continue;
     slot.copies_left = 0;
@@ -195,8 +241,7 @@ void Outbox::send_copies(Time now) {
 void Outbox::finish(Publication& publication, Channel& channel, bool was_sent) {
   if (was_sent) ++publication.sent;
   if (--publication.pending > 0) return;
-  --channel.publications;
-  --waiting_;
+  settle(publication, channel);
   Publisher* owner = publication.owner;
   if (owner != nullptr) owner->in_flight = nullptr;
   if (publication.rule != nullptr) {
@@ -236,6 +281,9 @@ bool Outbox::give_up_on_dead_links() {
       if (!channel.slots[i].is_open) continue;
       Slot& slot = channel.slots[i];
       stations_[i].cancel(number);
+      const bool was_between_copies = slot.is_between_copies;
+      unpark(slot);
+      if (was_between_copies) channels_.listen(channel);
       const std::vector<Publication*> waiting = std::exchange(slot.waiting, {});
       const bool has_left = slot.has_left;
       if (Publication* dead = std::exchange(slot.in_flight, nullptr)) {

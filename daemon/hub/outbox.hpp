@@ -68,9 +68,13 @@ class Outbox {
 
   /// Accepted, not finished.
   std::uint32_t waiting() const { return waiting_; }
+  Waiting waiting_for_room() const { return {waiting_ - parked_, waiting_bytes_}; }
 
  private:
-  void take_on(Channel& channel);
+  void take_on(Publication& publication, Channel& channel);
+  void settle(Publication& publication, Channel& channel);
+  void park(Publication& publication);
+  void unpark(Slot& slot);
   void start(Publication& publication, Channel& channel);
   void start_next(Publisher& publisher, Channel& channel);
   void drop_oldest(Publisher& publisher, Channel& channel);
@@ -88,6 +92,8 @@ class Outbox {
   PublicationPool pool_;
   CopySchedule copies_;
   std::uint32_t waiting_ = 0;
+  std::uint32_t parked_ = 0;  // of them: wait for their next copy's time
+  std::uint64_t waiting_bytes_ = 0;
   std::function<void()> waiting_hook_ = [] {};
 };
 

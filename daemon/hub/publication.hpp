@@ -19,6 +19,7 @@ namespace swarmtalk::daemon {
 struct PublicationHead {
   Publisher* owner = nullptr;  // none: the client is gone; the message leaves all the same
   std::uint64_t client = 0;    // serial of who must not hear it, gone or not; 0: nobody
+  UserShare* user = nullptr;   // whose share it is in; none: a gateway rule's
   std::uint64_t number = 0;    // the client's
   std::uint8_t ttl = 0;
   std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
@@ -26,6 +27,7 @@ struct PublicationHead {
   std::uint32_t copy_interval_ms = 0;
   std::uint32_t pending = 0;     // stations that have not sent it
   std::uint32_t sent = 0;        // stations that have
+  std::uint32_t parked = 0;      // stations where it waits for its next copy's time
   std::uint32_t air_number = 0;  // on all links; 0: each counts by itself
   bool is_heard_locally = false;
   // Of a copy that a gateway rule makes: it has no owner.

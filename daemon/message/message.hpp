@@ -28,6 +28,7 @@ struct MessageHead {
   float distance_m = std::numeric_limits<float>::quiet_NaN();   // NaN: unknown
   float bearing_rad = std::numeric_limits<float>::quiet_NaN();  // NaN: unknown
   std::optional<frame::FramePose> sender_pose;                  // of the last transmitter
+  std::uint16_t transmitter = 0;  // the last, node id; 0: the origin itself, or not known
   std::uint8_t hops = 0;
   std::uint8_t ttl = 0;
   std::optional<std::uint32_t> buffering_delay_us;  // timestamped channels; until received_at_ns

@@ -1,11 +1,13 @@
 #include "daemon/operator/metrics_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "daemon/common/logging.hpp"
@@ -14,17 +16,34 @@ namespace swarmtalk::daemon {
 namespace {
 
 /// @return 0, or the errno
-int write_whole(const std::string& path, const std::string& text) {
-  const int file =
-      ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
-  if (file < 0) return errno;
-  fchmod(file, 0644);  // whatever the umask: node_exporter is another user
-  errno = EIO;
-  const bool is_whole =
-      ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const int error = is_whole ? 0 : errno;
+int write_whole(int file, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(file, text.data(), text.size());
+    if (written < 0 && errno != EINTR) return errno;  // also of the rest that a full disk leaves
+    if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+/// Waits for nobody, whatever somebody has put there. @return empty: done; else why not
+std::string replace(const std::string& path, const std::string& text) {
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
+  const int file = ::open(path.c_str(), kFlags, 0644);
+  if (file < 0) return errno == ENXIO ? "something else is there" : std::strerror(errno);
+  struct stat status {};
+  std::string problem;
+  if (fstat(file, &status) != 0) {
+    problem = std::strerror(errno);
+  } else if (!S_ISREG(status.st_mode)) {
+    problem = "something else than a file is there";
+  } else {
+    fchmod(file, 0644);  // whatever the umask: node_exporter is another user
+    int error = ftruncate(file, 0) == 0 ? 0 : errno;
+    if (error == 0) error = write_whole(file, text);
+    if (error != 0) problem = std::strerror(error);
+  }
   close(file);
-  return error;
+  return problem;
 }
 
 }  // namespace
@@ -57,9 +76,13 @@ void MetricsFile::wait() {
 
 void MetricsFile::write() {
   const std::string unfinished = config_.file + ".new";
-  int error = write_whole(unfinished, text_());
-  if (error == 0 && std::rename(unfinished.c_str(), config_.file.c_str()) != 0) error = errno;
-  if (error == 0) {
+  std::string problem = replace(unfinished, text_());
+  if (!problem.empty()) {
+    problem = unfinished + ": " + problem;
+  } else if (std::rename(unfinished.c_str(), config_.file.c_str()) != 0) {
+    problem = std::strerror(errno);
+  }
+  if (problem.empty()) {
     if (std::exchange(is_failing_, false)) {
       log_of("daemon")->info("metrics.file: {} is written again", config_.file);
     }
@@ -69,7 +92,7 @@ void MetricsFile::write() {
   log_of("daemon")->warn(
       "metrics.file: {} cannot be written: {}; under systemd the folder must be "
       "below /run/swarmtalkd, or in ReadWritePaths=",
-      config_.file, std::strerror(error));
+      config_.file, problem);
 }
 
 void MetricsFile::remove() const {

@@ -3,12 +3,14 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
 #include "daemon/config/key_file.hpp"
 #include "daemon/config/node_id_rule.hpp"
+#include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/link_factory.hpp"
 
@@ -21,9 +23,9 @@ bool is_same(const std::shared_ptr<const frame::SwarmKey>& a,
   return std::memcmp(a->bytes(), b->bytes(), frame::SwarmKey::kBytes) == 0;
 }
 
-std::shared_ptr<const frame::SwarmKey> find(const LinkKeys& keys, const std::string& link) {
+KeyPair find(const LinkKeys& keys, const std::string& link) {
   const auto found = keys.find(link);
-  return found == keys.end() ? nullptr : found->second;
+  return found == keys.end() ? KeyPair{} : found->second;
 }
 
 bool has_prefix(const std::vector<std::string>& keys, const std::string& prefix) {
@@ -38,9 +40,15 @@ LinkKeys load_keys(const Config& config, const KeyLines& lines) {
   for (const LinkConfig& link : config.links) {
     if (link.key_file.empty()) continue;
     try {
-      keys[link.name] = load_key(link.key_file);
+      keys[link.name].key = load_key(link.key_file);
     } catch (const std::exception& error) {
       throw lines.error("links." + link.name + ".key_file", error.what());
+    }
+    if (link.also_key_file.empty()) continue;
+    try {
+      keys[link.name].also = load_key(link.also_key_file);
+    } catch (const std::exception& error) {
+      throw lines.error("links." + link.name + ".also_key_file", error.what());
     }
   }
   return keys;
@@ -50,7 +58,11 @@ Operator::Operator(Parts parts, std::function<ParsedConfig()> load)
     : parts_(std::move(parts)), load_(std::move(load)) {}
 
 std::shared_ptr<const frame::SwarmKey> Operator::key_of(const std::string& link) const {
-  return find(parts_.keys, link);
+  return find(parts_.keys, link).key;
+}
+
+std::shared_ptr<const frame::SwarmKey> Operator::also_key_of(const std::string& link) const {
+  return find(parts_.keys, link).also;
 }
 
 void Operator::reload_on_signal() {
@@ -70,30 +82,48 @@ std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& r
       if (refusal) throw fresh.lines.error("node.id", refusal->text);
     }
     for (Station* station : parts_.hub.stations()) {
-      const auto key = find(keys, station->name());
-      if (is_same(find(parts_.keys, station->name()), key)) continue;
-      station->link().set_key(key);
-      const std::string changed = "links." + station->name() + ".key_file";
+      const KeyPair pair = find(keys, station->name());
+      const KeyPair before = find(parts_.keys, station->name());
+      if (is_same(before.key, pair.key) && is_same(before.also, pair.also)) continue;
+      station->link().set_also_key(pair.also);
+      station->link().set_key(pair.key);
+      const std::string changed = "links." + station->name() +
+                                  (is_same(before.key, pair.key) ? ".also_key_file" : ".key_file");
       if (!has_prefix(changes.applied, changed)) changes.applied.push_back(changed);  // new content
     }
     parts_.keys = std::move(keys);
+    if (has_keys()) forbid_dumps();
     apply(fresh, changes);
   } catch (const std::exception& error) {
-    log_of("daemon")->error("{}: configuration not reloaded, nothing is changed: {}", who,
-                            error.what());
+    log_change(reload_log_, who,
+               std::string("configuration not reloaded, nothing is changed: ") + error.what(),
+               spdlog::level::err);
     return Refusal{ipc::ERROR_CONFIGURATION, std::string("nothing is changed: ") + error.what(),
                    std::nullopt};
   }
   for (const std::string& key : changes.applied) reply.add_applied(key);
   for (const std::string& key : changes.need_restart) reply.add_needs_restart(key);
-  log_of("daemon")->info("{}: configuration reloaded; {}{}", who,
-                         changes.applied.empty() ? "nothing new applies" : "now applies: ",
-                         fmt::join(changes.applied, ", "));
-  if (!changes.need_restart.empty()) {
+  const std::string applied =
+      fmt::format("configuration reloaded; {}{}",
+                  changes.applied.empty() ? "nothing new applies" : "now applies: ",
+                  fmt::join(changes.applied, ", "));
+  const bool is_logged = log_change(reload_log_, who, applied);
+  if (is_logged && !changes.need_restart.empty()) {
     log_of("daemon")->warn("configuration: these need a restart: {}",
                            fmt::join(changes.need_restart, ", "));
   }
   return std::nullopt;
+}
+
+// Who asks for changes all the time must not fill the disk with them.
+bool Operator::log_change(LogLimiter& limiter, const std::string& who, const std::string& what,
+                          spdlog::level::level_enum level) {
+  const auto silent = limiter.pass(std::chrono::steady_clock::now());
+  if (!silent) return false;
+  const std::string more =
+      *silent == 0 ? "" : " (" + std::to_string(*silent) + " more since the last line)";
+  log_of("daemon")->log(level, "{}: {}{}", who, what, more);
+  return true;
 }
 
 void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
@@ -126,6 +156,7 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
       station->link().set_air_rate(link.air_rate_mbps);
       station->link().set_beacon(std::chrono::milliseconds(link.beacon_ms));
       station->set_virtual_range(link.virtual_range);
+      station->set_forwarding(link.forwarding);
     }
   }
   config.node = fresh.config.node;
@@ -150,9 +181,10 @@ std::optional<Refusal> Operator::set_log_level(const std::string& who,
                                fmt::join(kLogLevels, ", ")),
                    std::nullopt};
   }
-  log_of("daemon")->info("{}: log level of {} is now {}", who,
+  log_change(level_log_, who,
+             fmt::format("log level of {} is now {}",
                          request.has_subsystem() ? request.subsystem() : "all subsystems",
-                         request.level());
+                         request.level()));
   return std::nullopt;
 }
 
@@ -174,13 +206,14 @@ std::optional<Refusal> Operator::set_node_id(const std::string& who,
   if (auto refusal = parts_.hub.set_node_id(id)) return refusal;
   ipc::Hello hello;
   parts_.status.fill_hello(hello);
-  log_of("daemon")->info("{}: node id is now {}{}", who, hello.node_id(), id ? "" : " (automatic)");
+  log_change(id_log_, who,
+             fmt::format("node id is now {}{}", hello.node_id(), id ? "" : " (automatic)"));
   return std::nullopt;
 }
 
 void Operator::start_capture(const std::string& who, CaptureListener& listener) {
   parts_.capture.add(listener);
-  log_of("daemon")->info("{}: captures all frames", who);
+  log_change(capture_log_, who, "captures all frames");
 }
 
 void Operator::stop_capture(CaptureListener& listener) {

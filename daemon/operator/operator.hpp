@@ -2,11 +2,14 @@
 // the configuration again, applies what can be applied, and says what needs a restart.
 #pragma once
 
+#include <spdlog/common.h>
+
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "daemon/common/log_limiter.hpp"
 #include "daemon/config/config_changes.hpp"
 #include "daemon/config/config_parser.hpp"
 #include "daemon/hub/channel_table.hpp"
@@ -20,7 +23,11 @@
 namespace swarmtalk::daemon {
 
 /// Swarm keys by the name of their link. Links without one have no entry.
-using LinkKeys = std::map<std::string, std::shared_ptr<const frame::SwarmKey>>;
+struct KeyPair {
+  std::shared_ptr<const frame::SwarmKey> key;
+  std::shared_ptr<const frame::SwarmKey> also;  // null: none
+};
+using LinkKeys = std::map<std::string, KeyPair>;
 
 /// @throws ConfigError  a key file that is missing or not safe
 LinkKeys load_keys(const Config& config, const KeyLines& lines);
@@ -44,6 +51,11 @@ class Operator final : public Operations {
 
   /// Key of a link; null: none.
   std::shared_ptr<const frame::SwarmKey> key_of(const std::string& link) const;
+  /// The other key whose frames it takes; null: none.
+  std::shared_ptr<const frame::SwarmKey> also_key_of(const std::string& link) const;
+
+  /// Whether some link has a key.
+  bool has_keys() const { return !parts_.keys.empty(); }
 
   /// As asked by a signal: answers go to the log only.
   void reload_on_signal();
@@ -59,10 +71,19 @@ class Operator final : public Operations {
   void stop_capture(CaptureListener& listener) override;
 
  private:
+  bool log_change(LogLimiter& limiter, const std::string& who, const std::string& what,
+                  spdlog::level::level_enum level = spdlog::level::info);
   void apply(const ParsedConfig& fresh, const ConfigChanges& changes);
 
   Parts parts_;
   std::function<ParsedConfig()> load_;
+  // So many changes at once are told one by one, then one a second.
+  LogLimiter reload_log_{kLinesAtOnce};
+  LogLimiter level_log_{kLinesAtOnce};
+  LogLimiter id_log_{kLinesAtOnce};
+  LogLimiter capture_log_{kLinesAtOnce};
+
+  static constexpr std::uint32_t kLinesAtOnce = 10;
 };
 
 }  // namespace swarmtalk::daemon

@@ -5,22 +5,14 @@
 #include <string_view>
 
 #include "daemon/operator/counter_list.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
-/// A label's value, escaped as the format wants it.
+/// A label's value, plain and escaped as the format wants it.
 std::string in_quotes(std::string_view value) {
-  std::string text = "\"";
-  for (const char c : value) {
-    if (c == '\n') {
-      text += "\\n";
-      continue;
-    }
-    if (c == '"' || c == '\\') text += '\\';
-    text += c;
-  }
-  return text + '"';
+  return text::quoted(text::plain(value), '"');
 }
 
 class Exposition {

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/session/client_requests.hpp"
+#include "text/plain.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
@@ -20,6 +23,8 @@ std::uint64_t whole_ms(std::chrono::steady_clock::duration duration) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
   return static_cast<std::uint64_t>(std::max<std::int64_t>(ms, 0));
 }
+
+constexpr int kMostUsersTold = 32;  // in a status, so that it fits a frame
 
 void fill_neighbour(Station& station, const Neighbour& from, Neighbour::Time now,
                     ipc::Neighbour& to) {
@@ -53,7 +58,7 @@ StatusReport::StatusReport(const Hub& hub, const PoseKeeper& poses, const NodeId
       poses_(poses),
       identity_(identity),
       counters_(counters),
-      config_file_(std::move(config_file)) {}
+      config_file_(text::plain(config_file)) {}
 
 void StatusReport::fill_hello(ipc::Hello& hello) {
   hello.set_major(ipc::kProtocolMajor);
@@ -72,7 +77,9 @@ void StatusReport::fill_status(ipc::Status& status) {
       std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
   status.set_clients(clients_ == nullptr ? 0 : static_cast<std::uint32_t>(clients_->size()));
   status.set_config_file(config_file_);
-  fill_pose(status);
+  if (poses_.age_ms(std::chrono::steady_clock::now())) {
+    fill_own_pose(poses_, *status.mutable_pose());
+  }
   fill_links(status);
   for (const ChannelView& view : hub_.channels()) {
     ipc::ChannelStatus& channel = *status.add_channels();
@@ -89,7 +96,24 @@ void StatusReport::fill_status(ipc::Status& status) {
     for (const std::string& link : view.links) channel.add_links(link);
   }
   if (clients_ != nullptr) clients_->fill(*status.mutable_clients_served());
+  fill_users(status);
   add_counters(counters_.list(), *status.mutable_counters());
+}
+
+void StatusReport::fill_users(ipc::Status& status) const {
+  for (const auto& [uid, user] : hub_.shares().users()) {
+    if (user.clients == 0 && user.waiting_messages == 0) continue;
+    if (status.users_size() == kMostUsersTold) return;
+    ipc::UserStatus& entry = *status.add_users();
+    entry.set_uid(uid);
+    entry.set_is_operator(user.is_operator);
+    for (const ShareView& view : hub_.shares().view(user)) {
+      ipc::ShareStatus& share = *entry.add_shares();
+      share.set_name(view.name);
+      share.set_used(view.used);
+      share.set_limit(view.limit);
+    }
+  }
 }
 
 void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
@@ -107,20 +131,6 @@ void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
   reply.set_left_out(left_out);
 }
 
-// A pose that is too old is told by its age alone.
-void StatusReport::fill_pose(ipc::Status& status) const {
-  const auto now = std::chrono::steady_clock::now();
-  const auto age_ms = poses_.age_ms(now);
-  if (!age_ms) return;
-  ipc::Pose& pose = *status.mutable_pose();
-  pose.set_age_ms(*age_ms);
-  const auto valid = poses_.valid(now);
-  if (!valid) return;
-  pose.set_x_m(static_cast<float>(valid->x_m));
-  pose.set_y_m(static_cast<float>(valid->y_m));
-  pose.set_theta_rad(static_cast<float>(valid->theta_rad));
-}
-
 void StatusReport::fill_links(ipc::Status& status) const {
   for (Station* station : hub_.stations()) {
     const drivers::Link& link = station->link();
@@ -128,10 +138,10 @@ void StatusReport::fill_links(ipc::Status& status) const {
     ipc::LinkStatus& entry = *status.add_links();
     entry.set_name(station->name());
     entry.set_type(link.type());
-    entry.set_device(link.device());
+    entry.set_device(text::plain(link.device()));
     entry.set_profile(station->profile());
     entry.set_up(station->is_up());
-    entry.set_state(link.state());
+    entry.set_state(text::plain(link.state()));
     entry.set_mtu_bytes(limits.max_packet_bytes);
     entry.set_max_message_bytes(limits.max_message_bytes);
     entry.set_max_ttl(limits.max_ttl);

@@ -26,7 +26,7 @@ class StatusReport final : public StatusSource {
   static constexpr int kMostNeighbours = 400;  // of at most 150 bytes: one frame
 
  private:
-  void fill_pose(ipc::Status& status) const;
+  void fill_users(ipc::Status& status) const;
   void fill_links(ipc::Status& status) const;
 
   const Hub& hub_;

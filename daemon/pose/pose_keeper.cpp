@@ -18,12 +18,14 @@ constexpr double kWholeTurnRad = 2 * std::numbers::pi + 1e-3;  // and what round
 PoseKeeper::PoseKeeper(const NodeConfig& config)
     : pose_(config.pose), max_age_ms_(config.pose_max_age_ms) {}
 
-bool PoseKeeper::set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at) {
+bool PoseKeeper::set(double x_m, double y_m, double theta_rad, std::optional<Time> known_at,
+                     std::string_view told_by) {
   const bool is_inside = std::abs(x_m) <= kMaxPoseM && std::abs(y_m) <= kMaxPoseM;  // no NaN
   if (!is_inside || !std::isfinite(theta_rad)) return false;
   tell_whole_turns(theta_rad);
   pose_ = FixedPose{x_m, y_m, std::fmod(theta_rad, 2 * std::numbers::pi)};
   set_at_ = known_at;
+  told_by_ = told_by;
   return true;
 }
 

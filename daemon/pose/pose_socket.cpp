@@ -84,7 +84,7 @@ void PoseSocket::take(std::string_view text) {
   if (const auto pose = parse_pose_text(text)) {
     const std::chrono::duration<double> age(std::min(pose->age_s, kOldestS));
     const auto known_at = now - std::chrono::duration_cast<std::chrono::nanoseconds>(age);
-    if (poses_.set(pose->x_m, pose->y_m, pose->theta_rad, known_at)) {
+    if (poses_.set(pose->x_m, pose->y_m, pose->theta_rad, known_at, "the pose socket")) {
       ++counters_.poses_received;
       return;
     }

@@ -1,11 +1,13 @@
 #include "daemon/session/client_answers.hpp"
 
+#include "text/plain.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
 void fill(ipc::Failure& failure, const Refusal& refusal) {
   failure.set_code(refusal.code);
-  failure.set_text(refusal.text);
+  failure.set_text(text::plain(refusal.text));  // may name a file or a device of any bytes
   if (refusal.limit) failure.set_limit(*refusal.limit);
 }
 

@@ -38,6 +38,8 @@ class ClientAnswers {
   /// An empty notice, to be filled; send_notice() sends it.
   ipc::Envelope& make_notice();
   void send_notice() { output_.add_answer(forms_.notice); }
+  /// A message has been sent.
+  void tell_sent(const ipc::SentFrame& sent) { output_.add_answer(sent); }
   /// A message will not be sent.
   void refuse_message(std::uint32_t publisher_id, std::uint64_t publish_number,
                       const Refusal& refusal);

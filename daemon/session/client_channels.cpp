@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/common/monotonic_ns.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -201,10 +202,7 @@ void ClientChannels::on_message(Subscription& subscription, const MessageRef& me
 void ClientChannels::on_sent(Publisher& publisher, std::uint64_t publish_number) {
   if (++publisher.untold_sent < publisher.sent_every) return;
   publisher.untold_sent = 0;
-  ipc::Sent& sent = *answers_.make_notice().mutable_sent();
-  sent.set_publisher_id(publisher.id);
-  sent.set_publish_number(publish_number);
-  answers_.send_notice();
+  answers_.tell_sent({publisher.id, publish_number});
 }
 
 void ClientChannels::on_unsent(std::uint32_t publisher_id, std::uint64_t publish_number,
@@ -217,7 +215,7 @@ void ClientChannels::on_links_down(const Refusal& why) {
   is_told_down_ = true;
   ipc::Failure& failure = *answers_.make_notice().mutable_failure();
   failure.set_code(why.code);
-  failure.set_text(why.text);
+  failure.set_text(text::plain(why.text));
   answers_.send_notice();
 }
 

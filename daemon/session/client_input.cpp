@@ -15,11 +15,24 @@ constexpr int kReadsOfBells = 4;  // more wake us again
 
 }  // namespace
 
-bool ClientInput::begin_ring(std::size_t capacity_bytes) {
-  ipc::RingMemory memory = ipc::RingMemory::create(capacity_bytes);
-  if (!memory.is_valid()) return false;
-  ring_.emplace(std::move(memory));
+bool ClientInput::begin_ring() {
+  std::optional<ipc::RingMemory> memory = rings_.take(client_);
+  if (!memory) return false;
+  ring_.emplace(std::move(*memory));
   return true;
+}
+
+void ClientInput::end_ring(bool has_left) {
+  rings_.give_back(std::move(ring_->memory()), client_, has_left);
+  ring_.reset();
+}
+
+void ClientInput::leave() {
+  if (!ring_) return;
+  if (ring_->is_spoiled()) rings_.bar(client_);
+  const bool has_left = ring_->writer_has_left();
+  ring_->leave();
+  end_ring(has_left);
 }
 
 ClientInput::Result ClientInput::read_socket(int socket, std::span<std::uint8_t> room,
@@ -54,7 +67,7 @@ ClientInput::Result ClientInput::wake(int socket) {
 ClientInput::Result ClientInput::read(int socket, std::span<std::uint8_t> room, std::size_t& got) {
   if (!ring_) return read_socket(socket, room, got);
   const std::optional<std::size_t> count = ring_->read(room);
-  if (!count) return Result::kBroken;
+  if (!count) return Result::kBroken;  // leave() looks whose fault it is
   got = *count;
   if (got > 0) return Result::kBytes;
   return end_reason_.empty() ? Result::kNothing : Result::kEnded;

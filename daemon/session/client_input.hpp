@@ -9,6 +9,8 @@
 #include <span>
 #include <string>
 
+#include "daemon/session/client_identity.hpp"
+#include "daemon/session/ring_pool.hpp"
 #include "ipc/byte_ring.hpp"
 
 namespace swarmtalk::daemon {
@@ -22,14 +24,17 @@ class ClientInput {
     kBroken,   // what came through the ring or beside it cannot be; the stream has no rest
   };
 
-  /// Makes the ring. All that follows comes through it. @return false: the system has no memory
-  bool begin_ring(std::size_t capacity_bytes);
+  /// @param rings  outlives it, as does `client`
+  ClientInput(RingPool& rings, const ClientIdentity& client) : rings_(rings), client_(client) {}
+
+  /// Begins the ring. All that follows comes through it. @return false: there is no memory for it
+  bool begin_ring();
   bool has_ring() const { return ring_.has_value(); }
   /// To pass to the client once, with what announces the ring; -1: none.
-  int descriptor_to_pass() { return ring_ ? ring_->memory().descriptor() : -1; }
-  void descriptor_is_passed() { ring_->memory().close_descriptor(); }
+  int descriptor_to_pass() { return ring_ && !is_passed_ ? ring_->memory().descriptor() : -1; }
+  void descriptor_is_passed() { is_passed_ = true; }
   /// It could not be passed: all comes through the socket as before.
-  void withdraw_ring() { ring_.reset(); }
+  void withdraw_ring() { end_ring(true); }
 
   /// The socket has become readable. @return kNothing, or kBroken
   Result wake(int socket);
@@ -46,14 +51,16 @@ class ClientInput {
   const std::string& end_reason() const { return end_reason_; }
 
   /// Nothing more is read.
-  void leave() {
-    if (ring_) ring_->leave();
-  }
+  void leave();
 
  private:
+  void end_ring(bool has_left);
   Result read_socket(int socket, std::span<std::uint8_t> room, std::size_t& got);
 
+  RingPool& rings_;
+  const ClientIdentity& client_;
   std::optional<ipc::RingReader> ring_;
+  bool is_passed_ = false;
   std::string end_reason_;  // not empty: nothing more comes through the socket
 };
 

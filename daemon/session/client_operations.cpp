@@ -15,7 +15,7 @@ bool ClientOperations::operate(const ipc::Envelope& request) {
   std::optional<Refusal> refusal;
   ipc::Envelope& reply = answers_.make();
   if (request.has_reload()) {
-    refusal = operations.reload(client_.who(), *reply.mutable_reloaded());
+    refusal = reload(*reply.mutable_reloaded());
   } else if (request.has_set_log_level()) {
     refusal = operations.set_log_level(client_.who(), request.set_log_level());
     if (!refusal) operations.fill_log_levels(*reply.mutable_log_levels());
@@ -38,6 +38,16 @@ bool ClientOperations::operate(const ipc::Envelope& request) {
     answers_.send();
   }
   return true;
+}
+
+// Many reloads that came at once are one, and each is answered as that was.
+std::optional<Refusal> ClientOperations::reload(ipc::Reloaded& reply) {
+  if (!std::exchange(has_reloaded_, true)) {
+    reloaded_.Clear();
+    reload_refusal_ = operations_->reload(client_.who(), reloaded_);
+  }
+  reply = reloaded_;
+  return reload_refusal_;
 }
 
 // A client that is too slow misses frames, and is told how many.

@@ -30,6 +30,11 @@ class ClientOperations final : public CaptureListener, public KilobotClient {
 
   /// @return false, and nothing answered: no operator's request
   bool operate(const ipc::Envelope& request);
+  /// Whether a reload was done for this client that began after all that has been read came.
+  bool has_reloaded() const { return has_reloaded_; }
+  /// More has been read.
+  void forget_reload() { has_reloaded_ = false; }
+
   void begin_kilobot(const ipc::KilobotCommand& command);
   void cancel_kilobot(std::uint32_t operation_id);
 
@@ -38,6 +43,8 @@ class ClientOperations final : public CaptureListener, public KilobotClient {
   void on_kilobot_ended(const ipc::KilobotEnded& ended) override;
 
  private:
+  std::optional<Refusal> reload(ipc::Reloaded& reply);
+
   Operations* operations_;
   KilobotControl* kilobots_;
   const LimitsConfig& limits_;
@@ -45,7 +52,10 @@ class ClientOperations final : public CaptureListener, public KilobotClient {
   const ClientOutput& output_;
   ClientAnswers& answers_;
   bool is_capturing_ = false;
-  std::uint32_t missed_frames_ = 0;  // of the capture, since the last one told
+  bool has_reloaded_ = false;
+  ipc::Reloaded reloaded_;                 // what the last reload
+  std::optional<Refusal> reload_refusal_;  // was answered
+  std::uint32_t missed_frames_ = 0;        // of the capture, since the last one told
 };
 
 }  // namespace swarmtalk::daemon

@@ -9,6 +9,8 @@ namespace swarmtalk::daemon {
 namespace {
 
 constexpr std::size_t kOutputBytes = 64 * 1024;  // deliveries committed to one write
+constexpr std::size_t kBytesOfAMessage = 512;    // of queue_bytes: so many may wait without any
+constexpr std::size_t kLeastMessages = 64;
 
 std::uint32_t age_ms(const frame::FramePose& pose) {
   return pose.age_10ms * 10u;
@@ -38,6 +40,7 @@ ipc::DeliverFrame frame_of(const Message& message) {
                          static_cast<float>(pose.theta_rad()), age_ms(pose)};
   }
   frame.hops = message.hops;
+  frame.transmitter = message.transmitter;
   frame.ttl = message.ttl;
   if (message.is_time_known) {
     frame.buffering_delay_us = message.buffering_delay_us;
@@ -54,8 +57,15 @@ ipc::DeliverFrame frame_of(const Message& message) {
 }  // namespace
 
 void ClientOutput::add_answer(const ipc::Envelope& answer) {
-  if (is_closed_) return;
-  if (!ipc::append_frame(answer, answers_)) {
+  if (!is_closed_) note_answer(ipc::append_frame(answer, answers_));
+}
+
+void ClientOutput::add_answer(const ipc::SentFrame& answer) {
+  if (!is_closed_) note_answer(ipc::append_frame(answer, answers_));
+}
+
+void ClientOutput::note_answer(bool fits) {
+  if (!fits) {
     problem_ = "a reply did not fit into a frame";
   } else if (answers_.size() > limits_.reply_bytes && problem_.empty()) {
     ++counters_.clients_not_reading;
@@ -65,29 +75,46 @@ void ClientOutput::add_answer(const ipc::Envelope& answer) {
   wake_();
 }
 
+void ClientOutput::begin_change(const SubscriptionQueue& queue) {
+  queued_bytes_ -= queue.payload_bytes();
+  queued_messages_ -= queue.size();
+}
+
+void ClientOutput::end_change(const SubscriptionQueue& queue) {
+  queued_bytes_ += queue.payload_bytes();
+  queued_messages_ += queue.size();
+}
+
+// A message of no bytes needs memory too.
+bool ClientOutput::is_over(std::size_t more_bytes) const {
+  if (queued_bytes_ + more_bytes > limits_.queue_bytes) return true;
+  return queued_messages_ >= kLeastMessages &&
+         queued_messages_ * kBytesOfAMessage >= limits_.queue_bytes;
+}
+
 void ClientOutput::add_delivery(QueuedSubscription& subscription, const MessageRef& message) {
   SubscriptionQueue& queue = subscription.queue;
   const std::size_t size_bytes = message->payload.size();
   queue.note(std::exchange(subscription.lost, {}));
-  while (!queue.is_empty() && queued_bytes_ + size_bytes > limits_.queue_bytes) {
-    queued_bytes_ -= queue.payload_bytes();
+  while (!queue.is_empty() && is_over(size_bytes)) {
+    begin_change(queue);
     queue.drop_oldest();
-    queued_bytes_ += queue.payload_bytes();
+    end_change(queue);
     ++counters_.deliveries_dropped_bytes;
     ++lost_;
   }
-  if (queued_bytes_ + size_bytes > limits_.queue_bytes) {
+  if (is_over(size_bytes)) {
     queue.count_dropped();
     ++counters_.deliveries_dropped_bytes;
     ++lost_;
     return;
   }
-  queued_bytes_ -= queue.payload_bytes();
+  begin_change(queue);
   if (queue.push(message)) {
     ++counters_.deliveries_dropped_full;
     ++lost_;
   }
-  queued_bytes_ += queue.payload_bytes();
+  end_change(queue);
   if (std::exchange(subscription.is_ready, true)) return;  // on its way out already
   ready_.push_back(&subscription);
   wake_();
@@ -95,7 +122,7 @@ void ClientOutput::add_delivery(QueuedSubscription& subscription, const MessageR
 
 void ClientOutput::forget(QueuedSubscription& subscription) {
   counters_.deliveries_dropped_closed += subscription.queue.size();
-  queued_bytes_ -= subscription.queue.payload_bytes();
+  begin_change(subscription.queue);
   std::erase(ready_, &subscription);
 }
 
@@ -133,7 +160,7 @@ bool ClientOutput::refill() {
 void ClientOutput::drop_old(QueuedSubscription& subscription, std::uint64_t now_ns) {
   const std::uint64_t limit_ns = std::uint64_t{*subscription.max_age_ms} * 1'000'000;
   SubscriptionQueue& queue = subscription.queue;
-  queued_bytes_ -= queue.payload_bytes();
+  begin_change(queue);
   while (!queue.is_empty()) {
     const Message& oldest = queue.front();
     const std::uint64_t before_ns = std::uint64_t{oldest.buffering_delay_us.value_or(0)} * 1000;
@@ -142,13 +169,14 @@ void ClientOutput::drop_old(QueuedSubscription& subscription, std::uint64_t now_
     ++counters_.deliveries_dropped_old;
     ++lost_;
   }
-  queued_bytes_ += queue.payload_bytes();
+  end_change(queue);
 }
 
 void ClientOutput::append(QueuedSubscription& subscription) {
   const SubscriptionQueue::Taken taken = subscription.queue.pop();
   const Message& message = *taken.message;
   queued_bytes_ -= message.payload.size();
+  --queued_messages_;
   ipc::DeliverFrame frame = frame_of(message);
   frame.subscription_id = subscription.id;
   frame.lost_before = lost_of(taken.lost_before);

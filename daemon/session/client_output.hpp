@@ -18,6 +18,7 @@
 #include "daemon/hub/hub_client.hpp"
 #include "daemon/session/subscription_queue.hpp"
 #include "ipc/framing.hpp"
+#include "ipc/message_frames.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -37,6 +38,7 @@ class ClientOutput {
 
   /// Ahead of all deliveries that are not being written yet.
   void add_answer(const ipc::Envelope& answer);
+  void add_answer(const ipc::SentFrame& answer);
   /// Not empty: answers do not fit; the client is to be closed, for this reason.
   const std::string& problem() const { return problem_; }
   std::size_t answer_bytes() const { return answers_.size(); }
@@ -66,6 +68,11 @@ class ClientOutput {
   std::uint64_t lost() const { return lost_; }
 
  private:
+  void note_answer(bool fits);
+  /// What a queue holds is taken from the sums, and put back when it has changed.
+  void begin_change(const SubscriptionQueue& queue);
+  void end_change(const SubscriptionQueue& queue);
+  bool is_over(std::size_t more_bytes) const;
   void drop_old(QueuedSubscription& subscription, std::uint64_t now_ns);
   void append(QueuedSubscription& subscription);
 
@@ -78,6 +85,7 @@ class ClientOutput {
   std::size_t answers_end_ = 0;            // in bytes_; behind it are deliveries only
   std::deque<QueuedSubscription*> ready_;  // with messages queued; served in turn
   std::size_t queued_bytes_ = 0;           // payload in all queues
+  std::size_t queued_messages_ = 0;        // in all of them
   std::uint64_t deliveries_sent_ = 0;
   std::uint64_t lost_ = 0;
   std::string problem_;

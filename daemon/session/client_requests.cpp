@@ -1,5 +1,6 @@
 #include "daemon/session/client_requests.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -13,11 +14,27 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr int kStatusCost = 32;  // as many cheap requests take as long
+constexpr int kStatusCost = 32;    // as many cheap requests take as long
+constexpr int kReloadCost = 1000;  // the others' turn comes before the next
 
-// A request of a newer minor looks like no request at all, but for fields that we do not know.
+// A request of a newer minor looks like no request at all, but for fields that we do not know: in
+// an Envelope without a submessage, whatever is not its id.
 bool has_unknown_fields(const ipc::Envelope& request) {
-  return request.GetReflection()->GetUnknownFields(request).field_count() > 0;
+  ipc::Envelope known;
+  if (request.has_request_id()) known.set_request_id(request.request_id());
+  return request.ByteSizeLong() > known.ByteSizeLong();
+}
+
+int cost_of(const ipc::Envelope& request) {
+  if (request.has_reload()) return kReloadCost;
+  const bool is_report =
+      request.has_get_status() || request.has_get_neighbours() || request.has_get_metrics();
+  return is_report ? kStatusCost : 1;
+}
+
+bool is_change(const ipc::Envelope& request) {
+  return request.has_reload() || request.has_set_node_id() || request.has_capture() ||
+         (request.has_set_log_level() && request.set_log_level().has_level());
 }
 
 std::string version_text(std::uint32_t major, std::uint32_t minor) {
@@ -38,9 +55,28 @@ std::optional<StreamEnd> ClientRequests::handle(const ipc::Envelope& request, in
   if (!has_greeted_) {
     return StreamEnd{ipc::ERROR_MALFORMED, "the first frame must be Hello", true};
   }
-  if (request.has_get_status() || request.has_get_neighbours()) requests_left -= kStatusCost;
+  const bool is_repeated = request.has_reload() && operations_.has_reloaded();
+  const int cost = is_repeated ? 1 : cost_of(request);
+  requests_left -= cost;
+  const bool is_free = request.has_publish() || request.has_client_loss();  // they have own limits
+  if (!is_free) {
+    if (const auto refusal = check_rate(request, std::min(cost, kStatusCost))) {
+      answers_.refuse(*refusal);
+      return std::nullopt;
+    }
+  }
   answer(request);
   return std::nullopt;
+}
+
+// A reload that came before the last one began is answered by that, and takes no turn.
+std::optional<Refusal> ClientRequests::check_rate(const ipc::Envelope& request, int cost) {
+  auto refusal = shares_.take_request(channels_.share, static_cast<std::uint32_t>(cost));
+  const bool is_repeated = request.has_reload() && operations_.has_reloaded();
+  if (!refusal && is_change(request) && !is_repeated)
+    refusal = shares_.take_change(channels_.share);
+  if (refusal) ++counters_.requests_too_fast;
+  return refusal;
 }
 
 void ClientRequests::answer(const ipc::Envelope& request) {
@@ -90,7 +126,7 @@ std::optional<StreamEnd> ClientRequests::greet(const ipc::Hello& hello) {
   ipc::Hello& reply = *answers_.make().mutable_hello();
   status_.fill_hello(reply);
   if (is_first && limits_.ring_bytes > 0 && ipc::has_feature(hello, ipc::kRingFeature)) {
-    if (input_.begin_ring(limits_.ring_bytes)) {
+    if (input_.begin_ring()) {
       reply.add_features(ipc::kRingFeature);
     } else {
       log_of("client")->debug("{}: no memory for a ring: {}", client_.who(), std::strerror(errno));
@@ -103,7 +139,7 @@ std::optional<StreamEnd> ClientRequests::greet(const ipc::Hello& hello) {
 void ClientRequests::set_pose(const ipc::SetPose& request) {
   std::optional<PoseKeeper::Time> known_at = std::chrono::steady_clock::now();
   if (request.fixed()) known_at.reset();
-  if (!poses_.set(request.x_m(), request.y_m(), request.theta_rad(), known_at)) {
+  if (!poses_.set(request.x_m(), request.y_m(), request.theta_rad(), known_at, client_.name)) {
     return answers_.refuse(
         {ipc::ERROR_BAD_POSE,
          "a pose is x and y in metres, -32.767 to 32.767, and a finite angle in radians",
@@ -113,15 +149,22 @@ void ClientRequests::set_pose(const ipc::SetPose& request) {
 }
 
 void ClientRequests::get_pose() {
+  fill_own_pose(poses_, *answers_.make().mutable_pose());
+  answers_.send();
+}
+
+void fill_own_pose(const PoseKeeper& poses, ipc::Pose& reply) {
   const auto now = std::chrono::steady_clock::now();
-  ipc::Pose& reply = *answers_.make().mutable_pose();
-  if (const auto age_ms = poses_.age_ms(now)) reply.set_age_ms(*age_ms);
-  if (const auto pose = poses_.valid(now)) {
+  if (poses.max_age_ms() != 0) reply.set_max_age_ms(poses.max_age_ms());
+  const auto age_ms = poses.age_ms(now);
+  if (!age_ms) return;
+  reply.set_age_ms(*age_ms);
+  reply.set_told_by(poses.told_by());
+  if (const auto pose = poses.valid(now)) {
     reply.set_x_m(static_cast<float>(pose->x_m));
     reply.set_y_m(static_cast<float>(pose->y_m));
     reply.set_theta_rad(static_cast<float>(pose->theta_rad));
   }
-  answers_.send();
 }
 
 }  // namespace swarmtalk::daemon

@@ -33,14 +33,19 @@ struct StreamEnd {
   bool is_malformed;
 };
 
+/// The robot's own pose: of one that is too old its age, who told it and the limit only.
+void fill_own_pose(const PoseKeeper& poses, ipc::Pose& reply);
+
 class ClientRequests {
  public:
   /// All references must outlive it.
   ClientRequests(StatusSource& status, PoseKeeper& poses, const LimitsConfig& limits,
-                 DaemonCounters& counters, ClientIdentity& client, ClientInput& input,
-                 ClientAnswers& answers, ClientChannels& channels, ClientOperations& operations)
+                 const Shares& shares, DaemonCounters& counters, ClientIdentity& client,
+                 ClientInput& input, ClientAnswers& answers, ClientChannels& channels,
+                 ClientOperations& operations)
       : status_(status),
         poses_(poses),
+        shares_(shares),
         limits_(limits),
         counters_(counters),
         client_(client),
@@ -56,6 +61,7 @@ class ClientRequests {
   bool has_greeted() const { return has_greeted_; }
 
  private:
+  std::optional<Refusal> check_rate(const ipc::Envelope& request, int cost);
   void answer(const ipc::Envelope& request);
   std::optional<StreamEnd> greet(const ipc::Hello& hello);
   void set_pose(const ipc::SetPose& request);
@@ -63,6 +69,7 @@ class ClientRequests {
 
   StatusSource& status_;
   PoseKeeper& poses_;
+  const Shares& shares_;
   const LimitsConfig& limits_;
   DaemonCounters& counters_;
   ClientIdentity& client_;

@@ -22,6 +22,8 @@ constexpr int kAcceptsPerTurn = 16;
 constexpr int kMostListed = 128;            // clients in a status, so that it fits a frame
 constexpr std::size_t kRefusedAtOnce = 16;  // refused clients that still read why
 constexpr auto kHelloTimeout = std::chrono::seconds(10);
+constexpr auto kRefusedTimeout = std::chrono::seconds(2);  // to read why, and hang up
+constexpr auto kSilenceWatchPeriod = std::chrono::seconds(1);
 constexpr auto kAcceptRetry = std::chrono::seconds(1);
 
 }  // namespace
@@ -83,13 +85,13 @@ void Clients::retry_accept_later() {
 }
 
 void Clients::add(int descriptor) {
-  const bool is_full = size() >= limits.clients;
-  if (is_full) {
+  UserShare& user = hub.shares().user(uid_of(descriptor));
+  const auto refusal = hub.shares().check_client(user, size());
+  if (refusal) {
     ++counters.clients_refused;
     if (const auto silent = refused_log_.pass(Clock::now())) {
-      log_of("client")->warn(
-          "client refused ({}): limits.clients is {} ({} more since the last line)",
-          peer_of(descriptor), limits.clients, *silent);
+      log_of("client")->warn("client refused ({}): {} ({} more since the last line)",
+                             peer_of(descriptor), refusal->text, *silent);
     }
     if (refused_ >= kRefusedAtOnce) {
       ::close(descriptor);
@@ -104,14 +106,11 @@ void Clients::add(int descriptor) {
   auto session = std::make_shared<Session>(io_, descriptor, *this);
   sessions_.emplace(session.get(), session);
   watch_silent();
-  if (is_full) {
+  if (refusal) {
     ++refused_;
-    session->refuse_connection({ipc::ERROR_LIMIT,
-                                "this daemon serves " + std::to_string(limits.clients) +
-                                    " clients at most; end one, or raise clients under [limits]",
-                                limits.clients});
-    return;
+    return session->refuse_connection(*refusal);
   }
+  hub.shares().enter(user, session->share());
   session->start();
 }
 
@@ -155,20 +154,20 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
   if (is_malformed) {
     ++counters.clients_malformed;
     if (const auto silent = malformed_log_.pass(Clock::now())) {
-      log_of("client")->warn("client '{}' ({}) closed: {} ({} more since the last line)",
-                             session.client().name, session.client().peer(), reason, *silent);
+      log_of("client")->warn("{} closed: {} ({} more since the last line)", session.client().who(),
+                             reason, *silent);
     }
   } else {
-    log_of("client")->debug("client '{}' ({}) closed: {}", session.client().name,
-                            session.client().peer(), reason);
+    log_of("client")->debug("{} closed: {}", session.client().who(), reason);
   }
   if (session.is_refused()) --refused_;
+  Shares::leave(session.share());
   sessions_.erase(&session);
 }
 
 void Clients::watch_silent() {
   if (std::exchange(is_watching_silent_, true)) return;
-  silence_timer_.expires_after(kHelloTimeout);
+  silence_timer_.expires_after(kSilenceWatchPeriod);
   silence_timer_.async_wait([this](const boost::system::error_code& error) {
     is_watching_silent_ = false;
     if (!error) close_silent();
@@ -181,14 +180,15 @@ void Clients::close_silent() {
   bool is_any_new = false;
   for (const auto& [session, shared] : sessions_) {
     if (session->has_greeted()) continue;
-    if (now - session->connected_at() >= kHelloTimeout)
+    const auto limit = session->is_refused() ? kRefusedTimeout : kHelloTimeout;
+    if (now - session->connected_at() >= limit)
       silent.push_back(shared);
     else
       is_any_new = true;
   }
   for (const auto& session : silent) {
     if (!session->is_refused()) ++counters.clients_silent;
-    session->close(session->is_refused() ? "it was refused and did not hang up within 10 s"
+    session->close(session->is_refused() ? "it was refused and did not hang up within 2 s"
                                          : "it did not say Hello within 10 s");
   }
   if (is_any_new) watch_silent();

@@ -43,6 +43,7 @@ class SessionHost {
   const LimitsConfig& limits;
   DaemonCounters& counters;
   StatusSource& status;
+  RingPool rings{limits};
   // Before any session.
   KilobotControl* kilobots = nullptr;  // none: no link of that type
   Operations* operations = nullptr;    // none: such requests are refused
@@ -73,6 +74,7 @@ class Session final : public std::enable_shared_from_this<Session> {
   bool has_greeted() const { return requests_.has_greeted(); }
   Time connected_at() const { return connected_at_; }
   const ClientIdentity& client() const { return client_; }
+  ClientShare& share() { return channels_.share; }
 
  private:
   // session_input.cpp: bytes to envelopes

@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;
-constexpr std::size_t kShownNameBytes = 64;  // in the status
 
 constexpr const char* kNoFrame =
     "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
@@ -31,12 +30,13 @@ constexpr const char* kBrokenRing = "the ring's count of written bytes is imposs
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
     : host_(host),
       socket_(io, descriptor),
+      input_(host.rings, client_),
       output_(host.limits, host.counters, [this] { on_output(); }),
       answers_(host.forms, output_, host.counters),
       channels_(host.hub, host.limits, host.counters, output_, answers_),
       operations_(host.operations, host.kilobots, host.limits, client_, output_, answers_),
-      requests_(host.status, host.poses, host.limits, host.counters, client_, input_, answers_,
-                channels_, operations_),
+      requests_(host.status, host.poses, host.limits, host.hub.shares(), host.counters, client_,
+                input_, answers_, channels_, operations_),
       connected_at_(std::chrono::steady_clock::now()) {
   ucred peer{};
   socklen_t size = sizeof peer;
@@ -114,6 +114,7 @@ Session::Read Session::read_once() {
       break;
   }
   reader_.commit(got);
+  operations_.forget_reload();  // whoever asks from now on may have changed the file since
   if (input_.take_waiting_writer()) {
     answers_.make_notice().mutable_room();
     answers_.send_notice();
@@ -183,7 +184,7 @@ void Session::refuse_connection(const Refusal& refusal) {
 }
 
 void Session::fill(ipc::ClientStatus& status) const {
-  status.set_name(client_.name.substr(0, kShownNameBytes));
+  status.set_name(client_.name);
   status.set_pid(client_.pid);
   status.set_uid(client_.uid);
   channels_.fill(status);

@@ -27,7 +27,8 @@ void Session::flush() {
   is_flush_scheduled_ = false;
   if (is_closed_) return;
   if (!doom_.empty() && !closes_when_written_) return close(doom_);
-  if (is_waiting_writable_) return;
+  // A client that is to be closed may never read again: it is tried once more, and not waited for.
+  if (is_waiting_writable_ && !closes_when_written_) return;
   output_.put_answers_ahead();
   for (int i = 0; i < kWritesPerTurn; ++i) {
     if (output_.unwritten().empty() && !output_.refill()) break;

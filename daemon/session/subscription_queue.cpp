@@ -45,9 +45,9 @@ SubscriptionQueue::Taken SubscriptionQueue::pop() {
 
 SubscriptionQueue::Taken SubscriptionQueue::take_front() {
   Taken taken = std::move(ring_[first_]);
-  first_ = (first_ + 1) % ring_.size();
-  --size_;
+  first_ = --size_ == 0 ? 0 : (first_ + 1) % ring_.size();
   payload_bytes_ -= taken.message->payload.size();
+  if (size_ == 0 && ring_.size() > kKeptPlaces) ring_ = {};
   return taken;
 }
 

@@ -14,7 +14,8 @@ namespace swarmtalk::daemon {
 
 class SubscriptionQueue {
  public:
-  /// @param keep_last  at least 1. Memory grows to it only when so many wait.
+  /// @param keep_last  at least 1. Memory grows to it only when so many wait, and goes when none
+  /// do.
   /// @param latest_of_each  a message takes the place of its sender's one before, at the end
   explicit SubscriptionQueue(std::size_t keep_last, bool latest_of_each = false)
       : keep_last_(keep_last), latest_of_each_(latest_of_each) {}
@@ -50,6 +51,8 @@ class SubscriptionQueue {
   bool drop_same_sender(const Message& message);
   Taken& at(std::size_t index) { return ring_[(first_ + index) % ring_.size()]; }
   void grow();
+
+  static constexpr std::size_t kKeptPlaces = 64;  // also while empty
 
   std::vector<Taken> ring_;
   std::size_t keep_last_;

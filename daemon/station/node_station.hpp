@@ -40,6 +40,11 @@ inline core::RangeBearingSensing sensing_of(const Range& range) {
   return {range.distance_mm(), range.bearing_rad};
 }
 
+inline std::uint64_t nanoseconds(drivers::MonotonicTime time) {
+  const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch());
+  return static_cast<std::uint64_t>(since.count());
+}
+
 template <class P>
 class NodeStation final : public Station, public drivers::LinkUser {
  public:
@@ -100,11 +105,14 @@ class NodeStation final : public Station, public drivers::LinkUser {
   void set_listening(std::uint16_t number, bool is_listening) override {
     Entry& entry = *entries_[number];
     if (entry.is_listening == is_listening) return;
+    // Core has no other way to unsubscribe than a new channel. When it is busy, the hub drops what
+    // comes, and calls again where it can.
+    if (!is_listening && entry.channel->is_busy()) return;
     entry.is_listening = is_listening;
     if (is_listening) {
       subscribe(entry);
-    } else if (!entry.channel->is_busy()) {
-      reattach(entry);  // core has no other way to unsubscribe; when busy, the hub drops the rest
+    } else {
+      reattach(entry);
     }
   }
 
@@ -156,18 +164,29 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   void set_virtual_range(const VirtualRange& range) override { virtual_range_ = range; }
+  void set_forwarding(const Forwarding& forwarding) override {
+    const std::uint64_t wait_us = std::uint64_t{forwarding.max_wait_ms} * 1000;
+    node_->limit_forwarding(forwarding.is_on ? forwarding.max_ttl : std::uint8_t{0},
+                            static_cast<Ticks>((wait_us + kTickUs<P> - 1) / kTickUs<P>));
+  }
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    const std::size_t next_bytes = node_->next_packet_bytes();
-    if (next_bytes == 0 || next_bytes > out.size()) return 0;
+    if (!node_->has_packet()) return 0;
     pulled_at_ = std::chrono::steady_clock::now();
-    const std::size_t size_bytes = node_->pull_packet(out.data());
-    if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
+    const std::size_t next_bytes = next_packet_bytes();
+    std::size_t size_bytes = 0;
+    if (next_bytes != 0 && next_bytes <= out.size()) {
+      size_bytes = node_->pull_packet(out.data());
+      if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
+    }
     pulled_at_.reset();
     return size_bytes;
   }
-  std::size_t next_packet_bytes() override { return node_->next_packet_bytes(); }
+  std::size_t next_packet_bytes() override {
+    node_->drop_late_forwards();
+    return node_->next_packet_bytes();
+  }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
   void on_frame(const drivers::FrameReception& frame) override;
@@ -345,6 +364,7 @@ void NodeStation<P>::on_last_message(const frame::LastMessage& last,
   head.sender = frame.transmitter;
   head.epoch = frame.transmitter_epoch & 0xFFFFu;  // as a packet carries it
   head.number = last.number;
+  head.received_at_ns = nanoseconds(frame.received_at);
   head.has_wide_number = true;
   head.drops = {frame.kernel_drops, node_->counters().no_memory};
   user_.on_last_message(*this, head);
@@ -372,7 +392,6 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
       return;
     }
   }
-  const auto stamp = frame_->received_at.time_since_epoch();
   head.channel = reception.channel;
   head.sender = reception.node;
   head.epoch = reception.epoch;
@@ -381,9 +400,9 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
   head.bearing_rad = range_.bearing_rad;
   head.sender_pose = frame_->pose;
   head.hops = hops_of(reception);
+  if (frame_->transmitter != reception.node) head.transmitter = frame_->transmitter;
   head.ttl = reception.ttl;
-  head.received_at_ns = static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(stamp).count());
+  head.received_at_ns = nanoseconds(frame_->received_at);
   head.has_wide_number = P::kMessageBits == 32;
   head.drops = {frame_->kernel_drops, node_->counters().no_memory};
   head.buffering_delay_us = delay_us(reception);
@@ -420,6 +439,7 @@ drivers::Counters NodeStation<P>::counters() const {
       {"node_duplicates", c.duplicates},
       {"node_own_echoes", c.own_echoes},
       {"node_forward_queue_full", c.forward_queue_full},
+      {"node_forwards_too_late", node_->forwards_too_late()},
       {"node_no_memory", c.no_memory},
       {"node_aged_out", c.aged_out},
       {"node_contradictions", c.contradictions},

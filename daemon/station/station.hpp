@@ -98,6 +98,9 @@ class Station {
   /// neither heard nor forwarded, and counted.
   virtual void set_virtual_range(const VirtualRange& range) = 0;
 
+  /// From now on packets of others are sent on within these limits only.
+  virtual void set_forwarding(const Forwarding& /*forwarding*/) {}
+
   /// The id of identity() has changed.
   virtual void adopt_node_id() = 0;
 };

@@ -37,8 +37,17 @@ void count(frame::ParseResult result, LinkCounters& counters) {
     case frame::ParseResult::kOtherKey:
       ++counters.frames_other_key;
       break;
+    case frame::ParseResult::kNotFresh:
+      ++counters.frames_not_fresh;
+      break;
     case frame::ParseResult::kReplayed:
       ++counters.frames_replayed;
+      break;
+    case frame::ParseResult::kNotProven:
+      ++counters.frames_not_proven;
+      break;
+    case frame::ParseResult::kTooOld:
+      ++counters.frames_too_old;
       break;
     case frame::ParseResult::kNotAuthentic:
       ++counters.frames_not_authentic;
@@ -52,52 +61,75 @@ FrameBuilder::FrameBuilder(frame::ProfileId profile, std::size_t max_packet_byte
     : profile_(profile), max_packet_bytes_(max_packet_bytes) {}
 
 std::size_t FrameBuilder::buffer_bytes(std::size_t limit_bytes) const {
-  return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes + frame::kSealBytes) +
+  return std::max(limit_bytes, frame::kHeaderBytes + frame::kPoseBytes + frame::kSealBytes +
+                                   frame::kFreshBytes) +
          frame::kLengthPrefixBytes + max_packet_bytes_;
 }
 
-frame::FrameHeader FrameBuilder::next_header(LinkUser& user) {
+frame::FrameHeader FrameBuilder::next_header(LinkUser& user, MonotonicTime now) {
+  frame::FrameHeader header = user.frame_header();
   if (sealer_ && frames_built_ == UINT32_MAX) {  // no nonce twice
     sealer_->draw_session();
     frames_built_ = 0;
+    if (freshness_ != nullptr) {
+      freshness_->change_own(frame::voice_of(sealer_->session(), header.epoch), milliseconds(now));
+    }
   }
-  frame::FrameHeader header = user.frame_header();
   header.profile = profile_;
   header.counter = frames_built_ + 1;
   return header;
 }
 
+std::span<const std::uint8_t> FrameBuilder::fresh_bytes(const frame::FrameHeader& header,
+                                                        std::size_t limit_bytes,
+                                                        MonotonicTime now) {
+  if (freshness_ == nullptr || !sealer_) return {};
+  const std::size_t around = header.size_bytes() + frame::kSealBytes;
+  const std::size_t left = limit_bytes > around ? limit_bytes - around : 0;
+  if (left < frame::kFreshBytes) return {};  // no room for anything
+  const frame::Freshness::Ms time = milliseconds(now);
+  const std::size_t wanted = std::min(freshness_->wanted_bytes(time), left);
+  fresh_.resize(std::max(wanted, frame::kFreshBytes));
+  return std::span(fresh_).first(freshness_->write(time, fresh_));
+}
+
 BuiltFrame FrameBuilder::build_beacon(LinkUser& user, std::span<std::uint8_t> buffer,
-                                      std::size_t limit_bytes) {
-  frame::FrameHeader header = next_header(user);
-  const std::size_t around = header.size_bytes() + (sealer_ ? frame::kSealBytes : std::size_t{0});
+                                      std::size_t limit_bytes, MonotonicTime now) {
+  frame::FrameHeader header = next_header(user, now);
+  std::size_t around = header.size_bytes() + (sealer_ ? frame::kSealBytes : std::size_t{0});
+  if (freshness_ != nullptr) around += frame::kFreshBytes;
   if (around > limit_bytes) return {};
+  const std::span<const std::uint8_t> fresh = fresh_bytes(header, limit_bytes, now);
+  if (!fresh.empty()) around += fresh.size() - frame::kFreshBytes;
   std::array<frame::LastMessage, kMostLastMessages> last;
   const std::size_t fit = (limit_bytes - around) / frame::kLastMessageBytes;
   const std::size_t count = user.last_messages(std::span(last).first(std::min(fit, last.size())));
   header.is_beacon = count > 0;
-  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
+  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr, fresh);
   for (std::size_t i = 0; i < count; ++i) writer.append_last(last[i]);
   ++frames_built_;
   return {writer.finish().size(), 0, false};
 }
 
 BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
-                               std::size_t limit_bytes, LinkCounters& counters) {
-  const frame::FrameHeader header = next_header(user);
-  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr);
+                               std::size_t limit_bytes, LinkCounters& counters, MonotonicTime now) {
+  if (freshness_ != nullptr && user.next_packet_bytes() == 0) return {};
+  const frame::FrameHeader header = next_header(user, now);
+  const std::span<const std::uint8_t> fresh = fresh_bytes(header, limit_bytes, now);
+  frame::FrameWriter writer(buffer, header, limit_bytes, sealer_ ? &*sealer_ : nullptr, fresh);
   bool more_waits = true;
   for (int drops = 0; drops < kMaxDropsPerFrame;) {
     const std::span<std::uint8_t> room = writer.room();
     const std::size_t left = std::min(writer.left_bytes(), room.size());
     if (writer.commit(user.pull_packet(room.first(left)))) continue;
     more_waits = user.next_packet_bytes() > 0;
-    if (!more_waits || writer.packets() > 0) break;
+    // A long packet leaves in the next frame, without the many nonces of this one.
+    if (!more_waits || writer.packets() > 0 || fresh.size() > frame::kFreshBytes) break;
     user.pull_packet(room);
     ++counters.packets_over_mtu;
     ++drops;
   }
-  if (writer.packets() == 0) return {0, 0, more_waits};
+  if (writer.packets() == 0 && fresh.empty()) return {0, 0, more_waits};
   ++frames_built_;
   return {writer.finish().size(), writer.packets(), more_waits};
 }
@@ -105,7 +137,7 @@ BuiltFrame FrameBuilder::build(LinkUser& user, std::span<std::uint8_t> buffer,
 void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArrival& arrival,
                             LinkUser& user, LinkCounters& counters) {
   frame::Frame frame;
-  const frame::ParseResult result = opener_.open(bytes, frame);
+  const frame::ParseResult result = opener_.open(bytes, frame, milliseconds(arrival.received_at));
   const bool has_header =
       result == frame::ParseResult::kOk || result == frame::ParseResult::kReplayed;
   if (has_header && user.is_own_frame(frame.header)) {  // come back by way of a repeater
@@ -134,15 +166,35 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
 }
 
 void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,
-             FrameReceiver& receiver) {
-  frame::Opener opener(key);
+             FrameReceiver& receiver, const std::shared_ptr<const frame::SwarmKey>& also) {
+  frame::Opener opener(key, also);
   std::optional<frame::Sealer> sealer;
   if (key != nullptr) {
     sealer.emplace(key);
     opener.refuse(sealer->session());
   }
   builder.set_sealer(std::move(sealer));
+  builder.set_freshness(nullptr);
   receiver.set_opener(std::move(opener));
+}
+
+void use_key_freshly(const std::shared_ptr<const frame::SwarmKey>& key,
+                     const std::shared_ptr<const frame::SwarmKey>& also, std::uint32_t epoch,
+                     MonotonicTime now, std::shared_ptr<frame::Freshness>& freshness,
+                     FrameBuilder& builder, FrameReceiver& receiver) {
+  frame::Sealer* const sealer = builder.sealer();
+  if (key != nullptr && freshness != nullptr && sealer != nullptr) {
+    sealer->change_key(key);
+    receiver.opener().change_keys(key, also);
+    return;
+  }
+  use_key(key, builder, receiver, also);
+  freshness.reset();
+  if (key == nullptr) return;
+  freshness = std::make_shared<frame::Freshness>(
+      frame::voice_of(builder.sealer()->session(), epoch), milliseconds(now), frame::draw_random);
+  builder.set_freshness(freshness);
+  receiver.opener().check_freshness(freshness);
 }
 
 }  // namespace swarmtalk::drivers

@@ -95,10 +95,17 @@ class Link {
   /// Something waits to be pulled. Cheap, may be called for every message.
   virtual void wake() = 0;
 
-  /// From now on frames are sealed with this key, and only such are taken; null: none. What was
-  /// sealed with the key before is no longer understood. Frames of a link that has no room for a
-  /// seal stay as they are; the configuration refuses keys there.
+  /// From now on frames are sealed with this key, and only such are taken; null: none. Frames of a
+  /// link that has no room for a seal stay as they are; the configuration refuses keys there.
   virtual void set_key(std::shared_ptr<const frame::SwarmKey> /*key*/) {}
+
+  /// Before set_key(). Frames sealed with this key will be taken as well, while keys are changed;
+  /// null: none.
+  virtual void set_also_key(std::shared_ptr<const frame::SwarmKey> /*key*/) {}
+
+  /// Before set_key(). Whether sealed frames have to be of now (frame/freshness.hpp); not where
+  /// what was recorded is played, or nothing is sent.
+  virtual void set_freshness(bool /*is_on*/) {}
 
   /// From now on this pace.
   virtual void set_pacing(const PacerConfig& /*pacing*/) {}

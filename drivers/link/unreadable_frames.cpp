@@ -8,7 +8,7 @@ struct Cause {
   const char* what;  // and the remedy
 };
 
-constexpr std::array<Cause, 6> kList{{
+constexpr std::array<Cause, 7> kList{{
     {&LinkCounters::frames_sealed,
      "sealed with a swarm key, and this link has none; give it the swarm's key_file, or nobody"},
     {&LinkCounters::frames_without_key,
@@ -16,6 +16,9 @@ constexpr std::array<Cause, 6> kList{{
     {&LinkCounters::frames_other_key,
      "sealed with another swarm key; give every robot the same key_file"},
     {&LinkCounters::frames_not_authentic, "damaged or forged"},
+    {&LinkCounters::frames_not_fresh,
+     "sealed, and without a nonce: of an older release or with check_freshness = false; make all "
+     "robots the same"},
     {&LinkCounters::frames_other_version,
      "of another version of the air frame; install one release on every robot"},
     {&LinkCounters::frames_other_profile,

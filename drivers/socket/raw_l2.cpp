@@ -14,6 +14,7 @@
 #include "drivers/link/link_error.hpp"
 #include "drivers/link/link_log.hpp"
 #include "drivers/socket/ether_filter.hpp"
+#include "drivers/socket/receive_buffer.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -77,7 +78,7 @@ RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
   socket_ = open_packet_socket(config_.interface);
   use_receive_socket(socket_);
   prepare_socket(socket_, config_);
-  use_receive_buffer(socket_, config_.receive_buffer_bytes);
+  use_receive_buffer(*this, socket_, config_.receive_buffer_bytes);
   if (!bind_to(interface)) {
     throw LinkError(LinkSetting::kInterface,
                     "raw_l2 '" + config_.interface +

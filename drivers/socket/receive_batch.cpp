@@ -10,7 +10,6 @@ using namespace std::chrono_literals;
 constexpr std::chrono::seconds kLongestWait = 10s;
 constexpr std::chrono::microseconds kLongestReading = 20us;  // of both clocks
 constexpr std::chrono::microseconds kSmallestStep = 500us;   // of the wall clock; NTP slews both
-constexpr std::size_t kLargestBufferBytes = std::size_t{1} << 30;
 
 }  // namespace
 
@@ -55,17 +54,6 @@ bool enable_receive_stamps(int socket) {
 void enable_drop_counts(int socket) {
   const int on = 1;  // every Linux since 2.6.33 can
   setsockopt(socket, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
-}
-
-std::size_t set_receive_buffer(int socket, std::size_t size_bytes) {
-  const int size = static_cast<int>(std::min<std::size_t>(size_bytes, kLargestBufferBytes));
-  if (setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) != 0) {
-    setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
-  }
-  int doubled = 0;  // for the kernel's own book-keeping, socket(7)
-  socklen_t length = sizeof doubled;
-  getsockopt(socket, SOL_SOCKET, SO_RCVBUF, &doubled, &length);
-  return static_cast<std::size_t>(doubled) / 2;
 }
 
 void ReceiveBatch::set_datagram_bytes(std::size_t datagram_bytes) {

@@ -46,10 +46,6 @@ bool enable_receive_stamps(int socket);
 /// Asks the kernel to tell with each datagram how many its full buffer has lost before it.
 void enable_drop_counts(int socket);
 
-/// Sets the kernel's receive buffer, beyond the machine's limit where we may (CAP_NET_ADMIN).
-/// @return what the kernel gives, in bytes: less than asked where its limit is lower
-std::size_t set_receive_buffer(int socket, std::size_t size_bytes);
-
 struct Datagram {
   std::span<const std::uint8_t> bytes;
   const sockaddr_storage& source;

@@ -19,7 +19,6 @@ constexpr auto kBrokenLinkWait =
     100ms;                         // in case no interface change announces the end of an error
 constexpr auto kOldestFrame = 1s;  // what a frame says of its sender is worthless then
 constexpr auto kErrorLogInterval = 1s;
-constexpr auto kStateLogInterval = 1s;
 
 bool is_link_error(int error) {
   switch (error) {
@@ -50,7 +49,11 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       timer_(io),
       beacon_(0ms, 1),
       beacon_timer_(io),
-      state_timer_(io) {}
+      speak_timer_(io),
+      state_(io, [this](bool is_up, const std::string& line) {
+        link_log()->log(is_up ? spdlog::level::info : spdlog::level::warn, "{} {}: {}", type(),
+                        device(), line);
+      }) {}
 
 void SocketLink::use_receive_socket(int socket) {
   receive_descriptor_ = socket;
@@ -63,25 +66,13 @@ void SocketLink::use_send_socket(int socket) {
   send_socket_.emplace(io_, socket);
 }
 
-// Nobody who asks for nothing special has to do anything about it.
-void SocketLink::use_receive_buffer(int socket, std::optional<std::size_t> size_bytes) {
-  const std::size_t asked = size_bytes.value_or(kUsualReceiveBufferBytes);
-  const std::size_t given = set_receive_buffer(socket, asked);
-  if (given >= asked) return;
-  link_log()->log(
-      size_bytes ? spdlog::level::warn : spdlog::level::info,
-      "{} {}: the kernel gives {} bytes of receive buffer, not the {} of receive_buffer_bytes, and "
-      "drops frames (kernel_drops) when they are full; raise its limit (sysctl -w "
-      "net.core.rmem_max={}) and start swarmtalkd again, or ask for less",
-      type(), device(), given, asked, asked);
-}
-
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
   watch_.start([this] { refresh(); });
   refresh();
   wait_readable();
   if (beacon_.is_on()) arm_beacon();
+  use_keys();
   wake();
 }
 
@@ -124,21 +115,63 @@ void SocketLink::arm_beacon() {
 // Not when something else is about to leave, or nothing can.
 void SocketLink::send_beacon(MonotonicTime now) {
   beacon_.silence_begins(now);
-  if (!is_up_ || !queue_.is_empty() || user_->next_packet_bytes() > 0) return;
+  send_frame_without_packets(now);
+}
+
+bool SocketLink::send_frame_without_packets(MonotonicTime now) {
+  if (!is_up() || !queue_.is_empty() || user_->next_packet_bytes() > 0) return false;
   const BuiltFrame built = builder_.build_beacon(
-      *user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)), frame_limit_bytes_);
-  if (built.size_bytes == 0) return;
+      *user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)), frame_limit_bytes_, now);
+  if (built.size_bytes == 0) return false;
   ++counters_.beacons_sent;
   if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
   queue_.push(built.size_bytes, built.packets, now);
   pacer_.sent(now);
   transmit(now);
+  return true;
 }
 
 void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
-  has_key_ = key != nullptr;
-  use_key(key, builder_, receiver_);
-  if (user_ != nullptr) refresh();  // longest packets may not fit any more
+  key_ = std::move(key);
+  if (user_ == nullptr) return;  // start() uses it
+  use_keys();
+  refresh();  // longest packets may not fit any more
+}
+
+void SocketLink::use_keys() {
+  if (!is_fresh_) {
+    freshness_.reset();
+    return use_key(key_, builder_, receiver_, also_key_);
+  }
+  use_key_freshly(key_, also_key_, user_->frame_header().epoch, std::chrono::steady_clock::now(),
+                  freshness_, builder_, receiver_);
+  arm_speaking();
+}
+
+std::string SocketLink::seal_remark() const {
+  return key_ != nullptr && !is_fresh_ ? ", sealed, freshness not checked" : "";
+}
+
+// Others believe us, and we them, only if we speak.
+void SocketLink::arm_speaking() {
+  if (freshness_ == nullptr || freshness_->speak_at() == speak_armed_) return;
+  speak_armed_ = freshness_->speak_at();
+  speak_timer_.expires_at(MonotonicTime(std::chrono::milliseconds(speak_armed_)));
+  speak_timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        speak_armed_ = 0;
+        if (freshness_ == nullptr) return;
+        const MonotonicTime now = std::chrono::steady_clock::now();
+        if (freshness_->speak_at() <= milliseconds(now)) speak(now);
+        arm_speaking();
+      });
+}
+
+// What waits to be sent says it as well. While nothing can leave, later.
+void SocketLink::speak(MonotonicTime now) {
+  if (!send_frame_without_packets(now)) freshness_->postpone(milliseconds(now));
+  if (beacon_.is_on()) beacon_.silence_begins(now);
 }
 
 Counters SocketLink::counters() const {
@@ -161,37 +194,10 @@ std::string SocketLink::mtu_remark() const {
 }
 
 void SocketLink::set_state(bool is_up, const std::string& text) {
-  const bool has_changed = is_up != is_up_;
-  const bool has_come_up = is_up && has_changed;
-  if (is_up_ && !is_up) ++counters_.link_down_events;
-  is_up_ = is_up;
-  if (text != state_) {
-    state_ = text;
-    if (is_state_timer_armed_)
-      ++unlogged_changes_;
-    else
-      log_state();
-  }
-  if (has_changed && user_ != nullptr) user_->on_link_state();
-  if (has_come_up) wake();
-}
-
-// At most once per second; changes meanwhile are told together when the second is over.
-void SocketLink::log_state() {
-  const std::string flapped = unlogged_changes_ > 1 ? " (" + std::to_string(unlogged_changes_) +
-                                                          " changes since the last line)"
-                                                    : "";
-  unlogged_changes_ = 0;
-  link_log()->log(is_up_ ? spdlog::level::info : spdlog::level::warn, "{} {}: {}{}", type(),
-                  device(), state_, flapped);
-  is_state_timer_armed_ = true;
-  state_timer_.expires_after(kStateLogInterval);
-  state_timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        is_state_timer_armed_ = false;
-        if (unlogged_changes_ > 0) log_state();
-      });
+  if (!state_.set(is_up, text)) return;
+  if (!is_up) ++counters_.link_down_events;
+  if (user_ != nullptr) user_->on_link_state();
+  if (is_up) wake();
 }
 
 void SocketLink::wait_readable() {
@@ -215,6 +221,7 @@ void SocketLink::receive() {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     receive(batch_[i]);
   }
+  arm_speaking();
   if (!unreadable_.has_news(counters_)) return;
   for (const std::string& line : unreadable_.news(counters_, std::chrono::steady_clock::now())) {
     link_log()->warn("{} {}: {}", type(), device(), line);
@@ -239,16 +246,18 @@ void SocketLink::receive(const Datagram& datagram) {
 }
 
 void SocketLink::flush() {
-  if (!is_up_ || is_timer_armed_ || is_waiting_writable_) return;
+  if (!is_up() || is_timer_armed_ || is_waiting_writable_) return;
   const MonotonicTime now = std::chrono::steady_clock::now();
   counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
+  if (!queue_.is_empty()) transmit(now);  // nothing more is built before the kernel has these
+  if (!queue_.is_empty()) return;
   const bool more_waits = fill_queue(now);
   transmit(now);
   if (more_waits) wake();  // the next turn goes on, after what else is ready
 }
 
 bool SocketLink::fill_queue(MonotonicTime now) {
-  while (!queue_.is_full()) {
+  for (std::size_t i = 0; i < frames_at_once_ && !queue_.is_full(); ++i) {
     const Pacer::Duration wait = pacer_.wait(now);
     if (wait > 0ns) {
       flush_after(wait);
@@ -256,7 +265,7 @@ bool SocketLink::fill_queue(MonotonicTime now) {
     }
     const BuiltFrame built =
         builder_.build(*user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)),
-                       frame_limit_bytes_, counters_);
+                       frame_limit_bytes_, counters_, now);
     if (built.size_bytes == 0) return built.more_waits;
     if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
     queue_.push(built.size_bytes, built.packets, now);
@@ -274,6 +283,7 @@ void SocketLink::transmit(MonotonicTime now) {
       return wait_writable();
     }
     if (error == ENOBUFS) {
+      frames_at_once_ = 1;  // whatever else is built might be given up after it was told as sent
       ++counters_.send_retries;
       return flush_after(kFullQueueWait);
     }
@@ -284,6 +294,7 @@ void SocketLink::transmit(MonotonicTime now) {
     }
     on_send_error(error, now);
   }
+  frames_at_once_ = std::min(2 * frames_at_once_, TransmitQueue::kFrames);
 }
 
 void SocketLink::on_send_error(int error, MonotonicTime now) {

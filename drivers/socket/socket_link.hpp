@@ -19,6 +19,7 @@
 #include "drivers/link/framer.hpp"
 #include "drivers/link/link.hpp"
 #include "drivers/link/link_counters.hpp"
+#include "drivers/link/link_state.hpp"
 #include "drivers/link/pacer.hpp"
 #include "drivers/link/unreadable_frames.hpp"
 #include "drivers/socket/interface_watch.hpp"
@@ -31,9 +32,6 @@ namespace swarmtalk::drivers {
 inline constexpr const char* kGoneRemedy = " (ip link lists those there are)";
 inline constexpr const char* kCarrierRemedy = " (plug in its cable, or join its Wi-Fi)";
 
-/// In the kernel, which may give less.
-inline constexpr std::size_t kUsualReceiveBufferBytes = std::size_t{4} << 20;
-
 class SocketLink : public Link, public Tappable {
  public:
   void start(LinkUser& user) override;
@@ -43,11 +41,15 @@ class SocketLink : public Link, public Tappable {
   void set_beacon(std::chrono::milliseconds interval) override;
   void set_air_rate(double rate_mbps) override { airtime_.set_rate(rate_mbps, counters_); }
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
-  std::size_t packet_limit_bytes() const override {
-    return frame::max_packet_bytes(frame_limit_bytes_, has_key_);
+  void set_also_key(std::shared_ptr<const frame::SwarmKey> key) override {
+    also_key_ = std::move(key);
   }
-  bool is_up() const override { return is_up_; }
-  std::string state() const override { return state_; }
+  void set_freshness(bool is_on) override { is_fresh_ = is_on; }
+  std::size_t packet_limit_bytes() const override {
+    return frame::max_packet_bytes(frame_limit_bytes_, key_ != nullptr);
+  }
+  bool is_up() const override { return state_.is_up(); }
+  std::string state() const override { return state_.text() + seal_remark(); }
   Counters counters() const override;
 
  protected:
@@ -58,10 +60,6 @@ class SocketLink : public Link, public Tappable {
   /// the receiving one sends.
   void use_receive_socket(int socket);
   void use_send_socket(int socket);
-
-  /// Sets the kernel's receive buffer of an open socket, in the constructor of the derived class;
-  /// tells when the kernel gives less.
-  void use_receive_buffer(int socket, std::optional<std::size_t> size_bytes);
 
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
@@ -79,7 +77,7 @@ class SocketLink : public Link, public Tappable {
   /// Frames that the kernel has dropped since the link was opened.
   virtual std::uint64_t kernel_drops() const = 0;
 
-  /// Logs changes, at most once per second; a link that comes up transmits what waits.
+  /// A link that comes up transmits what waits.
   void set_state(bool is_up, const std::string& text);
 
   /// Longest air frame that the medium takes, and the longest datagram to expect from it.
@@ -95,7 +93,6 @@ class SocketLink : public Link, public Tappable {
  private:
   using Descriptor = boost::asio::posix::stream_descriptor;
 
-  void log_state();
   void wait_readable();
   void receive();
   void receive(const Datagram& datagram);
@@ -106,6 +103,11 @@ class SocketLink : public Link, public Tappable {
   void wait_writable();
   void arm_beacon();
   void send_beacon(MonotonicTime now);
+  bool send_frame_without_packets(MonotonicTime now);
+  void use_keys();
+  void arm_speaking();
+  void speak(MonotonicTime now);
+  std::string seal_remark() const;
   void flush_after(std::chrono::steady_clock::duration delay);
 
   boost::asio::io_context& io_;
@@ -131,17 +133,19 @@ class SocketLink : public Link, public Tappable {
   Beacon beacon_;
   boost::asio::steady_timer beacon_timer_;
 
-  boost::asio::steady_timer state_timer_;  // until the next change of state may be logged
-  std::uint64_t unlogged_changes_ = 0;
+  std::shared_ptr<const frame::SwarmKey> key_;
+  std::shared_ptr<const frame::SwarmKey> also_key_;
+  std::shared_ptr<frame::Freshness> freshness_;  // null: frames are not checked
+  bool is_fresh_ = true;
+  boost::asio::steady_timer speak_timer_;  // for frames that show that we live
+  frame::Freshness::Ms speak_armed_ = 0;   // for when; 0: not
 
+  LinkState state_;
   std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
   std::size_t frame_limit_bytes_ = 0;
-  bool has_key_ = false;
-  bool is_up_ = false;
-  std::string state_ = "not started";
+  std::size_t frames_at_once_ = TransmitQueue::kFrames;  // fewer after the kernel's queue was full
   bool is_flush_posted_ = false;
   bool is_timer_armed_ = false;
-  bool is_state_timer_armed_ = false;
   bool is_waiting_writable_ = false;
   MonotonicTime last_error_log_{};
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "drivers/link/link_error.hpp"
+#include "drivers/socket/receive_buffer.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -81,7 +82,7 @@ void UdpLink::open_receiving() {
   set_option(receive_socket_, IPPROTO_IP, IP_MULTICAST_ALL, off);
   enable_receive_stamps(receive_socket_);
   enable_drop_counts(receive_socket_);
-  use_receive_buffer(receive_socket_, config_.receive_buffer_bytes);
+  use_receive_buffer(*this, receive_socket_, config_.receive_buffer_bytes);
   if (bind(receive_socket_, reinterpret_cast<sockaddr*>(&destination_), sizeof destination_) != 0) {
     if (errno == EADDRINUSE) {
       throw failure(config_, LinkSetting::kPort,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_wire/ir_message.hpp"
 
 namespace swarmtalk::emulator {
 

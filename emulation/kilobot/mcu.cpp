@@ -95,8 +95,8 @@ std::optional<unsigned> Mcu::stack_free_bytes() const {
 
 void Mcu::run_until(std::uint64_t cycle) {
   while (avr_->cycle < cycle && !is_dead()) {
-    if (avr_->cycle < stalled_until_)
-      pass_cycles(std::min(cycle, stalled_until_));
+    if (avr_->cycle < pages_->busy_until())
+      pass_cycles(std::min(cycle, pages_->busy_until()));
     else if (avr_->state == cpu_Running)
       run_instructions(cycle);
     else if (avr_->state == cpu_Sleeping)
@@ -178,7 +178,7 @@ bool Mcu::recover_from_crash() {
 void Mcu::after_reset() {
   ++resets_;
   avr_->run_cycle_limit = 1;
-  stalled_until_ = 0;
+  pages_->reset();
   fence_ = 0;
   arm_light_timer();
 }

@@ -12,15 +12,17 @@
 #include <vector>
 
 #include "emulation/kilobot/eeprom.hpp"
+#include "emulation/kilobot/flash_pages.hpp"
 #include "emulation/kilobot/image.hpp"
 #include "emulation/kilobot/ir_front_end.hpp"
+#include "emulation/kilobot/quiet_ports.hpp"
 #include "emulation/kilobot/random.hpp"
+#include "emulation/kilobot/serial_line.hpp"
 #include "emulation/kilobot/skip_repair.hpp"
 
 struct avr_t;
 struct avr_irq_t;
 struct avr_int_vector_t;
-struct avr_uart_t;
 
 namespace swarmtalk::emulator {
 
@@ -57,7 +59,7 @@ class Mcu {
 
   /// One byte on the serial line, its start bit now. Does what the hardware does when the program
   /// has not read the bytes before: two wait, a third in the shift register, more are lost.
-  void push_serial_byte(std::uint8_t byte);
+  void push_serial_byte(std::uint8_t byte) { serial_->push(byte); }
 
   /// The charger's signal at PD0: low while it is at work. It is not, from power-on.
   void set_charging(bool is_charging);
@@ -71,9 +73,9 @@ class Mcu {
   const std::string& crash() const { return crash_; }  // why it stopped; empty while it runs
 
   std::uint64_t late_edges() const { return late_edges_; }
-  std::uint64_t serial_bytes_lost() const { return serial_bytes_lost_; }
+  std::uint64_t serial_bytes_lost() const { return serial_->bytes_lost(); }
   std::uint32_t resets() const { return resets_; }
-  std::uint32_t pages_written() const { return pages_written_; }
+  std::uint32_t pages_written() const { return pages_->written(); }
   std::uint64_t slept_cycles() const { return slept_cycles_; }
   /// Longest run of an interrupt's handler so far, from entry to return, in cycles.
   std::uint32_t longest_handler_cycles(std::size_t vector) const { return longest_[vector]; }
@@ -87,7 +89,6 @@ class Mcu {
 
  private:
   struct Hooks;  // simavr's callbacks, mcu_gaps.cpp
-  friend struct Hooks;
   void install_hooks();
   void arm_light_timer();
   void show_strength();
@@ -106,29 +107,19 @@ class Mcu {
   avr_irq_t* converter_trigger_ = nullptr;
   std::array<avr_irq_t*, 8> converter_inputs_{};
   avr_int_vector_t* comparator_vector_ = nullptr;
-  avr_uart_t* uart_ = nullptr;
-  avr_irq_t* uart_input_ = nullptr;
   std::array<avr_int_vector_t*, kVectors> vectors_{};
-
-  /// simavr's handler of writes to a port.
-  struct PortWrite {
-    void (*write)(avr_t*, std::uint16_t, std::uint8_t, void*) = nullptr;
-    void* param = nullptr;
-  };
-  std::array<PortWrite, 6> port_writes_{};
 
   IrFrontEnd front_end_;
   SkipRepair skip_repair_;
   Random noise_;
   bool comparator_is_high_ = false;
-  std::vector<std::uint8_t> flash_before_write_;  // a page's; empty while none is being written
-  std::uint64_t stalled_until_ = 0;  // cycle; the processor stands still while it writes flash
-  std::uint64_t fence_ = 0;          // cycle at which simavr is told to stop
+  std::optional<QuietPorts> ports_;
+  std::optional<SerialLine> serial_;
+  std::optional<FlashPages> pages_;
+  std::uint64_t fence_ = 0;  // cycle at which simavr is told to stop
   std::string crash_;
   std::uint64_t late_edges_ = 0;
-  std::uint64_t serial_bytes_lost_ = 0;
   std::uint32_t resets_ = 0;
-  std::uint32_t pages_written_ = 0;
   std::uint64_t slept_cycles_ = 0;
   std::array<std::uint64_t, kVectors> entered_{};
   std::array<std::uint32_t, kVectors> longest_{};

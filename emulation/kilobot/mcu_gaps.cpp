@@ -3,19 +3,16 @@
 //  measured;
 //  - "write one to clear" of the comparator's flag, and its read-only output bit;
 //  - interrupt vectors in the bootloader section (IVSEL), and four cycles of interrupt entry;
-//  - the time that erasing or writing a flash page takes, in which the processor stands still, and
-//  that writing clears bits and sets none;
-//  - a serial line of 10 bits per byte (simavr counts a parity bit) that can overrun;
+//  - erasing and writing flash pages (flash_pages.hpp), and the serial line (serial_line.hpp);
 //  - phase-correct PWM of the 8-bit timers, which drives the motors;
 //  - skips over "adiw" and "sbiw" (skip_repair.hpp).
-// Also here: the polling of INT0 and INT1, low by design, that would cost two thirds of all speed,
-// and writes to ports that change nothing.
+// Also here: the polling of INT0 and INT1, low by design, that would cost two thirds of all speed;
+// quiet_ports.hpp spares some more.
 #include <simavr/avr_acomp.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_timer.h>
-#include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_cycle_timers.h>
 #include <simavr/sim_interrupts.h>
@@ -36,17 +33,7 @@ constexpr std::uint32_t kLitMillivolts = 1000, kDarkMillivolts = 0, kThresholdMi
 constexpr unsigned kInterruptEntryCycles = 4;
 // How far run_until() may overshoot: the longest instruction, an interrupt, and a rounded cycle.
 constexpr unsigned kOvershootCycles = 4 + kInterruptEntryCycles + 1;
-constexpr std::uint64_t kPageOperationUs = 4500;  // erase or write, data sheet table 27-2: 3.7..4.5
-constexpr std::uint64_t kStallBeginsCycles = 8;
-constexpr std::size_t kSerialBufferBytes = 3;  // two in the buffer, one in the shift register
-constexpr unsigned kSerialBits = 10;           // start, eight data, stop
 constexpr unsigned kBatteryChannel = 6;
-
-avr_io_t* find_module(avr_t* avr, const char* kind) {
-  for (avr_io_t* io = avr->io_port; io != nullptr; io = io->next)
-    if (std::strcmp(io->kind, kind) == 0) return io;
-  return nullptr;
-}
 
 /// Phase-correct PWM counts up and down, 510 steps; simavr does not know it for the two small
 /// timers and lets them overflow with every count, which is wrong and slow. 512 steps up come
@@ -137,46 +124,6 @@ struct Mcu::Hooks {
     }
   }
 
-  static void spmcsr_write(avr_t* avr, avr_io_addr_t, std::uint8_t value, void* param) {
-    Mcu& mcu = self(param);
-    if ((value & reg::kSelfprgen) == 0 || (value & (reg::kPgers | reg::kPgwrt)) == 0) return;
-    if ((value & reg::kPgwrt) != 0) {
-      ++mcu.pages_written_;
-      mcu.flash_before_write_.assign(avr->flash, avr->flash + kFlashBytes);
-    }
-    // The instruction that starts the operation must follow within four cycles.
-    avr_cycle_timer_register(avr, kStallBeginsCycles, stall_timer, param);
-  }
-
-  static avr_cycle_count_t stall_timer(avr_t* avr, avr_cycle_count_t, void* param) {
-    Mcu& mcu = self(param);
-    // Writing clears bits and sets none.
-    for (std::size_t i = 0; i < mcu.flash_before_write_.size(); ++i)
-      avr->flash[i] &= mcu.flash_before_write_[i];
-    mcu.flash_before_write_.clear();
-    mcu.stalled_until_ = avr->cycle + kPageOperationUs * mcu.settings_.clock_hz / 1'000'000;
-    mcu.skip_repair_.scan(avr);
-    return 0;
-  }
-
-  static void baud_write(avr_t* avr, avr_io_addr_t, std::uint8_t, void* param) {
-    const std::uint8_t* data = avr->data;
-    const unsigned divider = data[reg::kUbrr0l] + ((data[reg::kUbrr0h] & 0xFu) << 8) + 1;
-    const unsigned cycles_per_bit = divider * ((data[reg::kUcsr0a] & reg::kU2x) != 0 ? 8 : 16);
-    self(param).uart_->cycles_per_byte = cycles_per_bit * kSerialBits;
-  }
-
-  static void serial_output(avr_irq_t*, std::uint32_t value, void* param) {
-    Mcu& mcu = self(param);
-    if (mcu.on_serial_byte) mcu.on_serial_byte(static_cast<std::uint8_t>(value));
-  }
-
-  /// Programs tend to write to their ports what is there already; simavr would look at every pin.
-  static void port_write(avr_t* avr, avr_io_addr_t address, std::uint8_t value, void* param) {
-    const auto& behind = *static_cast<const PortWrite*>(param);
-    if (avr->data[address] != value) behind.write(avr, address, value, behind.param);
-  }
-
   static void infrared_pin(avr_irq_t*, std::uint32_t value, void* param) {
     Mcu& mcu = self(param);
     if (mcu.on_infrared) mcu.on_infrared(mcu.avr_->cycle, (value & 1) != 0);
@@ -216,7 +163,7 @@ void Mcu::install_hooks() {
     avr_irq_register_notify(vector->irq + AVR_INT_IRQ_RUNNING, Hooks::vector_running, this);
   }
   comparator_vector_ = vectors_[reg::kVectorComparator];
-  avr_register_io_write(avr_, reg::kSpmcsr, Hooks::spmcsr_write, this);
+  pages_.emplace(avr_, [this] { skip_repair_.scan(avr_); });
 
   avr_irq_register_notify(
       irq(static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(settings_.infrared_led.port)),
@@ -224,21 +171,10 @@ void Mcu::install_hooks() {
       Hooks::infrared_pin, this);
   set_charging(false);
 
-  const std::array<std::uint16_t, 6> ports{reg::kDdrB,  reg::kDdrC,  reg::kDdrD,
-                                           reg::kPortB, reg::kPortC, reg::kPortD};
-  for (std::size_t i = 0; i < ports.size(); ++i) {
-    auto& handler = avr_->io[AVR_DATA_TO_IO(ports[i])].w;
-    port_writes_[i] = {handler.c, handler.param};
-    handler.c = Hooks::port_write;
-    handler.param = &port_writes_[i];
-  }
-
-  uart_ = reinterpret_cast<avr_uart_t*>(find_module(avr_, "uart"));
-  uart_->flags = 0;
-  uart_input_ = irq(AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
-  avr_irq_register_notify(irq(AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::serial_output,
-                          this);
-  avr_register_io_write(avr_, reg::kUbrr0l, Hooks::baud_write, this);
+  ports_.emplace(avr_);
+  serial_.emplace(avr_, [this](std::uint8_t byte) {
+    if (on_serial_byte) on_serial_byte(byte);
+  });
 }
 
 void Mcu::show_strength() {
@@ -276,15 +212,6 @@ void Mcu::set_charging(bool is_charging) {
   avr_raise_irq(
       avr_io_getirq(avr_, static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ('D')), kPinCharging),
       is_charging ? 0 : 1);
-}
-
-void Mcu::push_serial_byte(std::uint8_t byte) {
-  const unsigned waiting = (uart_->input.write - uart_->input.read) & (64 - 1);
-  if (waiting >= kSerialBufferBytes) {
-    ++serial_bytes_lost_;
-    return;
-  }
-  avr_raise_irq(uart_input_, byte);
 }
 
 }  // namespace swarmtalk::emulator

@@ -18,7 +18,8 @@ Pty::Pty(const std::string& link_path) : link_path_(link_path) {
   if (::openpty(&master_, &slave_, nullptr, nullptr, nullptr) != 0)
     throw std::runtime_error(std::string("cannot make a pseudo terminal: ") + strerror(errno));
   std::array<char, 128> name{};
-  ::ttyname_r(slave_, name.data(), name.size());
+  if (const int error = ::ttyname_r(slave_, name.data(), name.size()); error != 0)
+    throw std::runtime_error(std::string("a pseudo terminal has no name: ") + strerror(error));
   device_ = name.data();
   termios settings{};
   ::tcgetattr(slave_, &settings);

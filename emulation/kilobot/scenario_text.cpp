@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "emulation/kilobot/scenario.hpp"
-#include "kilobot_bridge/wire/ohc_frame.hpp"
+#include "kilobot_wire/ohc_frame.hpp"
 
 namespace swarmtalk::emulator {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "kilobot_bridge/wire/ohc_frame.hpp"
+#include "kilobot_wire/ohc_frame.hpp"
 
 namespace swarmtalk::ohc_double {
 

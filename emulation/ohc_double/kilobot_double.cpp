@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kilobot_bridge/wire/ohc_frame.hpp"
+#include "kilobot_wire/ohc_frame.hpp"
 
 namespace swarmtalk::ohc_double {
 

@@ -7,7 +7,7 @@
 
 #include "kilobot_bridge/firmware/serial_port.hpp"
 #include "kilobot_bridge/firmware/text_line.hpp"
-#include "kilobot_bridge/wire/gateway_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
 #include "platforms/kilobot/adc.hpp"
 #include "platforms/kilobot/board.hpp"
 #include "platforms/kilobot/clock.hpp"

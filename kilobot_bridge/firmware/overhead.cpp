@@ -8,8 +8,8 @@
 
 #include "kilobot_bridge/firmware/overhead_pins.hpp"
 #include "kilobot_bridge/firmware/serial_port.hpp"
-#include "kilobot_bridge/wire/gateway_frame.hpp"
-#include "kilobot_bridge/wire/overhead_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
+#include "kilobot_wire/overhead_frame.hpp"
 #include "platforms/kilobot/ir_waveform.hpp"
 
 namespace {

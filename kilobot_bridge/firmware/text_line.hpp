@@ -7,7 +7,7 @@
 
 #include <stdint.h>
 
-#include "kilobot_bridge/wire/gateway_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
 
 namespace swarmtalk {
 namespace kilobot_bridge {

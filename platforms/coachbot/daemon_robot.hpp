@@ -88,7 +88,7 @@ class DaemonRobot::Node {
    public:
     /// kBusy for whatever the core has no word for; Client::on_error tells what it was.
     core::Error send(const uint8_t* bytes, uint16_t size) {
-      const Status status = inner_.send(std::span<const std::uint8_t>(bytes, size));
+      const Status status = inner_.send(Bytes(bytes, size));
       if (status) return core::Error::kOk;
       return status.code() == StatusCode::kTooLong ? core::Error::kTooLong : core::Error::kBusy;
     }

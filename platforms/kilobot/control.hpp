@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_wire/ir_message.hpp"
 #include "platforms/kilobot/motors.hpp"
 
 namespace swarmtalk {

@@ -3,7 +3,7 @@
 
 #include <stdint.h>
 
-#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_wire/ir_message.hpp"
 
 namespace swarmtalk {
 namespace kilobot {

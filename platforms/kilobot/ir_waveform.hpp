@@ -6,7 +6,7 @@
 #include <avr/io.h>
 #include <stdint.h>
 
-#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_wire/ir_message.hpp"
 #include "platforms/kilobot/ir_timing.hpp"
 
 namespace swarmtalk {

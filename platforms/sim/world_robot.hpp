@@ -34,12 +34,13 @@ struct CoachbotModel {
   }
 };
 
-template <class Model>
+/// @tparam P  what is compared, unless a sweep asks for another
+template <class Model, class P = ComparedProfile>
 class WorldRobot {
  public:
-  using Profile = ComparedProfile;
+  using Profile = P;
   using World = sim::World<Profile>;
-  using Distance = Profile::Sensing::Distance;
+  using Distance = typename Profile::Sensing::Distance;
   static constexpr uint16_t kBodyMm = Model::kBodyMm;
   static constexpr uint16_t kSpeedMmPerS = Model::kSpeedMmPerS;
   static constexpr uint16_t kTurnDegPerS = Model::kTurnDegPerS;

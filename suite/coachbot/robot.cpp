@@ -53,6 +53,7 @@ void run(const suite::Scenario& scenario, uint32_t index, const std::string& bod
   Robot robot(recorder, client, body, index, scenario.seed);
   std::optional<Program> program;
   suite::make(program, static_cast<Program*>(nullptr), robot, place.role, index);
+  suite::configure(*program, scenario);
   const uint64_t start_us = robot.time_us();
   recorder.event(start_us, index, "\"event\":\"start\",\"node\":%u",
                  static_cast<unsigned>(client.node_id()));

@@ -7,6 +7,7 @@
 #include "suite/programs/edge_following.hpp"
 #include "suite/programs/firefly.hpp"
 #include "suite/programs/hop_count.hpp"
+#include "suite/programs/news.hpp"
 
 namespace swarmtalk {
 namespace suite {
@@ -25,6 +26,11 @@ void make(Slot& slot, EdgeFollowing<Robot>*, Robot& robot, int role, uint32_t nu
   slot.emplace(robot, static_cast<EdgeRole>(role), static_cast<uint8_t>(number));
 }
 
+template <class Slot, class Robot>
+void make(Slot& slot, News<Robot>*, Robot& robot, int role, uint32_t number) {
+  slot.emplace(robot, static_cast<NewsRole>(role), static_cast<uint16_t>(number));
+}
+
 /// Calls run(static_cast<Program<Robot>*>(nullptr)) with the program of that name.
 /// @return false if there is none
 template <class Robot, class Name, class Run>
@@ -39,6 +45,8 @@ bool with_program(const Name& name, Run run) {
     run(static_cast<FireflyNoDelay<Robot>*>(nullptr));
   } else if (name == "edge_following") {
     run(static_cast<EdgeFollowing<Robot>*>(nullptr));
+  } else if (name == "news") {
+    run(static_cast<News<Robot>*>(nullptr));
   } else {
     return false;
   }

@@ -32,6 +32,9 @@ SECTIONS = {
         "motion_noise": (REAL, 0, 1)},
     "clock": {
         "drift_ppm": (WHOLE, 0, 500_000), "power_on_spread_us": (WHOLE, 0, 1_000_000_000)},
+    "message": {  # of the program news
+        "bytes": (WHOLE, 3, 64), "ttl": (WHOLE, 0, 255), "copies": (WHOLE, 0, 255),
+        "period_ms": (WHOLE, 33, 1_000_000), "tellers": (WHOLE, 1, MOST_ROBOTS)},
 }
 PLACE = (REAL, -1e9, 1e9)
 FAULT = {
@@ -73,7 +76,7 @@ def check_top(options: dict):
 
 
 def check_sections(scenario: dict):
-    """Numbers of [radio], [body] and [clock]; keys that nobody knows are refused, too."""
+    """Numbers of [radio], [body], [clock], [message]; keys that nobody knows are refused, too."""
     for section, keys in SECTIONS.items():
         for key, value in scenario.get(section, {}).items():
             if key not in keys:

@@ -21,6 +21,9 @@ JUDGED_AT_S = 10
 ORDER_LIMIT = 0.95
 REVOLUTIONS = 5
 UNREACHED = 100       # hops of a robot that hears of no seed
+NEWS_JUDGED = 2 / 3   # of a run: what is told later may still be on its way at the end
+NEWS_ALL = 0.95       # of the robots in reach have heard: as good as all
+NEWS_TTL = 15         # if the scenario does not say
 MESSAGE_NUMBERS = 16  # of the compared packets
 AIR_US = {"sim-kilobot": 4600, "kilobot-emulated": 4371, "sim-coachbot": 300}  # of one packet
 
@@ -261,6 +264,57 @@ def edge_following(log: Log) -> dict:
             "success": revolutions >= REVOLUTIONS and contacts == 0 and error < 10}
 
 
+def news_told_and_heard(log: Log) -> tuple[dict, dict]:
+    """(teller, story): time it was told; (teller, story): {robot: when it first heard}. In s."""
+    told, heard = {}, collections.defaultdict(dict)
+    for e in log.of("value"):
+        if e["name"] == "told":
+            told[e["robot"], e["value"] % 256] = e["t"] / 1e6
+        elif e["name"] == "heard":
+            heard[divmod(e["value"], 256)].setdefault(e["robot"], e["t"] / 1e6)
+    return told, heard
+
+
+def news(log: Log) -> dict:
+    """delivery (share of the robots that the TTL reaches who heard, over the news told in the first
+    NEWS_JUDGED of the run), heard (share of all other robots), latency of the first copy,
+    converged_s (until NEWS_ALL of them have heard, on average over the news that came so far),
+    whole (share of news that all in reach heard), packets each robot sends a second, spliced
+    (messages put together from two)."""
+    told, heard = news_told_and_heard(log)
+    ttl = log.scenario.get("message", {}).get("ttl", NEWS_TTL)
+    reached, delays, last, expected, all_heard, by = {}, [], [], 0, 0, 0
+    judged = [key for key, time in told.items()
+              if time <= log.start_s() + NEWS_JUDGED * (log.end_s() - log.start_s())]
+    links = log.links()
+    for teller, story in judged:
+        if teller not in reached:
+            reached[teller] = {r for r, hops in breadth_first(links, teller).items()
+                               if 0 < hops <= ttl + 1}
+        times = sorted(time - told[teller, story] for robot, time in heard[teller, story].items()
+                       if robot in reached[teller])
+        expected += len(reached[teller])
+        by += len(heard[teller, story])
+        delays += times
+        wanted = math.ceil(NEWS_ALL * len(reached[teller]))
+        if wanted and len(times) >= wanted:
+            last.append(times[wanted - 1])
+        all_heard += len(times) == len(reached[teller])
+    delays.sort()
+    spliced = sum(log.values("spliced").values())
+    delivery_ratio = len(delays) / expected if expected else None
+    others = len(judged) * (log.robots - 1)
+    result = {"delivery": delivery_ratio, "heard": by / others if others else None,
+              "whole": all_heard / len(judged) if judged else None,
+              "latency_p50_s": delays[len(delays) // 2] if delays else None,
+              "latency_p99_s": delays[int(len(delays) * 0.99)] if delays else None,
+              "converged_s": statistics.mean(last) if last else None, "spliced": spliced,
+              "success": bool(expected) and delivery_ratio >= NEWS_ALL and spliced == 0}
+    if log.air and log.air.get("sent") is not None and log.end_s() > 0:
+        result["packets_per_s"] = log.air["sent"] / log.robots / log.end_s()
+    return result
+
+
 class Sent:
     """What each robot has sent on each channel; who starts anew numbers anew.
 
@@ -420,10 +474,13 @@ def evaluate(log: Log) -> dict:
     """All figures of a run."""
     program = log.scenario["program"]
     judge = (hop_count if program.startswith("hop_count") else
-             firefly if program.startswith("firefly") else edge_following)
+             firefly if program.startswith("firefly") else
+             news if program == "news" else edge_following)
     result = {"program": program, "platform": log.scenario["platform"], "robots": log.robots,
               "seed": log.scenario["seed"], "seconds": log.scenario["seconds"]}
-    result |= judge(log) | messages(log) | channel_load(log) | losses(log)
+    result |= judge(log) | channel_load(log) | losses(log)
+    if program != "news":  # which counts for itself: its messages go many hops
+        result |= messages(log)
     if log.air and "stood_still_s" in log.air:
         result["stood_still_s"] = log.air["stood_still_s"]
     if not log.is_whole():

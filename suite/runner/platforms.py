@@ -40,7 +40,8 @@ def builds() -> list[pathlib.Path]:
 def program_path(name: str, folder: str) -> pathlib.Path:
     """A program of ours: in the build of SWARMTALK_BUILD, in this tree's, or installed."""
     candidates = [build / folder / name for build in builds()]
-    candidates += [pathlib.Path("/usr/local/bin") / name, pathlib.Path("/usr/bin") / name]
+    candidates += [pathlib.Path(prefix) / place / name for prefix in ("/usr/local", "/usr")
+                   for place in ("bin", "libexec/swarmtalk")]
     for path in candidates:
         if os.access(path, os.X_OK):
             return path
@@ -94,14 +95,14 @@ def call(command: list, environment: dict | None = None, last_words=str.strip):
         raise PlatformError(last_words(errors) or f"{name} ended with {process.returncode}")
 
 
-def run_simulated(scenario: dict, log: pathlib.Path):
+def run_simulated(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None):
     """swarmtalk-sim: virtual time, same seed, same bytes."""
     limits.check_sections(scenario)
     limits.check_faults(scenario["faults"], len(scenario["robots"]), scenario["seconds"])
     path = log.with_name(log.name + ".scenario")
     path.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
     try:
-        call([program_path("swarmtalk-sim", "suite"), path, log])
+        call([simulator or program_path("swarmtalk-sim", "suite"), path, log])
     finally:
         path.unlink(missing_ok=True)
 
@@ -135,10 +136,11 @@ def run_argos(scenario: dict, log: pathlib.Path):
         raise PlatformError(str(error)) from error
 
 
-def run(scenario: dict, log: pathlib.Path) -> bool:
+def run(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None = None) -> bool:
     """Runs it to its end, or until interrupted. The log has its name only when it is written: two
     that run the same, or a program that is killed, leave no half of one.
 
+    @param simulator  in place of the swarmtalk-sim that program_path finds
     @return whether there is a log of this run. Raises PlatformError when it cannot run.
     """
     part = log.with_name(f".{log.name}.{os.getpid()}")
@@ -150,7 +152,7 @@ def run(scenario: dict, log: pathlib.Path) -> bool:
         elif scenario["platform"].startswith("argos-"):
             run_argos(scenario, part)
         else:
-            run_simulated(scenario, part)
+            run_simulated(scenario, part, simulator)
         if part.exists() and part.stat().st_size > 0:
             part.replace(log)
             return True

@@ -112,6 +112,22 @@ def paths(axes, log: metrics.Log):
     axes.set_ylabel("y / mm")
 
 
+def news_spread(axes, log: metrics.Log):
+    """Share of all other robots that has heard each of the news, over the time since it was told;
+    judged ones only."""
+    told, heard = metrics.news_told_and_heard(log)
+    for key, time in told.items():
+        if time > log.start_s() + metrics.NEWS_JUDGED * (log.end_s() - log.start_s()):
+            continue
+        times = sorted(t - time for robot, t in heard[key].items() if robot != key[0])
+        axes.step([0, *times], [i / (log.robots - 1) for i in range(len(times) + 1)],
+                  where="post", linewidth=0.5, color="C0", alpha=0.6)
+    axes.set_ylim(0, 1.05)
+    axes.set_xlim(left=0)
+    axes.set_xlabel("time since it was told / s")
+    axes.set_ylabel("share that has heard")
+
+
 # Title, what draws each row of panels, size of a column in inches, caption.
 FIREFLY = ([flash_series, flash_phases], (3.6, 3.2))
 FIGURES = {
@@ -132,6 +148,8 @@ FIGURES = {
                          "for the time of the flash."),
     "edge_following": ("Edge following", [paths], (3.2, 3.2), "Paths of the two followers (red, "
                        "blue) around four seeds (grey, to scale)."),
+    "news": ("News for the whole swarm", [news_spread], (3.2, 2.6),
+             "Each line is a message: the share of the other robots that has heard it."),
 }
 LABELS = {
     "wrong_hops": "wrong hop counts after 10 s", "converged_s": "last right count first there / s",
@@ -144,6 +162,9 @@ LABELS = {
     "peak_age_s": "mean peak age / s", "channel_load": "channel load",
     "collided": "packets lost to collisions", "lost_kernel": "messages lost in the kernel",
     "lost_daemon": "messages lost in the daemon", "lost_client": "messages lost in the program",
+    "whole": "share of news that all in reach heard",
+    "heard": "share of the other robots that heard",
+    "spliced": "messages put together from two", "packets_per_s": "packets of a robot / s",
     "stood_still_s": "bodies stood still for want of a processor / s",
 }
 MOST_ACROSS = 4  # panels, or their text is too small to read
@@ -281,7 +302,7 @@ def write(folder: str, output: str) -> int:
             sections.append(section(len(sections) + 1, program, columns(logs[program])))
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
             f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
-            "<p>Three algorithms, each from one source for all platforms. A column is of runs that "
+            "<p>Programs, each from one source for all platforms. A column is of runs that "
             "differ by nothing but their seed; figures show the first of them, tables give means "
             "of all, and their 95 % confidence intervals if there are several.</p>"
             + "".join(sections) + "</body></html>\n")

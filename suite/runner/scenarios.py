@@ -13,12 +13,18 @@ from limits import ScenarioError
 BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110,
            "coachbot-lab": 110, "argos-kilobot": 33, "argos-footbot": 170}
 PLATFORMS = tuple(BODY_MM)
-PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following")
+PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following",
+            "news")
 FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count
 EDGE_SEED, EDGE_FOLLOWER = 0, 1
+TELLER = 1  # role of news
+TELLERS = 4  # if the scenario does not say how many
+# Where a program runs that does not run everywhere.
+ONLY_ON = {"news": ("sim-kilobot", "sim-coachbot", "coachbot-lab")}
 
 # Two seeds are the upper left and the lower left robot.
-LEAST_ROBOTS = {"hop_count": 2, "hop_count_two_seeds": 3, "firefly": 2, "firefly_no_delay": 2}
+LEAST_ROBOTS = {"hop_count": 2, "hop_count_two_seeds": 3, "firefly": 2, "firefly_no_delay": 2,
+                "news": 2}
 
 # Between robots of the grid, and how far the radio reaches: eight neighbours.
 # Foot-bots stand in each other's sight and reach as far over their grid as the paper's Kilobots.
@@ -37,9 +43,10 @@ SECONDS = {
                        "coachbot-lab": 200, "argos-kilobot": 600, "argos-footbot": 600},
 }
 SECONDS["firefly_no_delay"] = SECONDS["firefly"]
+SECONDS["news"] = dict.fromkeys(ONLY_ON["news"], 90)
 
 KEYS = {"program", "platform", "robots", "runs", "seed", "seconds", "spacing_mm", "random_ids",
-        "radio", "body", "clock", "fault"}
+        "radio", "body", "clock", "message", "fault"}
 
 
 def read_file(path: str) -> dict:
@@ -77,7 +84,8 @@ def edge_places(body_mm: float) -> list[dict]:
     return places
 
 
-def places_of(program: str, platform: str, robots: int, spacing_mm: float | None) -> list[dict]:
+def places_of(program: str, platform: str, robots: int, spacing_mm: float | None,
+              tellers: int | None = None) -> list[dict]:
     """Where the robots stand and what they are."""
     if program == "edge_following":
         if robots != 6:
@@ -94,7 +102,18 @@ def places_of(program: str, platform: str, robots: int, spacing_mm: float | None
         places[0]["role"] = SEED_1
         if program == "hop_count_two_seeds":
             places[(robots - 1) // columns * columns]["role"] = SEED_2
+    if program == "news":
+        for place in spread_out(places, tellers or min(TELLERS, robots - 1)):
+            place["role"] = TELLER
     return places
+
+
+def spread_out(places: list[dict], tellers: int) -> list[dict]:
+    """Those that tell news, evenly over the grid."""
+    if tellers >= len(places):
+        raise ScenarioError(f"[message] tellers is {tellers}: fewer than the {len(places)} robots, "
+                            "or nobody listens")
+    return [places[(2 * i + 1) * len(places) // (2 * tellers)] for i in range(tellers)]
 
 
 def resolve(options: dict) -> dict:
@@ -105,8 +124,15 @@ def resolve(options: dict) -> dict:
         raise ScenarioError(f"no program '{program}'; there is: " + " ".join(PROGRAMS))
     if platform not in PLATFORMS:
         raise ScenarioError(f"no platform '{platform}'; there is: " + " ".join(PLATFORMS))
+    if platform not in ONLY_ON.get(program, PLATFORMS):
+        raise ScenarioError(f"{program} does not run on {platform}; it runs on: "
+                            + " ".join(ONLY_ON[program]))
+    message = scenario.get("message", {})
+    if message and program != "news":
+        raise ScenarioError(f"{program} has no [message]: leave it out, or use program news")
     robots = scenario.pop("robots", None) or (6 if program == "edge_following" else 36)
-    scenario["robots"] = places_of(program, platform, robots, scenario.pop("spacing_mm", None))
+    scenario["robots"] = places_of(program, platform, robots, scenario.pop("spacing_mm", None),
+                                   message.get("tellers"))
     scenario.setdefault("seconds", SECONDS[program][platform])
     scenario.setdefault("seed", 1)
     scenario["faults"] = scenario.pop("fault", [])

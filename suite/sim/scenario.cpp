@@ -83,6 +83,26 @@ sim::Fault read_fault(const json& entry) {
   return fault;
 }
 
+NewsSettings read_message(const json& section) {
+  NewsSettings news;
+  uint32_t period_ms = 5000;
+  uint32_t tellers = 0;  // who they are stands in the robots' roles
+  set_all(section, "[message]",
+          {{"bytes", into(news.bytes)},
+           {"ttl", into(news.ttl)},
+           {"copies", into(news.copies)},
+           {"period_ms", into(period_ms)},
+           {"tellers", into(tellers)}});
+  if (news.bytes < 3 || news.bytes > kMostNewsBytes) {
+    throw std::runtime_error("scenario: [message] bytes must be 3 to 64");
+  }
+  if (period_ms < 33 || period_ms > 1000000) {
+    throw std::runtime_error("scenario: [message] period_ms must be 33 to 1000000");
+  }
+  news.period_ticks = static_cast<uint16_t>(uint64_t{period_ms} * 1000 / sim::kTickUs);
+  return news;
+}
+
 }  // namespace
 
 Scenario read_scenario(const std::string& path) {
@@ -102,6 +122,7 @@ Scenario read_scenario(const std::string& path) {
   if (!(scenario.seconds > 0 && scenario.seconds <= kMostSeconds)) {
     throw std::runtime_error("scenario: seconds must be above 0 and at most a million");
   }
+  scenario.news = read_message(text.value("message", json::object()));
   scenario.has_random_ids = text.value("random_ids", false);
   for (const json& robot : text.at("robots")) {
     scenario.robots.push_back({robot.at("x_mm").get<double>(), robot.at("y_mm").get<double>(),

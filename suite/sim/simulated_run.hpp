@@ -20,6 +20,7 @@ template <class Robot, class Program>
 class Simulation {
  public:
   using World = typename Robot::World;
+  using Profile = typename Robot::Profile;
   using Recorder = platforms::Recorder;
 
   Simulation(const Scenario& scenario, const sim::WorldConfig& config, std::FILE* log)
@@ -79,10 +80,12 @@ class Simulation {
     Site& site = sites_[index];
     if (!scenario_.has_random_ids) {
       // All ones means "no node".
-      world_.node(index).set_node_id(static_cast<typename World::Node::NodeId>(index % 255));
+      world_.node(index).set_node_id(
+          static_cast<typename World::Node::NodeId>(index % core::Wire<Profile>::kNoNode));
     }
     make(site.program, static_cast<Program*>(nullptr), site.robot, scenario_.robots[index].role,
          index);
+    configure(*site.program, scenario_);
     site.program->setup();
     recorder_.event(world_.now_us(), index, "\"event\":\"start\",\"node\":%u",
                     static_cast<unsigned>(world_.node(index).node_id()));

@@ -7,6 +7,7 @@
 
 #include "swarmtalk/profiles/footbot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
+#include "tests/support/wide_fields.hpp"
 
 namespace swarmtalk::core::fuzz {
 
@@ -49,24 +50,11 @@ struct LongPackets : ProfileDefaults {
 
 /// The `wifi` profile's fields around a few bytes, where sizes differ most.
 template <uint16_t kWithBuckets>
-struct SmallWifi : ProfileDefaults {
+struct SmallWifi : testing::WideFields {
   using Sensing = DistanceSensing;
   static constexpr uint16_t kMtuBytes = 26;
-  static constexpr uint8_t kNodeBits = 16;
-  static constexpr uint8_t kMessageBits = 32;
-  static constexpr uint8_t kSequenceBits = 15;
-  static constexpr uint8_t kChannelBits = 16;
-  static constexpr uint8_t kTtlBits = 8;
-  static constexpr uint8_t kHopsBits = 8;
-  static constexpr uint8_t kSizeBits = 16;
-  static constexpr uint8_t kEpochBits = 16;
-  static constexpr uint8_t kTimestampedBits = 1;
-  static constexpr uint8_t kGatewayBits = 1;
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr bool kPadded = false;
   static constexpr uint32_t kMaxMessageBytes = 120;
   static constexpr uint16_t kBuckets = kWithBuckets;
-  static constexpr uint8_t kClockBits = 32;
 };
 
 }  // namespace swarmtalk::core::fuzz

@@ -48,10 +48,30 @@ void f(swarmtalk::Client& robot) {
 
 
 def test_the_units_name_files_that_are_installed(staged):
-    for unit in ("swarmtalkd.service", "swarmtalkd.socket"):
-        text = (staged / "usr/lib/systemd/system" / unit).read_text()
+    for unit in ("system/swarmtalkd.service", "system/swarmtalkd.socket",
+                 "user/swarmtalk-view.service"):
+        text = (staged / "usr/lib/systemd" / unit).read_text()
         for path in re.findall(r"(?:file:|ExecStart=|--config )(/\S+)", text):
             assert (staged / path[1:]).exists(), path
+
+
+def test_the_installed_documents_have_no_dead_links(staged):
+    folder = next(staged.glob("usr/share/doc/*/client.md")).parent
+    pages = sorted(folder.rglob("*.md"))
+    assert {"README.md", "tutorial.md", "ipc.md", "faq.md"} <= {page.name for page in pages}
+    dead = [f"{page.relative_to(folder)}: {target}" for page in pages
+            for target in re.findall(r"\]\(([^()\s]+)\)", page.read_text())
+            if not re.match("[a-z]+:|#", target)
+            and not (page.parent / target.split("#")[0]).exists()]
+    assert dead == []
+    links = re.findall(r"\]\(([^()\s]+)\)", (folder / "README.md").read_text())
+    assert len(links) > 10, "links that are alive are still there"
+
+
+def test_manual_pages_and_completions_are_installed(staged):
+    for path in ("man/man1/swarmtalk-cli.1", "man/man8/swarmtalkd.8", "zsh/vendor-completions/"
+                 "_swarmtalk-lab", "bash-completion/completions/swarmtalk-suite"):
+        assert (staged / "usr/share" / path).exists(), path
 
 
 @pytest.mark.parametrize("document", ["operations.md", "kilobot.md"])
@@ -133,20 +153,27 @@ def test_the_installed_configuration_is_accepted(staged):
 
 
 CONSUMER = """
+#include <string>
 #include <swarmtalk/client.hpp>
 int main() {
-  swarmtalk::Client robot("consumer", {.socket_path = "/nonexistent/socket"});
+  swarmtalk::ClientOptions options;
+  options.socket_path = "/nonexistent/socket";
+  swarmtalk::Client robot("consumer", options);
+  // What the library uses as well, and a program must be able to have a copy of its own of.
+  const auto shared = std::make_shared<std::string>(std::to_string(robot.fd()));
+  if (shared->empty()) return 1;
   return robot.connect().code() == swarmtalk::StatusCode::kNoDaemon ? 0 : 1;
 }
 """
 
 
-def test_a_program_outside_the_tree_builds_with_cmake(staged, tmp_path):
+@pytest.mark.parametrize("standard", [17, 20])
+def test_a_program_outside_the_tree_builds_with_cmake(staged, tmp_path, standard):
     (tmp_path / "main.cpp").write_text(CONSUMER)
-    (tmp_path / "CMakeLists.txt").write_text("""
+    (tmp_path / "CMakeLists.txt").write_text(f"""
 cmake_minimum_required(VERSION 3.25)
 project(consumer CXX)
-set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD {standard})
 find_package(swarmtalk REQUIRED)
 add_executable(consumer main.cpp)
 target_link_libraries(consumer swarmtalk::client)
@@ -164,18 +191,28 @@ def test_a_program_outside_the_tree_builds_with_pkg_config(staged, tmp_path):
     (tmp_path / "main.cpp").write_text(CONSUMER)
     folders = [str(path.parent) for path in staged.rglob("swarmtalk.pc")]
     assert folders, "no swarmtalk.pc is installed"
-    flags = run("pkg-config", "--cflags", "--libs", "--static", "swarmtalk",
+    flags = run("pkg-config", "--cflags", "--libs", "swarmtalk",
                 env={**os.environ, "PKG_CONFIG_PATH": folders[0],
                      "PKG_CONFIG_SYSROOT_DIR": str(staged)})
     assert flags.returncode == 0, flags.stderr
-    # The libraries of other packages are this machine's, not the staged root's.
-    words = [word for word in flags.stdout.split()
-             if not word.startswith(f"-I{staged}") or pathlib.Path(word[2:]).exists()]
-    done = subprocess.run(["g++", "-std=c++20", str(tmp_path / "main.cpp"), "-o",
+    words = flags.stdout.split()
+    assert [word for word in words if word.startswith("-l")] == ["-lswarmtalk"]
+    done = subprocess.run(["g++", "-std=c++17", str(tmp_path / "main.cpp"), "-o",
                            str(tmp_path / "consumer"), *words], text=True, capture_output=True,
                           timeout=120)
     assert done.returncode == 0, done.stderr
     assert run(tmp_path / "consumer").returncode == 0
+    assert "protobuf" not in run("ldd", tmp_path / "consumer").stdout
+
+
+def test_an_application_with_a_protobuf_of_its_own_is_not_disturbed(staged, tmp_path):
+    """No name of protobuf, nor of the messages made by it, is in the installed library."""
+    library = next(staged.rglob("libswarmtalk.a"))
+    names = run("nm", "--extern-only", "--defined-only", library, timeout=60).stdout
+    assert "9swarmtalk6Client7connect" in names
+    exported = re.findall(r"^[0-9a-f]+ \w (\S+)$", names, re.M)
+    assert [name for name in exported if not name.startswith("swarmtalk_own_")
+            and ("9swarmtalk" not in name or "9swarmtalk3ipc" in name)] == []
 
 
 C_CONSUMER = r"""

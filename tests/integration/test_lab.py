@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import time
 
@@ -137,6 +138,38 @@ def test_the_name_may_stand_behind_the_verb():
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 2
     one_line(run(tool, "down", "--name", name).stderr, f"no lab called '{name}' is up")
+
+
+def test_options_of_a_start_may_stand_before_the_verb():
+    tool, name = program("swarmtalk-lab"), f"before{os.getpid()}"
+    done = run(tool, "--medium", "udp", "--spacing", "2", "--name", name, "run", "2", "--",
+               tool, "status", "--name", name, "--json")
+    assert done.returncode == 0, done.stderr
+    assert [json.loads(line)["x_m"] for line in done.stdout.splitlines()] == [0, 2]
+    done = run(tool, "--medium", "udp", "down")
+    assert done.returncode == 2
+    one_line(done.stderr, "--medium is for up and run")
+
+
+@needs_root
+def test_a_lab_of_another_user_is_told_apart_from_none(udp_lab):
+    lab = udp_lab(1)
+    done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
+               program("swarmtalk-lab"), "--name", lab.name, "status")
+    one_line(done.stderr, f"the lab '{lab.name}' belongs to root", "sudo swarmtalk-lab")
+
+
+def test_a_pose_socket_of_the_configuration_is_one_for_each_robot(udp_lab, tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text('[node]\npose_socket = "/run/swarmtalk/pose.sock"\n')
+    lab = udp_lab(2, "--config", base)
+    for robot, place in ((1, (3.0, 1.0)), (2, (4.0, 2.0))):
+        path = str(lab.state()[robot - 1]["socket"]).replace(".sock", ".pose")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
+            sender.sendto(f"{place[0]} {place[1]} 0".encode(), path)
+        wait_for(lambda: f"x {place[0]:.3f} m  y {place[1]:.3f} m" in lab.cli(
+            robot, "pose", "get").stdout, what="the pose of its own socket")
+        assert "told by the pose socket" in lab.cli(robot, "pose", "get").stdout
 
 
 def test_a_command_without_dashes_before_it_is_told_where_they_go():

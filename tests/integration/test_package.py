@@ -1,153 +1,47 @@
-"""The Debian package: lintian looks at it, and it runs under a really booted systemd, in two
-containers joined by a wire."""
+"""The Debian packages of what is under test: lintian looks at them, and they run under a really
+booted systemd, in two containers joined by a wire. tests/packages/ builds as a release does."""
 import json
 import os
 import pathlib
-import platform
 import re
 import shutil
 import subprocess
+import sys
 import time
 
 import pytest
-from conftest import BUILD, run, wait_for
+from conftest import BUILD, ROOT, run, wait_for
 
-UNIT = "swarmtalkd.service"
-SOURCES = pathlib.Path("/etc/apt/sources.list.d/debian.sources")
+sys.path.insert(0, str(ROOT / "tests/support"))
+from booted import (ENVIRONMENT, UNIT, Container, make_root, make_wire, needs,  # noqa: E402
+                    needs_booting, remove_wire)
 
 
-def build_package(folder):
-    done = run("cpack", "-G", "DEB", "--config", BUILD / "CPackConfig.cmake", "-B", folder,
-               timeout=250)
+def build_packages(folder):
+    """All packages of debian/control, of what the build folder holds."""
+    done = run(ROOT / "tools/package", "--from", BUILD, folder, timeout=250)
     assert done.returncode == 0, done.stdout + done.stderr
-    packages = list(folder.glob("*.deb"))
-    assert len(packages) == 1, packages
-    return packages[0]
-
-
-def needs(*programs):
-    for name in programs:
-        if shutil.which(name) is None:
-            pytest.skip(f"{name} is not installed (tools/setup test)")
-
-
-# What a first package leaves to its full depth.
-ALLOWED_TAGS = {
-    "initial-upload-closes-no-bugs", "no-manual-page",
-    "bogus-mail-host", "bogus-mail-host-in-debian-changelog",  # there is no public address
-    "pkg-config-unavailable-for-cross-compilation",
-    "link-to-shared-library-in-wrong-package", "package-name-doesnt-match-sonames",  # one for all
-}
+    return {package.name.split("_")[0]: package for package in folder.glob("*.deb")}
 
 
 def test_lintian_finds_no_error(tmp_path):
-    needs("lintian", "cpack")
-    package = build_package(tmp_path)
-    done = run("lintian", "--no-cfg", "--allow-root", "--tag-display-limit=0", package, timeout=120)
+    needs("lintian", "dh")
+    packages = build_packages(tmp_path)
+    done = run("lintian", "--no-cfg", "--allow-root", "--tag-display-limit=0", *packages.values(),
+               timeout=240)
     found = [line for line in done.stdout.splitlines() if line.startswith(("E:", "W:"))]
-    wrong = [line for line in found if line.split()[2] not in ALLOWED_TAGS]
-    assert not wrong, "\n".join(wrong)
-
-
-class Container:
-    """One robot: a Debian with our package, booted, in a network namespace of its own."""
-
-    def __init__(self, root, namespace, log):
-        self.log = log
-        self.nspawn = subprocess.Popen(
-            ["systemd-nspawn", "--quiet", "--directory", root, "--boot", "--register=no",
-             "--keep-unit", f"--network-namespace-path=/run/netns/{namespace}",
-             "--console=pipe"],
-            stdin=subprocess.DEVNULL, stdout=open(log, "w", encoding="utf-8"),
-            stderr=subprocess.STDOUT)
-        self.leader = None
-        wait_for(self.find_leader, timeout=30, what="container to start")
-        wait_for(lambda: self.do("systemctl", "is-system-running").stdout.strip()
-                 in ("running", "degraded"), timeout=90, what=f"boot, see {log}")
-
-    def find_leader(self):
-        assert self.nspawn.poll() is None, pathlib.Path(self.log).read_text(encoding="utf-8")
-        children = pathlib.Path(f"/proc/{self.nspawn.pid}/task/{self.nspawn.pid}/children")
-        for pid in children.read_text().split():
-            if pathlib.Path(f"/proc/{pid}/comm").read_text().strip() == "systemd":
-                self.leader = pid
-        return self.leader
-
-    def command(self, *words):
-        return ["nsenter", "--target", self.leader, "--all", "--wdns=/", "--", *map(str, words)]
-
-    def do(self, *words, **options):
-        return run(*self.command(*words), env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin"}, **options)
-
-    def as_user(self, user, *words):
-        return ("setpriv", f"--reuid={user}", f"--regid={user}", "--init-groups", *words)
-
-    def systemctl(self, *words):
-        done = self.do("systemctl", *words, timeout=60)
-        assert done.returncode == 0, (words, done.stdout, done.stderr, self.journal())
-        return done.stdout
-
-    def show(self, name):
-        return self.systemctl("show", "--value", "-p", name, UNIT).strip()
-
-    def journal(self):
-        return self.do("journalctl", "--no-pager", "-o", "cat", "-u", UNIT).stdout
-
-    def cli(self, *words, user="alice"):
-        return self.do(*self.as_user(user, "swarmtalk-cli", *words))
-
-    def is_serving(self):
-        return self.show("ActiveState") == "active" and self.cli("status").returncode == 0
-
-    def power_off(self):
-        if self.leader:
-            self.do("systemctl", "poweroff")
-        try:
-            self.nspawn.wait(30)
-        except subprocess.TimeoutExpired:
-            self.nspawn.kill()
-            self.nspawn.wait(10)
-
-
-def make_root(folder, package):
-    """A Debian with systemd, our package installed by apt, and two users: alice may, bob not."""
-    install = f"""set -e
-cp {package} "$1/package.deb"
-chroot "$1" apt-get install -y --no-install-recommends /package.deb
-chroot "$1" useradd --create-home --groups swarmtalk alice
-chroot "$1" useradd --create-home bob"""
-    with open(SOURCES, encoding="utf-8") as sources:
-        done = subprocess.run(
-            ["mmdebstrap", "--quiet", "--variant=minbase",
-             "--include=systemd,systemd-sysv,dbus,iproute2", f"--customize-hook={install}",
-             platform.freedesktop_os_release()["VERSION_CODENAME"], str(folder), "-"],
-            stdin=sources, capture_output=True, text=True, timeout=280)
-    unreachable = "Could not (resolve|connect)|Temporary failure"
-    if done.returncode != 0 and re.search(unreachable, done.stderr):
-        pytest.skip("no Debian mirror can be reached")
-    assert done.returncode == 0, done.stderr[-3000:]
+    assert not found, "\n".join(found)
 
 
 @pytest.fixture
 def wire():
     """Two network namespaces, each with one end of a wire, named wire0."""
     names = [f"swpkg{os.getpid()}{side}" for side in "ab"]
-    ends = [f"swp{os.getpid()}{side}" for side in "ab"]
-    assert all(len(end) <= 15 for end in ends)
     try:
-        for name in names:
-            assert run("ip", "netns", "add", name).returncode == 0
-            run("ip", "netns", "exec", name, "sysctl", "-qw", "net.ipv6.conf.all.disable_ipv6=1",
-                "net.ipv6.conf.default.disable_ipv6=1")
-        done = run("ip", "link", "add", ends[0], "type", "veth", "peer", "name", ends[1])
-        assert done.returncode == 0, done.stderr
-        for name, end in zip(names, ends):
-            assert run("ip", "link", "set", end, "netns", name, "name", "wire0").returncode == 0
-            assert run("ip", "-n", name, "link", "set", "wire0", "up").returncode == 0
+        make_wire(names, "wire0")
         yield names
     finally:
-        for name in names:
-            run("ip", "netns", "del", name)
+        remove_wire(names)
 
 
 CONFIG = """[node]
@@ -162,15 +56,10 @@ client = "debug"
 
 @pytest.fixture
 def robots(tmp_path, wire):
-    if os.geteuid() != 0:
-        pytest.skip("booting containers needs root")
-    needs("mmdebstrap", "systemd-nspawn", "nsenter", "cpack")
-    if not SOURCES.exists():
-        pytest.skip(f"{SOURCES} is missing: where is this Debian from?")
-    (tmp_path / "package").mkdir()
-    package = build_package(tmp_path / "package")
+    needs_booting()
+    packages = build_packages(tmp_path / "packages")
     roots = [tmp_path / "root1", tmp_path / "root2"]
-    make_root(roots[0], package)
+    make_root(roots[0], [packages["swarmtalkd"], packages["swarmtalk-cli"]])
     done = run("cp", "-a", roots[0], roots[1], timeout=120)
     assert done.returncode == 0, done.stderr
     booted = []
@@ -201,7 +90,7 @@ def cross(sender, receiver, text):
     heard = subprocess.Popen(receiver.command(*receiver.as_user(
         "alice", "swarmtalk-cli", "sub", "c", "--json", "-C", "1", "-W", "20")),
         text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin"})
+        env=ENVIRONMENT)
     wait_for(lambda: json.loads(receiver.cli("status", "--json").stdout)["channels"],
              what="subscription")
     check_ring(receiver)

@@ -103,7 +103,10 @@ def test_who_listens_is_told_once_when_the_last_link_goes_and_comes(wires):
     sub = robot.listen("sub", "c")
     for state, words in (("down", "no link is up"), ("up", "a link is up again: air")) * 2:
         robot.execute("ip", "link", "set", "a0", state)
-        assert words in sub.stderr.readline()
+        line = sub.stderr.readline()
+        if "nothing was heard yet" in line:  # on a machine that took 3 s to come here
+            line = sub.stderr.readline()
+        assert words in line
     sub.terminate()
     assert sub.communicate(timeout=10)[1] == ""
 

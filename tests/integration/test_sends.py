@@ -1,5 +1,5 @@
 """Several sends in a row by a program in C: they arrive, or it is told why not. (In C++:
-tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour.py.)"""
+tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour/.)"""
 import re
 
 from conftest import ROOT, program, run
@@ -39,7 +39,8 @@ def test_a_thrown_away_answer_of_send_is_a_warning(tmp_path):
                                   "void f(swarmtalk_publisher* p) { swarmtalk_send(p, 0, 0); }\n")
     done = run("gcc", "-std=c99", "-c", "-o", tmp_path / "c.o", "-I", include, tmp_path / "c.c")
     assert done.returncode == 0 and "c.c:2:" in done.stderr, done.stderr
-    (tmp_path / "cpp.cpp").write_text("""#include <swarmtalk/client.hpp>
+    (tmp_path / "cpp.cpp").write_text("""#include <span>
+#include <swarmtalk/client.hpp>
 void f(swarmtalk::Publisher& p) {
   p.send("text");
   p.send(std::string("text"));
@@ -49,6 +50,6 @@ void f(swarmtalk::Publisher& p) {
 """)
     done = run("g++", "-std=c++20", "-fsyntax-only", "-I", include, tmp_path / "cpp.cpp")
     assert done.returncode == 0, done.stderr
-    for line in (3, 4, 5):
+    for line in (4, 5, 6):
         assert f"cpp.cpp:{line}:" in done.stderr, done.stderr
-    assert "cpp.cpp:6:" not in done.stderr
+    assert "cpp.cpp:7:" not in done.stderr

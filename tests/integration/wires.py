@@ -166,6 +166,13 @@ class Robot:
         wait_for(lambda: subscribers() > before or process.poll() is not None, what="subscription")
         return process
 
+    def begin(self, *arguments):
+        """Starts a subcommand of swarmtalk-cli."""
+        words = self._words(program("swarmtalk-cli"), "--socket", self.socket, *arguments)
+        return self._wires.keep(subprocess.Popen(
+            words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE))
+
     def publish(self, channel, text, *arguments):
         done = self.cli("pub", channel, text, *arguments)
         assert done.returncode == 0, done.stderr

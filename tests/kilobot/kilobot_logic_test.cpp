@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "kilobot_bridge/wire/gateway_frame.hpp"
-#include "kilobot_bridge/wire/overhead_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
+#include "kilobot_wire/overhead_frame.hpp"
 #include "platforms/kilobot/backoff.hpp"
 #include "platforms/kilobot/distance.hpp"
 #include "platforms/kilobot/ir_decoder.hpp"

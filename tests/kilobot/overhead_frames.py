@@ -1,4 +1,4 @@
-"""Frames for the overhead controller (kilobot_bridge/wire/overhead_frame.hpp), as bytes."""
+"""Frames for the overhead controller (kilobot_wire/overhead_frame.hpp), as bytes."""
 STOP, LED_TOGGLE, FORWARD, FORWARD_RAW, PAGE, GPS, SINGLE, VERSION = range(8)
 BOOT, PROGRAM_PAGE, PROGRAM_PAGES, RESET = 0x80, 0x81, 0x82, 0x83
 SLEEP, WAKEUP, CHARGE, VOLTAGE, RUN, READ_UID, CALIBRATE = range(0x84, 0x8B)

@@ -108,6 +108,7 @@ void print_deliveries() {
   deliver.mutable_lost_before()->set_kernel(2);
   deliver.mutable_lost_before()->set_daemon(3);
   deliver.mutable_lost_before()->set_late(4);
+  deliver.set_transmitter(8);
   deliver.mutable_origin()->set_link("serial");
   deliver.mutable_origin()->set_node(9);
   deliver.mutable_origin()->set_message_number(77);

@@ -15,7 +15,7 @@ PATIENCE_S = 10
 @pytest.mark.parametrize("name", ["python3", "python2.7", "newer_Pythons"])
 def test_it_behaves_with(name):
     for python in find_python(name):
-        done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour.py")],
+        done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour")],
                               capture_output=True, text=True, timeout=250)
         print(python, done.stderr.strip().splitlines()[-1])
         assert done.returncode == 0, done.stderr
@@ -98,6 +98,7 @@ def test_it_reads_a_delivery_as_protobuf_wrote_it():
     assert (message.channel, message.sender, message.message_number) == (41000, 65534, 4000000000)
     assert (message.distance, message.bearing) == (0.5, -1.25)
     assert message.sender_pose == swarmtalk.Pose(-3.5, 0, 1.5, 1.5)
+    assert (message.transmitter, read("deliver_nothing").transmitter) == (8, 0)
     assert (message.hops, message.ttl, message.local, message.epoch) == (2, 5, True, 4294967295)
     assert message.delay == 1.5
     assert message.received_at == pytest.approx(123456789.012345678)

@@ -87,9 +87,10 @@ def test_nine_robots_run_scripts_as_they_are(name, lab):
 def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     python = find_python(name)[0]
     robots = lab(lambda text: text.replace('id = "auto"', "id = 1")
-                 + "\n[reserved]\ndebug = true\n")
+                 .replace("[reserved]\n", "[reserved]\ndebug = true\n"))
     log = robots.start(1, CLI, "log", "--json", "-W", "100")
-    while not json.loads(robots.tool("exec", 1, "--", CLI, "status", "--json"))["channels"]:
+    while "debug" not in str(json.loads(
+            robots.tool("exec", 1, "--", CLI, "status", "--json"))["channels"]):
         time.sleep(0.05)
     *others, (_, errors, code) = robots.run_script(HERE / "coachbot/leader.py", python)
     for number, (out, errors_of_other, code_of_other) in enumerate(others, 1):

@@ -1,5 +1,6 @@
 """The Python in the documents and the example programs run as they stand there."""
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -69,10 +70,16 @@ def chatter(two_robots):
     thread.join(30)
 
 
+def command_of(example, language):
+    if language == "cpp":
+        return [pathlib.Path(daemons.BUILD) / "examples/cpp" / example]
+    return ["/usr/bin/python3", "-u", ROOT / f"examples/python/{example}.py"]
+
+
 def run_until_it_prints(socket, *command, wanted=".", cwd=None):
     """What the program prints until the pattern is found in it; it is interrupted then."""
     process = subprocess.Popen(
-        ["/usr/bin/python3", "-u", *map(str, command)], stdout=subprocess.PIPE,
+        [*map(str, command)], stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True, cwd=cwd,
         env={**os.environ, "PYTHONPATH": CLIENT, "SWARMTALK_SOCKET": socket,
              "PYTHONDONTWRITEBYTECODE": "1"})
@@ -111,7 +118,8 @@ def test_a_block_of_the_documents_runs(block, two_robots, chatter, tmp_path):
     with swarmtalk.Client("pose", two_robots[0].socket) as robot:
         robot.set_fixed_pose(1, 0.6, 0)
         robot.sync()
-    assert run_until_it_prints(two_robots[0].socket, program), "it printed nothing"
+    assert run_until_it_prints(two_robots[0].socket, "/usr/bin/python3", "-u", program), (
+        "it printed nothing")
 
 
 EXAMPLES = {
@@ -122,14 +130,15 @@ EXAMPLES = {
 }
 
 
+@pytest.mark.parametrize("language", ["python", "cpp"])
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_example_runs(name, two_robots, chatter):
+def test_the_example_runs(name, language, two_robots, chatter):
     with swarmtalk.Client("pose", two_robots[0].socket) as robot:
         robot.set_fixed_pose(1, 0.6, 0)
         robot.sync()
         if name == "leader":
             threading.Thread(target=claim, args=(two_robots[1].socket,)).start()
-        out = run_until_it_prints(two_robots[0].socket, ROOT / f"examples/python/{name}.py",
+        out = run_until_it_prints(two_robots[0].socket, *command_of(name, language),
                                   wanted=EXAMPLES[name])
     assert re.search(EXAMPLES[name], out), out
     if name == "chatter":
@@ -145,10 +154,11 @@ def claim(socket):
             time.sleep(0.1)
 
 
-def test_the_example_writes_a_table(two_robots, chatter, tmp_path):
+@pytest.mark.parametrize("language", ["python", "cpp"])
+def test_the_example_writes_a_table(language, two_robots, chatter, tmp_path):
     table = tmp_path / "table.csv"
     process = subprocess.Popen(
-        ["/usr/bin/python3", ROOT / "examples/python/log_to_csv.py", table, "hello"],
+        [*command_of("log_to_csv", language), table, "hello"],
         env={**os.environ, "PYTHONPATH": CLIENT, "SWARMTALK_SOCKET": two_robots[0].socket})
     deadline = time.monotonic() + LONGEST_S
     while not table.exists() or table.read_text().count("\n") < 4:

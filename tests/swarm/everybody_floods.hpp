@@ -14,9 +14,10 @@ namespace swarmtalk::core::testing {
 
 enum class Timing { kBursts, kSpread, kRandom };
 
-struct EverybodyConfig {
+struct EverybodyConfig : SceneConfig {
+  EverybodyConfig() { jitter = 0.1; }
+
   uint32_t side = 6;
-  double range = 1.5;
   uint8_t packets = 1;
   bool mixed_lengths = false;  // 1 to 8 packets at random; `packets` unused
   double load = 0.5;
@@ -25,12 +26,8 @@ struct EverybodyConfig {
   uint32_t periods = 20;
   uint8_t ttl = 12;
   double slot_ticks = 16;
-  double loss = 0;
-  double jitter = 0.1;
-  double drift = 0;
   uint8_t channels = 1;
   Ids ids = Ids::kDistinct;
-  uint64_t seed = 1;
 };
 
 template <class Robot>
@@ -38,7 +35,7 @@ class EverybodyFloods {
  public:
   explicit EverybodyFloods(const EverybodyConfig& config,
                            typename Robot::Settings settings = typename Robot::Settings())
-      : config_(config), scene_(scene_config(config), filled_in(settings, config)) {
+      : config_(config), scene_(config, filled_in(settings, config)) {
     for (uint32_t i = 0; i < config.side * config.side; ++i) {
       scene_.add(i % config.side, i / config.side, config.slot_ticks);
     }
@@ -62,15 +59,6 @@ class EverybodyFloods {
   Scene<Robot>& scene() { return scene_; }
 
  private:
-  static SceneConfig scene_config(const EverybodyConfig& config) {
-    SceneConfig scene;
-    scene.range = config.range;
-    scene.loss = config.loss;
-    scene.jitter = config.jitter;
-    scene.drift = config.drift;
-    scene.seed = config.seed;
-    return scene;
-  }
   static typename Robot::Settings filled_in(typename Robot::Settings settings,
                                             const EverybodyConfig& config) {
     settings.ttl = config.ttl;
@@ -109,13 +97,9 @@ class EverybodyFloods {
 
 /// The same from several seeds, added up.
 template <class Robot>
-Counts everybody_floods(EverybodyConfig config, uint32_t seeds,
+Counts everybody_floods(const EverybodyConfig& config, uint32_t seeds,
                         const typename Robot::Settings& settings = typename Robot::Settings()) {
-  Counts sum;
-  for (config.seed = 1; config.seed <= seeds; ++config.seed) {
-    sum += EverybodyFloods<Robot>(config, settings).run();
-  }
-  return sum;
+  return from_seeds<EverybodyFloods<Robot>>(config, seeds, settings);
 }
 
 }  // namespace swarmtalk::core::testing

@@ -16,19 +16,16 @@ enum class Place {
   kGrid,   // square, range 1.5: eight neighbours; robot 0 in a corner
 };
 
-struct FastFloodConfig {
+struct FastFloodConfig : SceneConfig {
   Place place = Place::kCrowd;
   uint32_t robots = 2;  // sender included; of a grid a square number
   uint8_t packets = 1;
   uint8_t ttl = 3;
   double sender_ticks = 2;  // between two packets
   double relay_ticks = 2;
-  bool all_send = false;  // everybody, each at its own pace
-  double loss = 0;
-  double jitter = 0;
+  bool all_send = false;    // everybody, each at its own pace
   uint32_t messages = 300;  // of each sender
   Ids ids = Ids::kFixed;
-  uint64_t seed = 1;
 };
 
 template <class Robot>
@@ -58,11 +55,8 @@ class FastFlood {
 
  private:
   static SceneConfig scene_config(const FastFloodConfig& config) {
-    SceneConfig scene;
-    scene.range = config.place == Place::kCrowd ? 1e9 : 1.5;
-    scene.loss = config.loss;
-    scene.jitter = config.jitter;
-    scene.seed = config.seed;
+    SceneConfig scene = config;
+    if (config.place == Place::kCrowd) scene.range = 1e9;
     return scene;
   }
   static typename Robot::Settings with_ttl(typename Robot::Settings settings,
@@ -83,10 +77,8 @@ class FastFlood {
 
 /// The same from several seeds, added up.
 template <class Robot>
-Counts fast_flood(FastFloodConfig config, uint32_t seeds) {
-  Counts sum;
-  for (config.seed = 1; config.seed <= seeds; ++config.seed) sum += FastFlood<Robot>(config).run();
-  return sum;
+Counts fast_flood(const FastFloodConfig& config, uint32_t seeds) {
+  return from_seeds<FastFlood<Robot>>(config, seeds);
 }
 
 }  // namespace swarmtalk::core::testing

@@ -188,4 +188,12 @@ class Scene {
   std::priority_queue<Slot> slots_;
 };
 
+/// What several runs of a scene count, from the seeds 1 to `seeds`, added up.
+template <class Run, class Config, class... Settings>
+Counts from_seeds(Config config, uint32_t seeds, const Settings&... settings) {
+  Counts sum;
+  for (config.seed = 1; config.seed <= seeds; ++config.seed) sum += Run(config, settings...).run();
+  return sum;
+}
+
 }  // namespace swarmtalk::core::testing

@@ -20,6 +20,7 @@
 
 namespace swarmtalk {
 
+/// What a Client is made with; the defaults are good.
 struct ClientOptions {
   std::string socket_path;  // empty: $SWARMTALK_SOCKET, else /run/swarmtalk/swarmtalkd.sock
   std::chrono::milliseconds connect_timeout{2000};
@@ -28,6 +29,7 @@ struct ClientOptions {
   std::chrono::milliseconds reconnect_max{250};     // up to this
 };
 
+/// One program's connection to the daemon of its robot.
 class Client {
  public:
   /// Does not connect yet: connect() does, or else the first publisher(), subscriber(), process().
@@ -47,11 +49,13 @@ class Client {
   /// @return kNoDaemon, kDaemonDead, kNoPermission, kVersionMismatch, kTimeout, kBadArgument,
   ///   kSystem. After a failure process() and run*() go on trying.
   [[nodiscard]] Status connect();
+  /// Whether there is a daemon now.
   bool is_connected() const;
 
   /// By name, UTF-8: the daemon's [channels] table gives the number, or a hash of the name does.
   /// The handles made of an impossible name or number say so: kBadChannel.
   Channel channel(std::string_view name, ChannelOptions options = {});
+  /// The same for a literal.
   Channel channel(const char* name, ChannelOptions options = {}) {
     return channel(std::string_view(name), options);
   }
@@ -62,6 +66,7 @@ class Client {
   Subscriber subscribe(std::string_view channel_name, Policy policy, ReceiveCallback receive) {
     return channel(channel_name).subscriber(std::move(receive), policy);
   }
+  /// The same without a policy.
   Subscriber subscribe(std::string_view channel_name, ReceiveCallback receive) {
     return channel(channel_name).subscriber(std::move(receive));
   }
@@ -109,8 +114,9 @@ class Client {
   Status process();
 
   /// process() in a loop: for ever, for a time, or until stop().
-  /// @return kOk; kBadArgument when called inside a callback
+  /// @return kOk; kBadArgument when called inside a callback, or while another thread is inside
   Status run();
+  /// The same for a time, or until stop().
   Status run_for(std::chrono::nanoseconds duration);
   /// Waits for something to do, at most `timeout`, and does it once.
   Status run_once(std::chrono::nanoseconds timeout);

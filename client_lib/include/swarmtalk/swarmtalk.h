@@ -43,9 +43,13 @@ typedef enum swarmtalk_status {
   SWARMTALK_SYSTEM = 20
 } swarmtalk_status;
 
+/* A program's connection to the daemon of its robot. */
 typedef struct swarmtalk_client swarmtalk_client;
+/* Sends on a channel. */
 typedef struct swarmtalk_publisher swarmtalk_publisher;
+/* Hears a channel. */
 typedef struct swarmtalk_subscriber swarmtalk_subscriber;
+/* Values of this program for who asks, and questions. */
 typedef struct swarmtalk_harvest swarmtalk_harvest;
 
 /* Messages that did not come, by place; late: reported as lost before, came after all. */
@@ -93,6 +97,7 @@ typedef struct swarmtalk_policy {
 /* For swarmtalk_sending.queue: one message is on its way at a time. */
 #define SWARMTALK_NO_QUEUE UINT32_MAX
 
+/* What becomes of messages that are sent faster than they leave. */
 typedef struct swarmtalk_sending {
   size_t struct_bytes;       /* as in swarmtalk_policy */
   uint32_t ttl;              /* hops after the first */
@@ -103,11 +108,14 @@ typedef struct swarmtalk_sending {
   int timestamped;
 } swarmtalk_sending;
 
+/* Called with each message. */
 typedef void (*swarmtalk_receive_fn)(const swarmtalk_message* message, void* context);
 /* Once for each accepted send(): SWARMTALK_OK when its last packet has left, else why it never
  * will. */
 typedef void (*swarmtalk_sent_fn)(swarmtalk_status status, const char* text, void* context);
+/* The text is a sentence for people. */
 typedef void (*swarmtalk_event_fn)(swarmtalk_status status, const char* text, void* context);
+/* Called before the message that has losses before it. */
 typedef void (*swarmtalk_gap_fn)(const swarmtalk_message* message, void* context);
 
 /* theta_rad: counter-clockwise from +x. NaN in all three: not known. */
@@ -146,7 +154,9 @@ typedef struct swarmtalk_value {
   size_t value_bytes;
 } swarmtalk_value;
 
+/* Called for each robot around. */
 typedef void (*swarmtalk_neighbour_fn)(const swarmtalk_neighbour* neighbour, void* context);
+/* Called for each value that comes. */
 typedef void (*swarmtalk_value_fn)(const swarmtalk_value* value, void* context);
 
 /* A client that is not connected yet. socket_path: NULL: $SWARMTALK_SOCKET, else the standard one.
@@ -171,13 +181,17 @@ SWARMTALK_API swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client
                                                         const swarmtalk_policy* policy,
                                                         swarmtalk_receive_fn receive,
                                                         void* context);
+/* SWARMTALK_OK while registered, else why not. */
 SWARMTALK_API swarmtalk_status swarmtalk_subscriber_status(const swarmtalk_subscriber* subscriber);
+/* Nothing more is heard; the handle is gone. */
 SWARMTALK_API void swarmtalk_unsubscribe(swarmtalk_subscriber* subscriber);
 
+/* A publisher on a channel. sending: NULL for the defaults; sent: may be NULL. NULL: no memory. */
 SWARMTALK_API swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client,
                                                        const char* channel,
                                                        const swarmtalk_sending* sending,
                                                        swarmtalk_sent_fn sent, void* context);
+/* SWARMTALK_OK while registered, else why not. */
 SWARMTALK_API swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher);
 /* Hands one message to the daemon; copies it, never waits. Any thread. SWARMTALK_BUSY: as many wait
  * as may; this is also told on stderr, or to swarmtalk_on_error's callback, at most once a second,
@@ -186,7 +200,9 @@ SWARMTALK_API SWARMTALK_LOOK swarmtalk_status swarmtalk_send(swarmtalk_publisher
                                                              const void* bytes, size_t size_bytes);
 /* 1: the next swarmtalk_send() would answer SWARMTALK_BUSY. Any thread. */
 SWARMTALK_API int swarmtalk_is_busy(const swarmtalk_publisher* publisher);
+/* Of the longest message; 0: not registered yet. */
 SWARMTALK_API size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher);
+/* Nothing more is sent; the handle is gone. */
 SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
 
 /* theta_rad: counter-clockwise from +x. */
@@ -207,6 +223,7 @@ SWARMTALK_API swarmtalk_status swarmtalk_sync(swarmtalk_client* client);
 /* Sends a line to whoever listens to the reserved channel "debug" (`swarmtalk-cli log`), over a few
  * hops. Never waits. SWARMTALK_BAD_CHANNEL where the daemon's configuration has it off. */
 SWARMTALK_API swarmtalk_status swarmtalk_log(swarmtalk_client* client, const char* line);
+/* Of this robot; 0 before the first connection. */
 SWARMTALK_API uint32_t swarmtalk_node_id(const swarmtalk_client* client);
 
 /* Values for whoever asks, and questions for those of others, over several hops, on the reserved
@@ -224,6 +241,7 @@ SWARMTALK_API swarmtalk_status swarmtalk_harvest_set(swarmtalk_harvest* harvest,
 SWARMTALK_API swarmtalk_status swarmtalk_harvest_ask(swarmtalk_harvest* harvest, const char* prefix,
                                                      uint32_t ttl, swarmtalk_value_fn found,
                                                      void* context);
+/* The values answer no more. */
 SWARMTALK_API void swarmtalk_harvest_close(swarmtalk_harvest* harvest);
 
 /* For an event loop of your own: readable when swarmtalk_process() has work. */
@@ -232,6 +250,7 @@ SWARMTALK_API int swarmtalk_fd(const swarmtalk_client* client);
 SWARMTALK_API swarmtalk_status swarmtalk_process(swarmtalk_client* client);
 /* swarmtalk_process() in a loop, until swarmtalk_stop(). */
 SWARMTALK_API swarmtalk_status swarmtalk_run(swarmtalk_client* client);
+/* The same for a time, or until swarmtalk_stop(). */
 SWARMTALK_API swarmtalk_status swarmtalk_run_for(swarmtalk_client* client, uint32_t time_ms);
 /* Any thread, also a signal handler. */
 SWARMTALK_API void swarmtalk_stop(swarmtalk_client* client);
@@ -240,10 +259,13 @@ SWARMTALK_API void swarmtalk_stop(swarmtalk_client* client);
  * default; it is called before the receive callback of a message that follows a loss. */
 SWARMTALK_API void swarmtalk_on_disconnect(swarmtalk_client* client, swarmtalk_event_fn callback,
                                            void* context);
+/* Called when the daemon is back. */
 SWARMTALK_API void swarmtalk_on_reconnect(swarmtalk_client* client, swarmtalk_event_fn callback,
                                           void* context);
+/* Called with what no call can tell; without one it is printed to stderr. */
 SWARMTALK_API void swarmtalk_on_error(swarmtalk_client* client, swarmtalk_event_fn callback,
                                       void* context);
+/* Called before a message with losses before it. */
 SWARMTALK_API void swarmtalk_on_gap(swarmtalk_client* client, swarmtalk_gap_fn callback,
                                     void* context);
 

@@ -195,8 +195,12 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       }
       record = Lookup::fresh(records_);
       if (record == nullptr) {
+        const Index hand = Lookup::hand();
         record = next_to_give_away(insist);
-        if (SWARMTALK_SELDOM(record == nullptr)) return nullptr;
+        if (SWARMTALK_SELDOM(record == nullptr)) {
+          Lookup::hand() = hand;
+          return nullptr;
+        }
         Lookup::unlink(records_, record);
       }
       record->key = key;
@@ -467,6 +471,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       Lookup::hand() = at;
       if (!is_precious) break;
     }
+    if (chosen == nullptr) Lookup::hand() = at;  // the next time those behind
     return chosen;
   }
 

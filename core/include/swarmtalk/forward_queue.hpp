@@ -112,6 +112,16 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
                                    W::kChecksumBytes);
   }
 
+  /// Takes out what has waited for longer than `limit`. @return how many
+  Slot drop_older_than(Ticks limit, Ticks now) {
+    Slot dropped = 0;
+    for (; count_ != 0 && static_cast<Ticks>(now - slot(0).since) > limit; ++dropped) {
+      this->begin_repeats();
+      drop_first();
+    }
+    return dropped;
+  }
+
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)

@@ -59,6 +59,8 @@ struct ProfileDefaults {
   static constexpr uint32_t kFloodTicks = 2000;       // ... and at most, unless its number returns
 
   static constexpr uint8_t kForwardRepeats = 0;  // further transmissions of each forwarded packet
+  /// How far and how long packets of others travel can be limited: Swarmtalk::limit_forwarding().
+  static constexpr bool kLimitsForwarding = false;
 };
 
 /// Compiles only if profile P can work; says in a sentence what is wrong otherwise.

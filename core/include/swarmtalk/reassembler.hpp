@@ -32,8 +32,33 @@ struct Fragment : Reception<P> {
   }
 };
 
+/// Whose packet a slot holds, where there is memory to tell.
+template <class P, bool kPresent>
+class SlotOwners {
+ protected:
+  using Slot = typename Record<P>::Slot;
+  void set_owner(Slot slot, Record<P>& record) { owners_[slot] = &record; }
+  /// Goes round the first `used` slots. @return the message whose packet this one holds, or held
+  /// last; null: none was ever used
+  Record<P>* next_owner(Slot used) {
+    if (++at_ >= used) at_ = 0;
+    return used == 0 ? nullptr : owners_[at_];
+  }
+
+ private:
+  uint32_t at_ = 0;
+  Record<P>* owners_[P::kFragmentSlots];  // untouched until used
+};
 template <class P>
-class Reassembler {
+class SlotOwners<P, false> {
+ protected:
+  using Slot = typename Record<P>::Slot;
+  void set_owner(Slot, Record<P>&) {}
+  Record<P>* next_owner(Slot) { return nullptr; }
+};
+
+template <class P>
+class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
  public:
   using W = Wire<P>;
   using Entry = Record<P>;
@@ -53,6 +78,8 @@ class Reassembler {
   };
 
   Reassembler() { forget_all(); }
+  /// Each call the next of the messages whose packets are held; some are over. Null: there are none
+  Entry* next_holder() { return this->next_owner(used_); }
   void forget_all() {
     used_ = 0;
     free_ = kNoSlot;
@@ -186,6 +213,7 @@ class Reassembler {
     memcpy(place.body, fragment.payload, P::kPadded ? W::kBodyBytes : fragment.payload_bytes);
     place.next = link;
     link = slot;
+    this->set_owner(slot, record);
     record.held = static_cast<Mask>(record.held | fragment.bit);
     record.set_timestamps(fragment.has_delay);
     if (fragment.has_delay) {

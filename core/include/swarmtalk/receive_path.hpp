@@ -1,6 +1,6 @@
-// What a received packet goes through inside a node: wanted here or not, seen before or not, sent
-// on, held until its message is whole, delivered; and which unfinished message makes place when
-// memory is short. Definitions of Swarmtalk's members, included by swarmtalk.hpp only.
+// What a received packet goes through inside a node: wanted here or not, seen before or not, held
+// until its message is whole, delivered; and which unfinished message makes place when memory is
+// short. Definitions of Swarmtalk's members, included by swarmtalk.hpp only.
 #pragma once
 
 #include "swarmtalk/swarmtalk.hpp"
@@ -24,7 +24,7 @@ void Swarmtalk<P>::receive(Arrival& arrival) {
   // Without a record the copies of a flooded message could not be told from it.
   if (record == nullptr && (kind != 0 || !whole)) return count(counters_.no_memory);
   if ((kind & (Entry::kFlood | Entry::kDirect)) == Entry::kFlood) cache_.hear_copy(*record);
-  if (arrival.ttl != 0) forward(arrival, *record);
+  if (this->is_sent_on(arrival.ttl)) forward(arrival, *record);
   if (!wanted) return;
   if (record != nullptr) {
     if (record->is_done()) {
@@ -50,7 +50,8 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Arrival& arrival, ui
   if (record == nullptr) {
     // While all are open, one that cannot become whole makes place; for a flooded message that is
     // whole at once any does, because without a record its copies would be delivered again.
-    record = give_up_less_than(kind != 0 && whole ? kAnyWorth : 1, nullptr);
+    const uint8_t limit = Cache::kScans ? uint8_t{1} : newcomer_limit(arrival);
+    record = give_up_less_than(kind != 0 && whole ? kAnyWorth : limit, nullptr);
     if (record != nullptr) cache_.replace(*record, arrival.key, kind);
   }
   return record;
@@ -61,22 +62,6 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::begin_record(Entry* own, typename Ke
                                                          uint8_t kind, bool insist) {
   if (cache_.needs_secret()) draw_secret();
   return cache_.begin(own, key, kind, insist, *this);
-}
-
-template <class P>
-void Swarmtalk<P>::forward(const Arrival& arrival, Entry& record) {
-  if ((record.forwarded & arrival.bit) != 0) {
-    forward_queue_.improve(arrival.packet(), arrival);
-    return;
-  }
-  const auto pushed = forward_queue_.push(arrival.packet(), arrival.size_bytes, arrival,
-                                          static_cast<typename W::WaitTicks>(cache_.now()));
-  if (pushed != Pushed::kDone) count(counters_.forward_queue_full);
-  if (pushed == Pushed::kFull) return;
-  record.forwarded = static_cast<Mask>(record.forwarded | arrival.bit);
-  if (!record.is_open()) cache_.renew_stamp(record);
-  if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
-  round_robin_.set_ready(0, true);
 }
 
 template <class P>
@@ -94,7 +79,8 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
   Outcome outcome;
   do {
     outcome = reassembler_.add(record, arrival, elapsed);
-  } while (outcome == Outcome::kNoSlot && make_slot(record, arrival.bit));
+  } while (outcome == Outcome::kNoSlot &&
+           (Cache::kScans ? make_slot(record, arrival.bit) : make_slot_in_pool(record, arrival)));
   switch (outcome) {
     case Outcome::kHeld:
       cache_.renew_stamp(record);
@@ -151,6 +137,35 @@ uint8_t Swarmtalk<P>::worth(const Entry& record) const {
   return is_hopeless ? 0 : static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
 }
 
+// A packet of full length is more than a last one, which may have a byte: a message that begins
+// with it comes before those of which only the end has come, and before what has not moved for a
+// while. Last packets alone push out each other only, the oldest first. So who fills the pool with
+// packets of messages that never become whole, under however many names, has to send all that it
+// holds again in each kStall.
+template <class P>
+bool Swarmtalk<P>::make_slot_in_pool(Entry& record, const Arrival& arrival) {
+  const Mask held = record.held;
+  if (!record.is_flood() &&
+      (record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(held | arrival.bit)))) {
+    return false;
+  }
+  if (held == 0) return give_up_less_than(newcomer_limit(arrival), &record) != nullptr;
+  const auto limit = static_cast<uint8_t>(kStalled + Reassembler<P>::count(held));
+  return give_up_less_than(limit, &record) != nullptr;
+}
+
+template <class P>
+uint8_t Swarmtalk<P>::standing(const Entry& record) const {
+  if (worth(record) == 0) return 0;
+  const Mask held = record.held;
+  const bool is_end_alone =
+      (record.flags & Entry::kEndHeld) != 0 && static_cast<Mask>(held & (held - 1u)) == 0;
+  if (is_end_alone) return kEndAlone;
+  const uint8_t packets = Reassembler<P>::count(held);
+  const auto idle = static_cast<uint32_t>(cache_.age(record) / kStall);
+  return static_cast<uint8_t>(kStalled + (idle < packets ? packets - idle : 0));
+}
+
 template <class P>
 bool Swarmtalk<P>::make_slot(Entry& record, Mask bit) {
   const Mask held = record.held;
@@ -173,24 +188,22 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::give_up_less_than(uint8_t limit, con
   return record;
 }
 
+// The pool of slots is walked, not the records: each open message that holds something is met.
 template <class P>
 typename Swarmtalk<P>::Entry* Swarmtalk<P>::find_less_than(uint8_t limit, const Entry* kept) {
+  constexpr typename Entry::Slot kLooks = P::kFragmentSlots < 64 ? P::kFragmentSlots : 64;
   Entry* least = nullptr;
-  const uint8_t enough = limit == kAnyWorth ? 3 : 0;
-  Entry* const last = this->hand();
-  Entry* record = last;
-  uint8_t looks = 32;  // at most: the hand may stand behind the records in use
-  do {
-    record = cache_.next_after(record);
-    if (!record->is_open() || record == kept) continue;
-    const uint8_t its_worth = worth(*record);
-    if (its_worth < limit) {
-      least = record;
-      limit = its_worth;
-      if (limit <= enough) break;
-    }
-  } while (record != last && --looks != 0);
-  this->hand() = record;
+  uint8_t least_standing = limit;
+  for (auto left = kLooks; left != 0; --left) {
+    Entry* const record = reassembler_.next_holder();
+    if (record == nullptr || !record->is_open() || record == kept) continue;
+    const uint8_t its_standing = standing(*record);
+    const bool is_older = least != nullptr && its_standing == least_standing &&
+                          cache_.age(*record) > cache_.age(*least);
+    if (its_standing >= least_standing && !is_older) continue;
+    least = record;
+    least_standing = its_standing;
+  }
   return least;
 }
 

@@ -13,6 +13,7 @@
 #include "swarmtalk/counters.hpp"
 #include "swarmtalk/duplicate_cache.hpp"
 #include "swarmtalk/forecast.hpp"
+#include "swarmtalk/forward_limits.hpp"
 #include "swarmtalk/forward_queue.hpp"
 #include "swarmtalk/node_id.hpp"
 #include "swarmtalk/port.hpp"
@@ -43,7 +44,8 @@ class NumberFloor<Number, false> {
 template <class P>
 class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
                   private ChannelHint<P, (P::kBuckets > 0 && P::kUsualPathFirst)>,
-                  private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)> {
+                  private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)>,
+                  public ForwardLimits<P> {
  public:
   using Profile = P;
   using W = Wire<P>;
@@ -87,6 +89,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// @return bytes written; 0: nothing waits
   SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
     if (!forward_queue_.is_empty()) forget_stale(time());
+    drop_late_forwards();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
@@ -107,6 +110,19 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 
   /// Something waits to be pulled.
   bool has_packet() const { return round_robin_.is_any_ready(); }
+
+  /// Sends on packets of others with at most `max_ttl` hops left, and only if they have waited here
+  /// for at most `max_wait` ticks: see ForwardLimits. Until this is called there is no limit.
+  template <class Q = P>
+  void limit_forwarding(uint8_t max_ttl, Ticks max_wait) {
+    static_assert(Q::kLimitsForwarding, "this profile cannot limit forwarding: kLimitsForwarding");
+    this->set_limits(max_ttl, max_wait);
+  }
+
+  /// Gives up what has waited to be sent on for longer than limit_forwarding() says. pull_packet()
+  /// does it too; who asks next_packet_bytes() first calls it before that, at one time of the
+  /// clock.
+  void drop_late_forwards();
 
   /// Takes a packet that the link has received. Calls `receive` callbacks.
   /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
@@ -250,26 +266,14 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     round_robin_.set_ready(static_cast<Source>(index + 1u), true);
   }
 
-  // --- sending ------------------------------------------------------------------------------
-  PacketSize pull_forwarded(uint8_t* out) {
-    const uint8_t* packet = forward_queue_.next();
-    bool timestamped = W::is_timestamped(packet);
-    if (!W::kMarksTimestamps) {
-      const Channel<P>* channel = find_channel(W::ChannelField::get(packet));
-      timestamped = channel != nullptr && channel->timestamped_;
-      // It may have come before the channel was opened like this, without room for a timestamp.
-      if (!P::kPadded &&
-          forward_queue_.next_bytes() < W::kHeaderBytes + W::kTimestampBytes + W::kChecksumBytes) {
-        timestamped = false;
-      }
-    }
-    const PacketSize size = forward_queue_.pull(timestamped, wait_now(), out);
-    if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
-    if (forward_queue_.is_empty()) round_robin_.set_ready(0, false);
-    count(counters_.packets_forwarded);
-    return size;
-  }
+  // --- sending on: defined in forward_path.hpp ------------------------------------------------
+  PacketSize pull_forwarded(uint8_t* out);
+  /// Some have been taken out of the queue.
+  SWARMTALK_INLINE void note_forwards();
+  /// Queues a packet to be sent on, once.
+  void forward(const Arrival& arrival, Entry& record);
 
+  // --- sending ------------------------------------------------------------------------------
   SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
     ensure_id();
     Fragmenter<P>& message = channel.fragmenter_;
@@ -435,8 +439,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// DuplicateCache::begin; a message that its sender has passed is given up.
   SWARMTALK_HOT Entry* begin_record(Entry* own, typename Key::Argument key, uint8_t kind,
                                     bool insist);
-  /// Queues a packet to be sent on, once.
-  void forward(const Arrival& arrival, Entry& record);
   SWARMTALK_HOT void assemble(Arrival& arrival, Entry& record);
   /// The message lies on the stack.
   void complete(Arrival& arrival, Entry& record, Ticks elapsed);
@@ -458,11 +460,22 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// `limit`; of any worth, one that holds few packets. Without buckets it is known from the last
   /// walk over the records. @return it, now closed, or null
   Entry* give_up_less_than(uint8_t limit, const Entry* kept);
-  /// Finds it in a large table: from where the last one was found.
+  /// Finds it in a large table, by standing: of some that hold packets, the least, and the oldest.
   Entry* find_less_than(uint8_t limit, const Entry* kept);
   /// Gives up a message that is worth less than this one, which needs a slot for packet `bit`.
   /// @return whether there was one
   bool make_slot(Entry& record, Mask bit);
+  /// The same in a large table, for this packet.
+  bool make_slot_in_pool(Entry& record, const Arrival& arrival);
+  /// There, how an open message stands among others: 0 if it is worth nothing; kEndAlone; kStalled,
+  /// and one more for each packet held, less one for each kStall in which none has come.
+  uint8_t standing(const Entry& record) const;
+  static constexpr uint8_t kEndAlone = 1;
+  static constexpr uint8_t kStalled = 2;
+  static constexpr uint32_t kStall = P::kAssemblyTicks < 8 ? 1 : P::kAssemblyTicks / 8;
+  static uint8_t newcomer_limit(const Arrival& arrival) {
+    return arrival.end ? kStalled : kStalled + 1;
+  }
 
   // The small ones first: AVR reaches 64 bytes behind an address at no cost.
   Port port_;
@@ -481,5 +494,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 }  // namespace core
 }  // namespace swarmtalk
 
+#include "swarmtalk/forward_path.hpp"
 #include "swarmtalk/receive_path.hpp"
 #include "swarmtalk/usual_path.hpp"

@@ -14,7 +14,7 @@ extern "C" {
 #include <kilolib.h>
 }
 
-#include "kilobot_bridge/wire/ir_message.hpp"
+#include "kilobot_wire/ir_message.hpp"
 #include "platforms/robot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
 

@@ -306,6 +306,26 @@ TEST_F(Cli, PoseIsSetInDegreesOrRadiansAlsoNegative) {
   EXPECT_EQ(run({"pose", "set", "0", "0", "90grad"}).exit_code, 2);
 }
 
+TEST_F(Cli, HelpVersionAndNeighborsAreTakenAsPeopleTypeThem) {
+  const Result version = run({"-V"});
+  EXPECT_EQ(version.exit_code, 0) << version.error;
+  EXPECT_EQ(version.out, run({"--version"}).out);
+  const Result help = run({"help", "pose", "set"});
+  EXPECT_EQ(help.exit_code, 0) << help.error;
+  EXPECT_NE(help.out.find("Usage: swarmtalk-cli pose set"), std::string::npos) << help.out;
+  EXPECT_EQ(run({"help"}).exit_code, 0);
+  EXPECT_EQ(run({"help", "nonsense"}).exit_code, 2);
+  EXPECT_EQ(run({"neighbors", "--json"}).out, run({"neighbours", "--json"}).out);
+  EXPECT_NE(run({"neighbour"}).error.find("did you mean 'neighbours'?"), std::string::npos);
+}
+
+TEST_F(Cli, HelpFitsEightyColumnsWhereNoTerminalSaysElse) {
+  for (const Strings& words : {Strings{"--help"}, {"sub", "--help"}, {"kilobot", "--help"}}) {
+    std::istringstream text(run(words).out);
+    for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 80u) << line;
+  }
+}
+
 TEST_F(Cli, PoseIsPrintedForPeopleAndForPrograms) {
   EXPECT_EQ(run({"pose", "get"}).out, "x 1.000 m  y 2.000 m  theta 172 deg  age 0 ms\n");
   EXPECT_EQ(json::parse(run({"pose", "get", "--json"}).out)["x_m"], 1.0);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "cli/quiet_watch.hpp"
+
 namespace swarmtalk::cli {
 namespace {
 
@@ -9,6 +11,7 @@ Message heard() {
   Message message;
   message.payload = "hello 3";
   message.sender = 1;
+  message.transmitter = 1;
   message.distance_m = 0.5F;
   message.bearing_rad = -1.5708F;
   return message;
@@ -17,6 +20,76 @@ Message heard() {
 TEST(Format, LineForPeopleHasMetresAndDegrees) {
   EXPECT_EQ(to_line("hello", heard()),
             "hello: robot 1  \"hello 3\"  distance 0.50 m  bearing -90 deg  hops 0");
+}
+
+TEST(Format, ARelayedMessageSaysWhoseDistanceItIs) {
+  Message message = heard();
+  message.hops = 2;
+  message.transmitter = 3;
+  EXPECT_EQ(to_line("hello", message),
+            "hello: robot 1  \"hello 3\"  via robot 3,  distance 0.50 m  bearing -90 deg  hops 2");
+  message.transmitter = message.sender;  // the packets do not tell
+  EXPECT_EQ(to_line("hello", message),
+            "hello: robot 1  \"hello 3\"  via another robot,  distance 0.50 m  bearing -90 deg  "
+            "hops 2");
+}
+
+TEST(Format, APoseThatIsTooOldSaysHowOldAndWhoToldIt) {
+  DaemonStatus status;
+  EXPECT_EQ(pose_text(status), "unknown: nobody has told one");
+  status.pose_age = std::chrono::milliseconds(3400);
+  status.pose_told_by = "tracker";
+  status.pose_max_age = std::chrono::milliseconds(2000);
+  EXPECT_EQ(pose_text(status),
+            "too old: tracker told it 3.4 s ago, and it is valid for 2.0 s "
+            "(node.pose_max_age_ms of the configuration)");
+  status.pose = Pose{1, 2, 0, std::chrono::milliseconds(40)};
+  EXPECT_EQ(pose_text(status), "x 1.000 m  y 2.000 m  theta 0 deg  age 40 ms, told by tracker");
+}
+
+TEST(Format, ATableCountsCharactersNotBytes) {
+  EXPECT_EQ(table({{"CHANNEL", "LOST"}, {"h\u00f6he", "0"}, {"speed", "0"}}),
+            "CHANNEL  LOST\nh\u00f6he     0\nspeed    0\n");
+  EXPECT_EQ(table({{"C", "N"}, {"\u00e4\u00f6\u00fc", "1"}, {"abc", "2"}}),
+            "C    N\n\u00e4\u00f6\u00fc  1\nabc  2\n");
+}
+
+TEST(Format, ATableWiderThanTheTerminalIsABlockForEachRow) {
+  const std::vector<Row> rows{{"ROBOT", "DISTANCE", ""}, {"7", "0.50 m", ""}, {"12", "", "lost"}};
+  EXPECT_EQ(table(rows), "ROBOT  DISTANCE\n7      0.50 m\n12               lost\n");
+  EXPECT_EQ(table(rows, {20, false}), "ROBOT  7\nDISTANCE  0.50 m\n\nROBOT  12\nlost\n");
+  EXPECT_EQ(table(rows, {40, true}),
+            "\033[1mROBOT  DISTANCE\033[0m\n7      0.50 m\n12               lost\n");
+}
+
+TEST(QuietWatch, SaysWhatAMisspeltNameMayHaveBeen) {
+  DaemonStatus daemon;
+  daemon.links.emplace_back().up = true;
+  ChannelStatus& channel = daemon.channels.emplace_back();
+  channel.name = "chatter";
+  channel.publishers = 1;
+  daemon.channels.emplace_back().name = "chater";  // our own subscription
+  Neighbour robot;
+  const std::string text = silence_text({"chater"}, daemon, {robot});
+  EXPECT_EQ(text, "nobody publishes 'chater' as far as this robot knows; did you mean 'chatter'?");
+  EXPECT_EQ(silence_text({"chatter"}, daemon, {robot}), "");
+  EXPECT_EQ(silence_text({"alarm"}, daemon, {robot}), "");
+}
+
+TEST(QuietWatch, SaysThatNobodyIsAround) {
+  DaemonStatus daemon;
+  EXPECT_EQ(silence_text({"a"}, daemon, {}), "") << "a link that is down is told elsewhere";
+  daemon.links.emplace_back().up = true;
+  EXPECT_NE(silence_text({"a"}, daemon, {}).find("no other robot was heard"), std::string::npos);
+  Neighbour far;
+  far.out_of_range = true;
+  EXPECT_NE(silence_text({"a"}, daemon, {far}).find("virtual_range_m"), std::string::npos);
+}
+
+TEST(QuietWatch, AWildcardIsToldToBeAName) {
+  EXPECT_EQ(wildcard_hint({"hello", "7"}), "");
+  EXPECT_NE(wildcard_hint({"hello", "#"}).find("'#' is heard as the name of one channel"),
+            std::string::npos);
 }
 
 TEST(Format, UnknownIsSaidNotPrintedAsANumber) {
@@ -41,11 +114,20 @@ TEST(Format, JsonHasSiUnitsWithoutFloatNoise) {
   message.buffering_delay = std::chrono::microseconds(1500);
   EXPECT_EQ(
       to_json("hello", message).dump(),
-      R"({"channel":"hello","channel_number":0,"sender":1,"epoch":0,"message_number":0,)"
+      R"({"channel":"hello","channel_number":0,"sender":1,"transmitter":1,"epoch":0,)"
+      R"("message_number":0,)"
       R"("distance_m":0.45,"bearing_rad":-1.5708,)"
       R"("sender_pose":{"x_m":1.0,"y_m":2.0,"theta_rad":3.0,"age_ms":40},)"
-      R"("hops":0,"ttl":0,"buffering_delay_us":1500,"received_at_ns":null,"local":false,)"
+      R"("hops":0,"ttl":0,"buffering_delay_us":1500,"received_at_ns":null,"received_at_unix_s":null,"local":false,)"
       R"("lost_before":{"air":0,"kernel":0,"daemon":0,"client":0,"late":0},"origin":null,"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
+}
+
+TEST(Format, JsonHasTheWallClockToo) {
+  Message message = heard();
+  message.received_at = std::chrono::steady_clock::now() - std::chrono::seconds(100);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const double told = to_json("hello", message)["received_at_unix_s"].get<double>();
+  EXPECT_NEAR(told, std::chrono::duration<double>(now).count() - 100, 60);
 }
 
 TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
@@ -77,6 +159,20 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
 TEST(Format, TextWithALineEndIsShownAsText) {
   EXPECT_EQ(payload_text("a\n"), "\"a\\n\"");
   EXPECT_EQ(payload_text("\xff"), "hex ff");
+}
+
+TEST(Format, NoNameOfAStrangerFakesTheRestOfItsLine) {
+  Message message = heard();
+  message.origin = GatewayOrigin{"lab  delay 3 us", 7, 1};
+  EXPECT_NE(to_line("c", message).find(R"(robot 7 on link "lab  delay 3 us")"), std::string::npos);
+  message.origin = GatewayOrigin{"\u009b2J\u202E", 7, 1};
+  EXPECT_NE(to_line("c", message).find(R"(on link "\u009b2J\u202e")"), std::string::npos);
+  message.origin = GatewayOrigin{"kilobots", 7, 1};
+  EXPECT_NE(to_line("c", message).find("on link kilobots"), std::string::npos);
+  DaemonStatus status;
+  status.clients_served.push_back({});
+  status.clients_served.back().name = "x  1  2\n";
+  EXPECT_NE(to_stats(status).find(R"("x  1  2\n")"), std::string::npos);
 }
 
 TEST(Format, DegreesHaveNoMinusZero) {

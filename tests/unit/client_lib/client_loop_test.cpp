@@ -182,18 +182,6 @@ TEST_F(ClientLoop, AWaitingCallbackMayHoldAHandleWhenTheClientIsDestroyed) {
   SUCCEED() << "and it did not wait for itself";
 }
 
-TEST_F(ClientLoop, AnotherThreadInsideIsTold) {
-  FakeDaemon daemon(path);
-  Client client = make_client();
-  Status answer;
-  auto subscriber = client.channel("hello").subscriber(
-      [&](const Message&) { std::thread([&] { answer = client.process(); }).join(); });
-  daemon.deliver("x");
-  ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
-  EXPECT_EQ(answer.code(), StatusCode::kBadArgument);
-  EXPECT_NE(errors[0].text().find("another thread"), std::string_view::npos);
-}
-
 TEST_F(ClientLoop, AProgramThatNeverRunsItsCallbacksIsTold) {
   FakeDaemon daemon(path);
   testing::internal::CaptureStderr();

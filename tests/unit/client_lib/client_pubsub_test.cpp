@@ -84,6 +84,7 @@ TEST_F(ClientPubSub, DeliveryKeepsExactBytesAndAllSensing) {
   deliver.mutable_sender_pose()->set_theta_rad(3);
   deliver.mutable_sender_pose()->set_age_ms(40);
   deliver.set_hops(1);
+  deliver.set_transmitter(4);
   deliver.set_ttl(2);
   deliver.set_buffering_delay_us(1500);
   deliver.set_received_at_ns(123456);
@@ -103,6 +104,7 @@ TEST_F(ClientPubSub, DeliveryKeepsExactBytesAndAllSensing) {
   EXPECT_FLOAT_EQ(heard->sender_pose->theta_rad, 3);
   EXPECT_EQ(heard->sender_pose->age, std::chrono::milliseconds(40));
   EXPECT_EQ(heard->hops, 1u);
+  EXPECT_EQ(heard->transmitter, 4u);
   EXPECT_EQ(heard->ttl, 2u);
   EXPECT_GE(*heard->buffering_delay, std::chrono::microseconds(1500));  // and since reception
   EXPECT_EQ(heard->received_at->time_since_epoch(), std::chrono::nanoseconds(123456));

@@ -131,7 +131,6 @@ void FakeDaemon::offer_ring(Peer& peer, ipc::Envelope& answer) {
   const int passed = spoils_ring ? wake_fd_ : memory.descriptor();
   [[maybe_unused]] const ssize_t count =
       ipc::send_with_descriptor(peer.fd, bytes.data(), bytes.size(), passed);
-  memory.close_descriptor();
   peer.ring.emplace(std::move(memory));
 }
 

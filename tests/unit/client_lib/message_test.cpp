@@ -4,6 +4,7 @@
 
 #include <array>
 #include <concepts>
+#include <span>
 #include <vector>
 
 namespace swarmtalk {

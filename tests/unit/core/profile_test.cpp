@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "swarmtalk/sensing.hpp"
+#include "tests/support/wide_fields.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {
@@ -13,6 +14,7 @@ namespace {
 using testing::Bytes;
 using testing::pattern;
 using testing::TestNode;
+using testing::WideFields;
 
 /// One byte of payload, one packet a message, two ids, nobody forwards.
 struct Smallest : ProfileDefaults {
@@ -44,24 +46,10 @@ TEST(Profile, OfOneByteOfPayloadWorks) {
   EXPECT_EQ(b.received[0].bytes, Bytes{0x5A});
 }
 
-/// Every field at its widest.
-struct Widest : ProfileDefaults {
+struct Widest : WideFields {
   using Sensing = DistanceSensing;
   static constexpr uint16_t kMtuBytes = 40;
-  static constexpr uint8_t kNodeBits = 16;
-  static constexpr uint8_t kMessageBits = 32;
-  static constexpr uint8_t kSequenceBits = 15;
-  static constexpr uint8_t kChannelBits = 16;
-  static constexpr uint8_t kTtlBits = 8;
-  static constexpr uint8_t kHopsBits = 8;
-  static constexpr uint8_t kSizeBits = 16;
-  static constexpr uint8_t kEpochBits = 16;
-  static constexpr uint8_t kTimestampedBits = 1;
-  static constexpr uint8_t kGatewayBits = 1;
-  static constexpr uint8_t kTimestampBits = 32;
   static constexpr Checksum kChecksum = Checksum::kCrc8;
-  static constexpr bool kPadded = false;
-  static constexpr uint8_t kClockBits = 32;
   static constexpr uint32_t kMaxMessageBytes = 500;
   static constexpr uint16_t kForwardSlots = 32;
   static constexpr uint32_t kBufferBudgetBytes = 1u << 16;

@@ -60,6 +60,14 @@ TEST_F(OpenerTest, ForgetsNothingWhenTheCounterJumps) {
   EXPECT_EQ(open(sealed(sealer_, 3999999999u)), ParseResult::kOk);
 }
 
+TEST_F(OpenerTest, ReadsAgainWhatACaptureHasTwice) {
+  const auto frame = sealed(sealer_, 7);
+  EXPECT_EQ(open(frame), ParseResult::kOk);
+  opener_.take_repeats();
+  EXPECT_EQ(open(frame), ParseResult::kOk);
+  EXPECT_EQ(open(frame), ParseResult::kOk);
+}
+
 TEST_F(OpenerTest, AForgeryDoesNotUseUpAFramesPlace) {
   const Bytes frame = sealed(sealer_, 5);
   Bytes forged = frame;
@@ -113,6 +121,22 @@ TEST_F(OpenerTest, RemembersAsManySessionsAsItSays) {
   EXPECT_EQ(open(frames[0]), ParseResult::kOk) << "forgotten, as the page says";
 }
 
+TEST_F(OpenerTest, ForgetsTheSessionThatWasUnheardLongest) {
+  std::vector<Sealer> sealers;
+  for (std::size_t i = 0; i <= ReplayWindow::kSessions; ++i) sealers.emplace_back(key(1));
+  const Bytes first = sealed(sealers[0], 1);
+  const Bytes second = sealed(sealers[1], 1);
+  EXPECT_EQ(open(first), ParseResult::kOk);
+  EXPECT_EQ(open(second), ParseResult::kOk);
+  for (std::size_t i = 2; i < ReplayWindow::kSessions; ++i) {
+    EXPECT_EQ(open(sealed(sealers[i], 1)), ParseResult::kOk);
+  }
+  EXPECT_EQ(open(sealed(sealers[0], 2)), ParseResult::kOk) << "the oldest is heard again";
+  EXPECT_EQ(open(sealed(sealers.back(), 1)), ParseResult::kOk);
+  EXPECT_EQ(open(first), ParseResult::kReplayed);
+  EXPECT_EQ(open(second), ParseResult::kOk) << "unheard longest";
+}
+
 TEST(Sealer, HidesPoseAndPackets) {
   const Bytes frame = sealed(Sealer(key(1)), 1, 40);
   const Bytes plain(8, 0x5A);
@@ -131,13 +155,14 @@ TEST(FrameWriter, KeepsRoomForTheSealWithinTheLimit) {
   const Sealer sealer(key(1));
   FrameHeader header;
   header.pose = FramePose{};
-  Bytes buffer(300 + kSealBytes);
-  FrameWriter writer(buffer, header, 200, &sealer);
+  Bytes buffer(300 + kSealBytes + kFreshBytes);
+  const Bytes fresh(kFreshBytes, 0);
+  FrameWriter writer(buffer, header, 200, &sealer, fresh);
   const std::size_t fits = max_packet_bytes(200, true);
   EXPECT_FALSE(writer.append(Bytes(fits + 1, 1)));
   EXPECT_TRUE(writer.append(Bytes(fits, 1)));
   EXPECT_EQ(writer.finish().size(), 200U);
-  EXPECT_EQ(max_packet_bytes(1500, true), 1449U);
+  EXPECT_EQ(max_packet_bytes(1500, true), 1439U);
 }
 
 TEST(SwarmKey, IdsOfTwoKeysDiffer) {

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -109,6 +110,38 @@ TEST_F(RingTest, AnImpossibleCountOfTheWriterIsNoticed) {
   EXPECT_EQ(read(), std::nullopt);
   writes_into->written = static_cast<std::uint32_t>(-1);
   EXPECT_EQ(read(), std::nullopt);
+}
+
+TEST_F(RingTest, ReadingWhereThePagesWereTakenAwayMakesNoNewOnes) {
+  const auto blocks = [this] {
+    struct stat status {};
+    EXPECT_EQ(::fstat(reader->memory().descriptor(), &status), 0);
+    return status.st_blocks;
+  };
+  writer->write(std::string(kCapacity, 'a'));
+  const int descriptor = reader->memory().descriptor();
+  ASSERT_EQ(::fallocate(descriptor, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, kRingHeaderBytes,
+                        kCapacity),
+            0);
+  const auto before = blocks();
+  EXPECT_EQ(read(), std::string(kCapacity, '\0'));
+  EXPECT_EQ(blocks(), before);
+}
+
+TEST_F(RingTest, AHeaderWhosePageWasTakenAwayIsNoticed) {
+  writer->write("abc");
+  EXPECT_FALSE(reader->is_spoiled());
+  const int descriptor = reader->memory().descriptor();
+  ASSERT_EQ(
+      ::fallocate(descriptor, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, kRingHeaderBytes), 0);
+  EXPECT_EQ(read(), std::nullopt);
+  EXPECT_TRUE(reader->is_spoiled());
+}
+
+TEST_F(RingTest, AWriterThatLeavesSaysSo) {
+  EXPECT_FALSE(reader->writer_has_left());
+  writer->leave();
+  EXPECT_TRUE(reader->writer_has_left());
 }
 
 TEST_F(RingTest, TheReadersCountCannotBeSetByTheWriter) {

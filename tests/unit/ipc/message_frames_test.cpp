@@ -69,6 +69,7 @@ Envelope random_usual_deliver(Random& random) {
     pose.set_theta_rad(random.real());
     pose.set_age_ms(random.number32());
   }
+  if (random.coin()) deliver.set_transmitter(random.number32() | 1);  // 0 is nobody: not written
   deliver.set_hops(random.number32());
   deliver.set_ttl(random.number32());
   if (random.coin()) deliver.set_buffering_delay_us(random.number64());
@@ -110,6 +111,18 @@ TEST(PublishFrame, IsReadAsItWasWritten) {
     PublishFrame frame;
     ASSERT_TRUE(parse(bytes, frame)) << "frame " << i;
     ASSERT_EQ(envelope_of(frame), bytes) << "frame " << i;
+  }
+}
+
+TEST(SentFrame, HasTheBytesThatProtobufWrites) {
+  Random random(4);
+  for (int i = 0; i < kRandomFrames; ++i) {
+    Envelope envelope;
+    Sent& sent = *envelope.mutable_sent();
+    const SentFrame frame{random.number32(), random.number64()};
+    sent.set_publisher_id(frame.publisher_id);
+    sent.set_publish_number(frame.publish_number);
+    ASSERT_EQ(bytes_of(frame), bytes_of(envelope)) << "seed 4, frame " << i;
   }
 }
 

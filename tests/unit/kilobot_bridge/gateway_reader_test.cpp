@@ -84,6 +84,16 @@ TEST_F(GatewayReaderTest, BeginsAtTheFirstEndOfAFrame) {
   EXPECT_EQ(reader.counters().unreadable_frames, 0u);
 }
 
+TEST_F(GatewayReaderTest, DoesNotCountAFrameThatTheLineCutInTwo) {
+  synchronise();
+  reader.put(from_hex("0e0107200101"));
+  reader.on_interrupted();
+  reader.put(from_hex("030405060708090864024d0330f8ff00"));  // the tail of another
+  reader.put(from_hex("0e010720010102030405060708090864024d0330f8ff00"));
+  EXPECT_EQ(heard.size(), 1u);
+  EXPECT_EQ(reader.counters().unreadable_frames, 0u);
+}
+
 TEST_F(GatewayReaderTest, CountsGapsOfTheSequenceAndNothingElse) {
   synchronise();
   report(250, 1);

@@ -9,7 +9,7 @@
 
 #include "emulation/kilobot/pty.hpp"
 #include "emulation/ohc_double/frame_finder.hpp"
-#include "kilobot_bridge/wire/gateway_frame.hpp"
+#include "kilobot_wire/gateway_frame.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {

@@ -8,11 +8,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <type_traits>
 
+#include <swarmtalk/client/bytes.hpp>
 #include <swarmtalk/client/message.hpp>
+#include <swarmtalk/client/nodiscard.hpp>
 #include <swarmtalk/client/policy.hpp>
 #include <swarmtalk/client/sending.hpp>
 #include <swarmtalk/client/status.hpp>
@@ -26,19 +27,22 @@ struct SubscriberState;
 struct ChannelKey;
 }  // namespace client
 
+/// Called with each message, inside process() and run*().
 using ReceiveCallback = std::function<void(const Message&)>;
 /// Called once for each accepted send(): ok when its last packet has left, else why it never will.
 using SentCallback = std::function<void(const Status&)>;
 
+/// How a program uses a channel.
 struct ChannelOptions {
   std::optional<std::uint32_t> ttl;  // hops after the first; unset: 0
   std::optional<bool> timestamped;   // carries the buffering delay; unset: as registered, else no
 };
 
-class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publisher {
+/// Sends on a channel. Unregisters itself when it is destroyed.
+class SWARMTALK_NODISCARD("it is unregistered when it is destroyed: keep it") Publisher {
  public:
   Publisher() = default;
-  Publisher(Publisher &&) noexcept = default;
+  Publisher(Publisher&&) noexcept = default;
   Publisher& operator=(Publisher&&) noexcept;
   ~Publisher();
 
@@ -49,22 +53,24 @@ class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publishe
   ///   kTooLong; kBadTtl; kDisconnected; or why the channel was refused. kTooLong and kBadTtl are
   ///   also reported to Client::on_error, and kBusy when nobody looks at the Status: on stderr, or
   ///   to a Client::on_error of the program's own. So they are never silent.
-  [[nodiscard("a message that could not be taken is lost: look at it")]] Status send(
-      std::string_view text, std::optional<std::uint32_t> ttl = {});
+  SWARMTALK_NODISCARD("a message that could not be taken is lost: look at it")
+  Status send(std::string_view text, std::optional<std::uint32_t> ttl = {});
+  /// The same for a literal.
   [[nodiscard]] Status send(const char* text, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(text), ttl);
   }
-  [[nodiscard]] Status send(std::span<const std::uint8_t> bytes,
-                            std::optional<std::uint32_t> ttl = {}) {
+  /// The same for bytes.
+  [[nodiscard]] Status send(Bytes bytes, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()), ttl);
   }
 
   /// A struct of plain numbers, byte for byte as it lies in memory (its padding too).
-  template <typename T>
-  requires(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_array_v<T> &&
-           !std::is_convertible_v<const T&, std::string_view> &&
-           !std::is_convertible_v<const T&, std::span<const std::uint8_t>>) [[nodiscard]] Status
-  send(const T& value, std::optional<std::uint32_t> ttl = {}) {
+  template <typename T, std::enable_if_t<std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> &&
+                                             !std::is_array_v<T> &&
+                                             !std::is_convertible_v<const T&, std::string_view> &&
+                                             !std::is_convertible_v<const T&, Bytes>,
+                                         int> = 0>
+  [[nodiscard]] Status send(const T& value, std::optional<std::uint32_t> ttl = {}) {
     return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
   }
 
@@ -86,13 +92,15 @@ class [[nodiscard("it is unregistered when it is destroyed: keep it")]] Publishe
   std::shared_ptr<client::PublisherState> state_;
 };
 
-class [[nodiscard("nothing is heard once it is destroyed: keep it")]] Subscriber {
+/// Hears a channel. Unregisters itself when it is destroyed.
+class SWARMTALK_NODISCARD("nothing is heard once it is destroyed: keep it") Subscriber {
  public:
   Subscriber() = default;
-  Subscriber(Subscriber &&) noexcept = default;
+  Subscriber(Subscriber&&) noexcept = default;
   Subscriber& operator=(Subscriber&&) noexcept;
   ~Subscriber();
 
+  /// Number of the channel, once the daemon has told it.
   std::optional<std::uint16_t> channel_number() const;
 
   /// Ok while registered; else kDisconnected or why the daemon refused.
@@ -104,6 +112,7 @@ class [[nodiscard("nothing is heard once it is destroyed: keep it")]] Subscriber
   std::shared_ptr<client::SubscriberState> state_;
 };
 
+/// A channel by name or number; makes publishers and subscribers.
 class Channel {
  public:
   /// Registers a publisher; waits for the daemon's answer, at most ClientOptions::request_timeout.

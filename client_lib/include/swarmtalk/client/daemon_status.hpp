@@ -11,11 +11,13 @@
 
 namespace swarmtalk {
 
+/// A count since the daemon started; docs/operations.md says what each means.
 struct Counter {
   std::string name;
   std::uint64_t value = 0;
 };
 
+/// One link of the daemon: a radio or a wire.
 struct LinkStatus {
   std::string name;
   std::string type;     // raw_l2, udp, replay
@@ -31,6 +33,7 @@ struct LinkStatus {
   std::vector<Counter> counters;
 };
 
+/// A channel that programs of this robot use.
 struct ChannelStatus {
   std::uint16_t number = 0;
   std::string name;
@@ -57,6 +60,20 @@ struct ClientStatus {
   std::uint64_t messages_published = 0;
 };
 
+/// One of the things that programs share, as a user has it.
+struct ShareStatus {
+  std::string name;
+  std::uint64_t used = 0;
+  std::uint64_t limit = 0;  // 0: none for this user
+};
+
+/// What all programs of one user hold of what all share.
+struct UserStatus {
+  std::uint32_t uid = 0;
+  bool is_operator = false;  // root, or the daemon's own user
+  std::vector<ShareStatus> shares;
+};
+
 /// A robot heard on a link within the last 10 s.
 struct Neighbour {
   std::string link;
@@ -74,6 +91,7 @@ struct Neighbour {
   bool out_of_range = false;              // of the link's virtual_range_m: its messages are dropped
 };
 
+/// All that the daemon says about itself.
 struct DaemonStatus {
   std::string version;
   std::uint32_t node_id = 0;
@@ -82,9 +100,14 @@ struct DaemonStatus {
   std::chrono::milliseconds uptime{0};
   std::uint32_t clients = 0;
   std::optional<Pose> pose;
+  // Of the last pose, also when it is too old and `pose` is empty:
+  std::optional<std::chrono::milliseconds> pose_age;  // none: nobody has told a pose
+  std::string pose_told_by;  // a program's name, or "the configuration", "the pose socket"
+  std::chrono::milliseconds pose_max_age{0};  // older than that it is left out; 0: no limit
   std::vector<LinkStatus> links;
   std::vector<ChannelStatus> channels;
   std::vector<ClientStatus> clients_served;  // those with most to read first, at most 128
+  std::vector<UserStatus> users;             // that have programs here, at most 32
   std::vector<Counter> counters;
   std::string config_file;
 };

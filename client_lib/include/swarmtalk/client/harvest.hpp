@@ -23,6 +23,7 @@ struct HarvestedValue {
   std::string value;
 };
 
+/// Answers questions for values of this program, and asks for those of others.
 class Harvest {
  public:
   static constexpr std::size_t kMaxKeyBytes = 64;
@@ -30,6 +31,7 @@ class Harvest {
   static constexpr std::size_t kMaxValues = 64;
   static constexpr std::uint32_t kDefaultTtl = 4;  // hops after the first, there and back
 
+  /// Called with each value that comes.
   using Callback = std::function<void(const HarvestedValue&)>;
 
   /// Registers with the daemon; see status(). @param client  must outlive this object
@@ -44,6 +46,7 @@ class Harvest {
   /// @param value  at most kMaxValueBytes bytes. @return kBadArgument: too long, or kMaxValues are
   /// set
   Status set(std::string_view key, std::string_view value);
+  /// The value answers no more.
   void remove(std::string_view key);
 
   /// Asks all robots within `ttl` hops after the first for their values whose keys begin with

@@ -8,13 +8,15 @@
 #include <cstring>
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
+#include <swarmtalk/client/bytes.hpp>
+
 namespace swarmtalk {
 
+/// Where a robot is, and how long ago that was known.
 struct Pose {
   float x_m = 0;
   float y_m = 0;
@@ -30,7 +32,9 @@ struct Loss {
   std::uint64_t client = 0;  // dropped in this program, which reads too slowly: queue full, too old
   std::uint64_t late = 0;    // reported as lost on the air or in the kernel before, came after all
 
+  /// All that did not come.
   std::uint64_t total() const { return air + kernel + daemon + client; }
+  /// Whether anything is to be told: a loss, or one that came late.
   explicit operator bool() const { return total() + late != 0; }
   Loss& operator+=(const Loss& other) {
     air += other.air;
@@ -40,7 +44,11 @@ struct Loss {
     late += other.late;
     return *this;
   }
-  bool operator==(const Loss&) const = default;
+  friend bool operator==(const Loss& a, const Loss& b) {
+    return a.air == b.air && a.kernel == b.kernel && a.daemon == b.daemon && a.client == b.client &&
+           a.late == b.late;
+  }
+  friend bool operator!=(const Loss& a, const Loss& b) { return !(a == b); }
 };
 
 /// Where a message that crossed a gateway was sent first.
@@ -50,6 +58,7 @@ struct GatewayOrigin {
   std::uint32_t message_number = 0;  // of the message there
 };
 
+/// One message, and what was sensed when it arrived.
 struct Message {
   /// An unknown distance or bearing is NaN: every comparison with it is false, so a program that
   /// asks `distance_m < 0.5` never takes an unknown distance for a short one.
@@ -58,6 +67,8 @@ struct Message {
   std::string payload;               // exactly the bytes published, possibly none
   std::uint16_t channel = 0;         // number
   std::uint32_t sender = 0;          // node id of the origin
+  std::uint32_t transmitter = 0;     // node id of the robot that it was heard from; equals `sender`
+                                     // with 0 hops, and where the packets do not tell
   std::uint32_t epoch = 0;           // tells two runs of one sender apart
   std::uint32_t message_number = 0;  // per sender, channel and epoch
   float distance_m = kUnknown;       // to the last transmitter
@@ -75,12 +86,16 @@ struct Message {
   std::optional<GatewayOrigin> origin;
   Loss lost_before;  // messages of the channel, since this subscription's message before
 
+  /// Whether the distance is known.
   bool has_distance() const { return !std::isnan(distance_m); }
+  /// Whether the bearing is known.
   bool has_bearing() const { return !std::isnan(bearing_rad); }
 
+  /// The payload as text.
   std::string_view text() const { return payload; }
 
-  std::span<const std::uint8_t> bytes() const {
+  /// The payload as bytes.
+  Bytes bytes() const {
     return {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()};
   }
 

@@ -9,6 +9,7 @@
 
 namespace swarmtalk {
 
+/// Which messages a subscription wants, and which go first while it is busy.
 struct Policy {
   std::optional<float> max_distance_m = std::nullopt;  // unset: any distance
   bool drop_unknown_distance = false;                  // drop where it is unknown

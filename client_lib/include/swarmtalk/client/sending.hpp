@@ -9,6 +9,7 @@
 
 namespace swarmtalk {
 
+/// What becomes of messages that are sent faster than they leave.
 struct Sending {
   static constexpr std::uint32_t kDefaultQueue = 16;
 

@@ -15,6 +15,7 @@ class Engine;
 struct Unread;
 }  // namespace client
 
+/// What became of a call. docs/client.md says what to do about each.
 enum class StatusCode {
   kOk,
   kBusy,             // as many messages of this publisher wait as may
@@ -39,13 +40,18 @@ enum class StatusCode {
   kSystem,           // an error of the operating system, in the text
 };
 
+/// What became of a call: a code for the program, a sentence for people.
 class Status {
  public:
   Status() = default;
+  /// An empty text stands for the general sentence of the code.
   explicit Status(StatusCode code, std::string text = {}) : code_(code), text_(std::move(text)) {}
 
+  /// Whether it was done.
   bool ok() const { return code() == StatusCode::kOk; }
+  /// The same.
   explicit operator bool() const { return ok(); }
+  /// Why it was not done; kOk: it was.
   StatusCode code() const {
     if (unread_) mark_read();
     return code_;
@@ -64,10 +70,13 @@ class Status {
   std::shared_ptr<client::Unread> unread_;  // of a refused message: tells when nobody looks
 };
 
+/// Thrown by Client::connected() only.
 class Error : public std::runtime_error {
  public:
+  /// With the text of the Status.
   explicit Error(Status status)
       : std::runtime_error(std::string(status.text())), status_(std::move(status)) {}
+  /// What went wrong.
   const Status& status() const { return status_; }
 
  private:

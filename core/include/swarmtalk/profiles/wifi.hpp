@@ -26,6 +26,7 @@ struct Wifi : ProfileDefaults {
   static constexpr uint8_t kTimestampBits = 32;
   static constexpr bool kPadded = false;
   static constexpr bool kHopsFromTtl = false;
+  static constexpr bool kLimitsForwarding = true;
 
   static constexpr uint16_t kChannels = 64;
   static constexpr uint16_t kForwardSlots = 256;

@@ -16,5 +16,14 @@ TEST(LogLimiter, SpeaksOncePerSecondAndTellsWhatItKeptBack) {
   EXPECT_EQ(limiter.pass(start + std::chrono::seconds(5)), 0u);
 }
 
+TEST(LogLimiter, SpeaksSomeTimesAtOnceIfSoMade) {
+  LogLimiter limiter(3);
+  const LogLimiter::Time start{};
+  int spoken = 0;
+  for (int i = 0; i < 10; ++i) spoken += limiter.pass(start) ? 1 : 0;
+  EXPECT_EQ(spoken, 3);
+  EXPECT_EQ(limiter.pass(start + std::chrono::seconds(1)), 7u);
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

@@ -14,6 +14,10 @@ TEST(Printable, ControlCharactersBecomeQuestionMarks) {
   EXPECT_EQ(printable("a\n\x1b[1m\x7f"), "a??[1m?");
 }
 
+TEST(Printable, WhatSteersATerminalOrCannotBeSeenBecomesAQuestionMark) {
+  EXPECT_EQ(printable("\u009b31m\u202Ex\u200B"), "?31m?x?");
+}
+
 TEST(Printable, BytesThatAreNoUtf8BecomeQuestionMarks) {
   EXPECT_EQ(printable("\xff\xfe"), "??");
   EXPECT_EQ(printable("a\xc3"), "a?");               // cut short

@@ -151,7 +151,9 @@ const Wrong kWrong[] = {
     {"key_of_another_link_type", std::string(kLink) + "ethertype = 0x88B5\n",
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "
-     "address, port, key_file, virtual_range_m, virtual_range_unknown, rate_hz, burst_frames, "
+     "address, port, key_file, also_key_file, check_freshness, virtual_range_m, "
+     "virtual_range_unknown, forward, max_forward_ttl, "
+     "max_forward_wait_ms, rate_hz, burst_frames, "
      "jitter_us, beacon_ms, air_rate_mbps, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "
@@ -168,6 +170,14 @@ const Wrong kWrong[] = {
      "f.toml:3: key 'links.w.rate_hz': -1 is out of range; use 0 to 1e+06"},
     {"range_beyond_any_arena", std::string(kLink) + "virtual_range_m = 1001\n",
      "f.toml:3: key 'links.w.virtual_range_m': 1001 is out of range; use 0 to 1000"},
+    {"second_key_without_the_first", std::string(kLink) + "also_key_file = \"/k\"\n",
+     "f.toml:3: key 'links.w.also_key_file': means nothing without a key_file; add that"},
+    {"forward_ttl_of_nothing", std::string(kLink) + "max_forward_ttl = 0\n",
+     "f.toml:3: key 'links.w.max_forward_ttl': 0 is out of range; use 1 to 255"},
+    {"limits_of_no_forwarding", std::string(kLink) + "forward = false\nmax_forward_ttl = 3\n",
+     "f.toml:4: key 'links.w.max_forward_ttl': means nothing with forward = false; leave one of "
+     "them "
+     "out"},
     {"unknown_range_without_range", std::string(kLink) + "virtual_range_unknown = \"drop\"\n",
      "f.toml:3: key 'links.w.virtual_range_unknown': means nothing without a virtual_range_m; add "
      "that"},
@@ -244,6 +254,7 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
   const Config config = parsed(
       "port = 4000\nrate_hz = 12.5\njitter_us = 300\n"
       "virtual_range_m = 1.5\nvirtual_range_unknown = \"drop\"\n"
+      "max_forward_ttl = 3\nmax_forward_wait_ms = 700\n"
       "[node]\nid = 17\npose = [1, -2.5, 0.5]\npose_max_age_ms = 500\n"
       "[socket]\npath = \"/tmp/s\"\nmode = \"666\"\ngroup = \"robots\"\n"
       "[channels]\nhello = 1\n\"two words\" = 0xFFFF\n"
@@ -253,6 +264,9 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(config.links[0].jitter_us, 300u);
   EXPECT_DOUBLE_EQ(config.links[0].virtual_range.limit_m, 1.5);
   EXPECT_TRUE(config.links[0].virtual_range.drops_unknown);
+  EXPECT_TRUE(config.links[0].forwarding.is_on);
+  EXPECT_EQ(config.links[0].forwarding.max_ttl, 3);
+  EXPECT_EQ(config.links[0].forwarding.max_wait_ms, 700u);
   EXPECT_EQ(config.node.id, 17);
   EXPECT_DOUBLE_EQ(config.node.pose->y_m, -2.5);
   EXPECT_EQ(config.node.pose_max_age_ms, 500u);

@@ -12,12 +12,13 @@ class AdmissionAlone : public testing::Test {
  protected:
   AdmissionAlone() {
     stations_.add(station_);
+    publisher_.client = &client_;
     std::string held_name;
     EXPECT_FALSE(registry_.use({"", 1, std::nullopt}, held_name, channel_));
   }
   std::optional<ipc::ErrorCode> refused(std::size_t size_bytes, std::uint32_t ttl = 1,
                                         std::uint32_t waiting = 0) {
-    const auto refusal = admission_.admit(publisher_, *channel_, size_bytes, ttl, waiting);
+    const auto refusal = admission_.admit(publisher_, *channel_, size_bytes, ttl, {waiting, 0});
     return refusal ? std::optional(refusal->code) : std::nullopt;
   }
 
@@ -28,7 +29,9 @@ class AdmissionAlone : public testing::Test {
   ChannelRegistry registry_{names_, stations_};
   LimitsConfig limits_;
   DaemonCounters counters_;
-  Admission admission_{stations_, registry_, names_, limits_, counters_};
+  Shares shares_{limits_};
+  Admission admission_{stations_, registry_, names_, shares_, counters_};
+  FakeClient client_;
   Publisher publisher_;
   Channel* channel_ = nullptr;
 };

@@ -64,6 +64,15 @@ TEST_F(DeliveryAlone, PutsAGapDownToWhatItsStationDropped) {
   EXPECT_EQ(counters_.messages_lost_kernel, 1u);
 }
 
+TEST_F(DeliveryAlone, CountsWhatAStationDroppedOnce) {
+  for (const std::uint32_t number : {1u, 2u, 6u}) {
+    MessageHead message = head(number);
+    message.drops.kernel = 5;
+    delivery_.note_losses(channel_, 0, message);
+  }
+  EXPECT_EQ(channel_.lost, (Loss{3, 0, 0, 0})) << "its total has not risen since";
+}
+
 TEST_F(DeliveryAlone, ForgetsTheSendersOfAChannelThatNobodyHears) {
   delivery_.note_losses(channel_, 0, head(1));
   delivery_.forget(3);

@@ -127,6 +127,40 @@ TEST_F(HubQueueTest, CopiesFollowAtTheirTimeAndSentComesAfterTheLast) {
   EXPECT_EQ(counters_.copies_sent, 2u);
 }
 
+TEST_F(HubQueueTest, CopiesFollowWhenTheLastSubscriberLeavesBetweenThem) {
+  publisher_.copies = 3;
+  publisher_.copy_interval_ms = 20;
+  Subscription subscription;
+  subscription.client = &client_;
+  ASSERT_FALSE(hub_.subscribe({"", 1, std::nullopt}, subscription));
+  publish(1);
+  station_.leave(1);
+  hub_.unsubscribe(subscription);
+  for (int copy = 1; copy < 3; ++copy) {
+    hub_.send_copies(*copy_at_);
+    EXPECT_EQ(station_.listening.count(1), 1u) << "its node would forget the message";
+    station_.leave(1);
+  }
+  EXPECT_THAT(sent(), ElementsAre("1", "1", "1"));
+  EXPECT_THAT(client_.sent, ElementsAre(1u));
+  EXPECT_EQ(station_.listening.count(1), 0u) << "and after the last copy it does not listen";
+}
+
+TEST_F(HubQueueTest, ANodeCeasesToListenWhenCopiesAreGivenUp) {
+  publisher_.copies = 2;
+  publisher_.copy_interval_ms = 20;
+  Subscription subscription;
+  subscription.client = &client_;
+  ASSERT_FALSE(hub_.subscribe({"", 1, std::nullopt}, subscription));
+  publish(1);
+  station_.leave(1);
+  hub_.unsubscribe(subscription);
+  EXPECT_EQ(station_.listening.count(1), 1u);
+  station_.set_up(false);
+  hub_.give_up_on_dead_links();
+  EXPECT_EQ(station_.listening.count(1), 0u);
+}
+
 TEST_F(HubQueueTest, AMessageOfWhichACopyHasLeftWasSentWhenTheLinkGoesDown) {
   publisher_.copies = 2;
   publisher_.copy_interval_ms = 20;

@@ -231,6 +231,7 @@ TEST_F(HubTest, NobodyPublishesOnReservedChannelsUnlessTheyAreOn) {
   const std::uint32_t number = ChannelTable::hash("harvest");
   EXPECT_EQ(code_of(hub_.advertise({"", number, std::nullopt}, by_number)), ipc::ERROR_BAD_CHANNEL);
   Subscription listener;
+  listener.client = &a_;
   EXPECT_FALSE(hub_.subscribe({"debug", std::nullopt, std::nullopt}, listener));
   hub_.set_reserved({.debug = true});
   EXPECT_FALSE(hub_.advertise({"debug", std::nullopt, std::nullopt}, by_name));

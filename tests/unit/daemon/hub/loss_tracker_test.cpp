@@ -13,12 +13,13 @@ constexpr LossTracker::Source kSource{7, 3, 1};
 class Tracker : public testing::Test {
  protected:
   Loss note(std::uint32_t number, DropTotals drops = {}) {
-    return tracker_.note(kSource, number, drops);
+    return tracker_.note(kSource, number, drops, now_ns_);
   }
   Loss note_last(std::uint32_t number, DropTotals drops = {}) {
-    return tracker_.note_last(kSource, number, drops);
+    return tracker_.note_last(kSource, number, drops, now_ns_);
   }
   LossTracker tracker_{4};
+  std::uint64_t now_ns_ = 1;
 };
 
 TEST_F(Tracker, FirstMessageOfASourceFindsNothing) {
@@ -52,6 +53,55 @@ TEST_F(Tracker, MessageThatABeaconCountedAsLostMayComeLate) {
   EXPECT_EQ(note(4).late, 1u);
 }
 
+constexpr std::uint64_t kSecondNs = 1'000'000'000;
+
+TEST_F(Tracker, BeaconThatTellsOfMoreThanItsSenderCanHaveSentFindsNothing) {
+  for (std::uint32_t number = 1; number <= 100; ++number) {  // 50 a second
+    note(number);
+    now_ns_ += kSecondNs / 50;
+  }
+  for (std::uint32_t i = 1; i <= 1000; ++i) EXPECT_EQ(note_last(100 + i * 9000), Loss{});
+  EXPECT_EQ(tracker_.disbelieved(), 1000u);
+  EXPECT_EQ(note(103).air, 2u) << "and the count has not moved";
+}
+
+TEST_F(Tracker, ForgedBeaconsTogetherTellNoMoreThanCanHaveBeenMissed) {
+  for (std::uint32_t number = 1; number <= 100; ++number) {
+    note(number);
+    now_ns_ += kSecondNs / 50;
+  }
+  Loss told;
+  for (std::uint32_t number = 101; number <= 5000; ++number) {
+    now_ns_ += kSecondNs / 4900;
+    told += note_last(number);
+  }
+  EXPECT_LE(told.air, LossTracker::kBelieved + 2u * 51u);
+}
+
+TEST_F(Tracker, BeaconAfterALongSilenceIsBelieved) {
+  for (std::uint32_t number = 1; number <= 100; ++number) {
+    note(number);
+    now_ns_ += kSecondNs / 50;
+  }
+  now_ns_ += 60 * kSecondNs;
+  EXPECT_EQ(note_last(3100).air, 3000u);
+}
+
+TEST_F(Tracker, BeaconAfterABurstIsBelieved) {
+  for (std::uint32_t number = 1; number <= 50; ++number) {
+    note(number);
+    now_ns_ += kSecondNs / 1000;
+  }
+  now_ns_ += kSecondNs;
+  EXPECT_EQ(note_last(500).air, 450u);
+}
+
+TEST_F(Tracker, ForgedBeaconBeforeTheFirstMessageHidesNoLoss) {
+  note_last(1'000'000);
+  EXPECT_EQ(note(1), Loss{});
+  EXPECT_EQ(note(4).air, 2u);
+}
+
 TEST_F(Tracker, BeaconThatWasOvertakenFindsNothing) {
   note(9);
   EXPECT_EQ(note_last(8), Loss{});
@@ -66,6 +116,14 @@ TEST_F(Tracker, FirstBeaconOfASourceIsWhereCountingBegins) {
 TEST_F(Tracker, BeaconPutsLossDownToTheKernelToo) {
   note(1, {5, 0});
   EXPECT_EQ(note_last(3, {6, 0}), (Loss{.air = 1, .kernel = 1}));
+}
+
+TEST_F(Tracker, DoesNotBlameDropsFromBeforeABeaconForAGapAfterIt) {
+  note(1);
+  EXPECT_EQ(note_last(2, {5, 0}).kernel, 1u);
+  const Loss later = note(6, {5, 0});
+  EXPECT_EQ(later.kernel, 0u);
+  EXPECT_EQ(later.air, 3u);
 }
 
 TEST_F(Tracker, CountsAcrossTheWrapOfNumbers) {
@@ -83,9 +141,9 @@ TEST_F(Tracker, PutsAGapDownToTheKernelAsFarAsItDropped) {
 TEST_F(Tracker, PutsOneDropDownToOneGapOnly) {
   const LossTracker::Source other{7, 4, 1};
   note(1);
-  tracker_.note(other, 1, {});
+  tracker_.note(other, 1, {}, now_ns_);
   EXPECT_EQ(note(3, {1, 0}).kernel, 1u);
-  EXPECT_EQ(tracker_.note(other, 3, {1, 0}).air, 1u);
+  EXPECT_EQ(tracker_.note(other, 3, {1, 0}, now_ns_).air, 1u);
 }
 
 TEST_F(Tracker, DoesNotBlameDropsFromBeforeTheGap) {
@@ -123,11 +181,12 @@ TEST_F(Tracker, FollowsASenderWhoseCountStartsElsewhere) {
 }
 
 TEST_F(Tracker, ForgetsTheLongestUnheardWhenFull) {
-  for (std::uint16_t sender = 1; sender <= 5; ++sender) tracker_.note({7, sender, 1}, 1, {});
+  for (std::uint16_t sender = 1; sender <= 5; ++sender)
+    tracker_.note({7, sender, 1}, 1, {}, now_ns_);
   EXPECT_EQ(tracker_.size(), 4u);
   EXPECT_EQ(tracker_.evicted(), 1u);
-  EXPECT_EQ(tracker_.note({7, 1, 1}, 9, {}), Loss{});
-  EXPECT_EQ(tracker_.note({7, 5, 1}, 3, {}).air, 1u);
+  EXPECT_EQ(tracker_.note({7, 1, 1}, 9, {}, now_ns_), Loss{});
+  EXPECT_EQ(tracker_.note({7, 5, 1}, 3, {}, now_ns_).air, 1u);
 }
 
 TEST_F(Tracker, CountsNothingWhileNobodySubscribes) {
@@ -150,7 +209,7 @@ TEST_F(Tracker, ReceivedAndLostAddUpInAnyOrder) {
     numbers.insert(numbers.begin(), 1);
     numbers.push_back(3000);
     Loss sum;
-    for (const std::uint32_t number : numbers) sum += tracker.note(kSource, number, {});
+    for (const std::uint32_t number : numbers) sum += tracker.note(kSource, number, {}, 1);
     EXPECT_EQ(numbers.size() + sum.air - sum.late, 3000u) << "seed " << seed;
   }
 }

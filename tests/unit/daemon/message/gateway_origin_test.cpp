@@ -38,5 +38,15 @@ TEST(GatewayOrigin, CutOrNamelessBytesAreMalformed) {
   EXPECT_FALSE(take_origin(rest)) << "a name has no control characters";
 }
 
+TEST(GatewayOrigin, ANameThatIsNotPlainTextIsMalformed) {
+  for (const char* name : {"\xff\xfe", "a\xc3", "\u009b2J", "a\u202Eb", "\u2028", "a\u200Bb"}) {
+    std::vector<std::uint8_t> bytes;
+    append_origin({name, 1, 2, 3}, bytes);
+    std::span<const std::uint8_t> rest(bytes);
+    EXPECT_FALSE(take_origin(rest)) << name;
+    EXPECT_EQ(rest.size(), bytes.size()) << "nothing is taken";
+  }
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

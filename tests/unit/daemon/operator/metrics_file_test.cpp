@@ -1,8 +1,12 @@
 #include "daemon/operator/metrics_file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -71,6 +75,40 @@ TEST_F(MetricsFileTest, DoesNotWriteThroughALinkThatSomebodyPutThere) {
   MetricsFile metrics(io_, [this] { return text_; });
   metrics.configure({folder_ + "/m", 15});
   EXPECT_EQ(content(folder_ + "/precious"), "precious");
+}
+
+TEST_F(MetricsFileTest, DoesNotWaitForAReaderOfAPipeThatSomebodyPutThere) {
+  const std::string path = folder_ + "/m";
+  ASSERT_EQ(mkfifo((path + ".new").c_str(), 0666), 0);
+  MetricsFile metrics(io_, [this] { return text_; });
+  testing::internal::CaptureStdout();  // the default logger's
+  metrics.configure({path, 15});
+  std::string log = testing::internal::GetCapturedStdout();
+  EXPECT_NE(log.find("m.new: something else"), std::string::npos) << log;
+  const int reader = ::open((path + ".new").c_str(), O_RDONLY | O_NONBLOCK);
+  testing::internal::CaptureStdout();
+  metrics.configure({path, 15});
+  log = testing::internal::GetCapturedStdout();
+  EXPECT_NE(log.find("something else than a file"), std::string::npos) << log;
+  EXPECT_FALSE(std::filesystem::exists(path));
+  ::close(reader);
+}
+
+TEST_F(MetricsFileTest, SaysWhatTheSystemSaysWhenThereIsRoomForAPartOnly) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  text_.assign(10'000, 'x');
+  MetricsFile metrics(io_, [this] { return text_; });
+  testing::internal::CaptureStdout();
+  const rlimit few{5000, before.rlim_max};  // enough for the log
+  setrlimit(RLIMIT_FSIZE, &few);
+  metrics.configure({folder_ + "/m", 15});
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  const std::string log = testing::internal::GetCapturedStdout();
+  EXPECT_NE(log.find("File too large"), std::string::npos) << log;
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/m"));
 }
 
 }  // namespace

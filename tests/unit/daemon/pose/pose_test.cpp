@@ -65,6 +65,17 @@ TEST(PoseKeeper, SetPoseGoesStaleAfterItsLimit) {
   EXPECT_EQ(poses.on_air(kStart + milliseconds(120))->age_10ms, 12);
 }
 
+TEST(PoseKeeper, RemembersWhoToldThePoseAlsoWhenItIsTooOld) {
+  PoseKeeper poses(with_limit(2000));
+  ASSERT_TRUE(poses.set(1.0, 2.0, 0.5, kStart, "tracker"));
+  EXPECT_FALSE(poses.valid(kStart + milliseconds(3000)));
+  EXPECT_EQ(poses.told_by(), "tracker");
+  EXPECT_FALSE(poses.set(1e9, 0, 0, kStart, "another"));
+  EXPECT_EQ(poses.told_by(), "tracker") << "a refused pose changes nothing";
+  ASSERT_TRUE(poses.set(1.0, 2.0, 0.5, std::nullopt));
+  EXPECT_EQ(poses.told_by(), PoseKeeper::kConfiguration);
+}
+
 TEST(PoseKeeper, MoreThanAWholeTurnIsToldOnceSinceItMayBeDegrees) {
   PoseKeeper poses(with_limit(2000));
   for (const double theta_rad : {0.0, -2 * kPi, double{static_cast<float>(2 * kPi)}}) {

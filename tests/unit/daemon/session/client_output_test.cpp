@@ -93,6 +93,17 @@ TEST_F(Output, DropsTheOldestOfASubscriptionWhenTheClientHasTooManyBytes) {
   EXPECT_EQ(output_.waiting_bytes(), 0u);
 }
 
+TEST_F(Output, MessagesOfNoBytesAreLimitedToo) {
+  limits_.queue_bytes = 512 * 100;
+  QueuedSubscription large{100'000, false};
+  for (int i = 0; i < 10'000; ++i) deliver(large, "");
+  EXPECT_EQ(large.queue.size(), 100u);
+  EXPECT_EQ(counters_.deliveries_dropped_bytes, 9'900u);
+  output_.forget(large);
+  for (int i = 0; i < 8; ++i) deliver(a_, "a");
+  EXPECT_EQ(output_.lost(), 9'900u) << "their room is free again";
+}
+
 TEST_F(Output, SaysThatAClientDoesNotReadItsAnswersAndCountsItOnce) {
   limits_.reply_bytes = 10;
   for (std::uint32_t i = 1; i <= 5; ++i) answer(i);

@@ -40,6 +40,48 @@ class SessionOperationsTest : public SessionTest {
   FakeOperations operations_;
 };
 
+TEST_F(SessionOperationsTest, ReloadsThatCameAtOnceAreOne) {
+  auto peer = greeted();
+  int reloads = 0;
+  operations_.on_reload = [&reloads] { ++reloads; };
+  std::string bytes;
+  for (std::uint32_t i = 1; i <= 256; ++i) {
+    ipc::Envelope request;
+    request.set_request_id(i);
+    request.mutable_reload();
+    ASSERT_TRUE(ipc::append_frame(request, bytes));
+  }
+  peer->send_bytes(bytes);
+  step();
+  const auto answers = peer->receive();
+  ASSERT_EQ(answers.size(), 256u);
+  EXPECT_EQ(reloads, 1);
+  for (std::uint32_t i = 0; i < answers.size(); ++i) {
+    EXPECT_EQ(answers[i].request_id(), i + 1);
+    EXPECT_THAT(answers[i].reloaded().applied(), ElementsAre("links.wifi.key_file"));
+  }
+  peer->send_bytes(bytes.substr(0, bytes.size() / 256));
+  step();
+  EXPECT_EQ(reloads, 2) << "the file may have changed since";
+}
+
+TEST_F(SessionOperationsTest, ChangesFasterThanTheirRateAreRefused) {
+  limits_.changes_burst = 5;
+  auto peer = greeted();
+  hub_.shares().user(getuid()).changes = TokenBucket(1, limits_.changes_burst);
+  int refused = 0;
+  for (std::uint32_t i = 1; i <= 20; ++i) {
+    ipc::Envelope request;
+    request.set_request_id(i);
+    request.mutable_set_node_id()->set_node_id(i);
+    peer->send(request);
+    step();
+    refused += peer->receive().at(0).failure().code() == ipc::ERROR_RATE ? 1 : 0;
+  }
+  EXPECT_GE(refused, 10);
+  EXPECT_EQ(counters_.requests_too_fast, static_cast<std::uint64_t>(refused));
+}
+
 TEST_F(SessionOperationsTest, ReloadIsAnsweredAlsoWhenItTakesTheLinkDown) {
   auto peer = greeted();
   subscribed(*peer, "hello");

@@ -435,6 +435,9 @@ TEST_F(SessionTest, PoseIsSetReadAndRefused) {
   EXPECT_TRUE(replies[1].has_done());
   EXPECT_EQ(replies[2].failure().code(), ipc::ERROR_BAD_POSE);
   EXPECT_FLOAT_EQ(replies[3].pose().x_m(), 1.5f);
+  EXPECT_EQ(replies[3].pose().told_by(), "test");
+  EXPECT_EQ(replies[3].pose().max_age_ms(), NodeConfig{}.pose_max_age_ms);
+  EXPECT_FALSE(replies[0].pose().has_told_by());
 }
 
 TEST_F(SessionTest, PoseSetAsFixedDoesNotAge) {

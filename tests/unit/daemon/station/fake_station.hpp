@@ -89,10 +89,11 @@ class FakeStation final : public Station {
   }
   void close_channel(std::uint16_t channel) override { open.erase(channel); }
   void set_listening(std::uint16_t channel, bool is_listening) override {
-    if (is_listening)
+    if (is_listening) {
       listening.insert(channel);
-    else
-      listening.erase(channel);
+    } else if (listening.erase(channel) > 0 && busy.count(channel) == 0) {
+      kept.erase(channel);
+    }
   }
   SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload, std::uint8_t ttl,
                   const GatewayOrigin* origin, std::uint64_t waited_us,
@@ -107,7 +108,7 @@ class FakeStation final : public Station {
     return SendResult::kSent;
   }
   bool send_again(std::uint16_t channel) override {
-    if (busy.count(channel) > 0) return false;
+    if (busy.count(channel) > 0 || kept.count(channel) == 0) return false;
     busy.insert(channel);
     sent.push_back(sent.back());
     return true;
@@ -119,6 +120,7 @@ class FakeStation final : public Station {
   /// The last packet of what was sent last on this channel has left.
   void leave(std::uint16_t channel) {
     busy.erase(channel);
+    kept.insert(channel);
     user_.on_sent(*this, channel);
   }
   void receive(const MessageHead& head, const std::string& payload) {
@@ -131,6 +133,7 @@ class FakeStation final : public Station {
   bool refuses = false;
   std::size_t fits = 1000;
   std::set<std::uint16_t> open, listening, busy;
+  std::set<std::uint16_t> kept;  // channels whose last message can be sent again: as core has it
   std::vector<Sent> sent;
   std::vector<std::optional<GatewayOrigin>> origins;  // of what was sent
   NodeIdentity own_identity;

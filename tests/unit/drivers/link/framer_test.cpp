@@ -261,5 +261,105 @@ TEST_F(SealedFramerTest, CountsWhatItRefusesByCause) {
   EXPECT_EQ(counters_.frames_received, 1U);
 }
 
+/// Two robots whose frames are fresh: `builder_` and `receiver_` are of different ones.
+class FreshFramerTest : public SealedFramerTest {
+ protected:
+  FreshFramerTest() {
+    use_key_freshly(key_, nullptr, 11, now_, ours_, builder_, other_receiver_);
+    use_key_freshly(key_, nullptr, 22, now_, theirs_, other_builder_, receiver_);
+  }
+
+  /// The sender's next frame arrives. @return its bytes, 0 if there was none
+  std::size_t send() {
+    buffer_.assign(builder_.buffer_bytes(kLimitBytes), 0xEE);
+    buffer_.resize(builder_.build(sender_, buffer_, kLimitBytes, counters_, now_).size_bytes);
+    if (!buffer_.empty()) receiver_.receive(buffer_, {now_}, hearer_, counters_);
+    return buffer_.size();
+  }
+  /// A frame without packets the other way.
+  void answer() {
+    Bytes frame(other_builder_.buffer_bytes(kLimitBytes));
+    frame.resize(other_builder_.build_beacon(hearer_, frame, kLimitBytes, now_).size_bytes);
+    other_receiver_.receive(frame, {now_}, sender_, other_counters_);
+  }
+
+  MonotonicTime now_{std::chrono::seconds(100)};
+  std::shared_ptr<frame::Freshness> ours_, theirs_;
+  LinkCounters other_counters_;
+};
+
+TEST_F(FreshFramerTest, PacketsCrossOnceTheOthersNonceWasSentBack) {
+  sender_.waiting.push_back(numbered_packet(0, 20));
+  send();
+  EXPECT_EQ(counters_.frames_not_proven, 1U);
+  answer();
+  sender_.waiting.push_back(numbered_packet(1, 20));
+  EXPECT_LE(send(), kLimitBytes);
+  ASSERT_EQ(hearer_.received.size(), 1U);
+  EXPECT_EQ(hearer_.received[0], numbered_packet(1, 20));
+  receiver_.receive(buffer_, {now_}, hearer_, counters_);
+  EXPECT_EQ(counters_.frames_replayed, 1U);
+  sender_.waiting.push_back(numbered_packet(2, 20));
+  buffer_.assign(builder_.buffer_bytes(kLimitBytes), 0);
+  buffer_.resize(builder_.build(sender_, buffer_, kLimitBytes, counters_, now_).size_bytes);
+  receiver_.receive(buffer_, {now_ + std::chrono::seconds(60)}, hearer_, counters_);
+  EXPECT_EQ(counters_.frames_too_old, 1U);
+  EXPECT_EQ(hearer_.received.size(), 1U);
+}
+
+TEST_F(FreshFramerTest, LongPacketsAreNotDroppedForManyNonces) {
+  answer();
+  for (std::uint32_t i = 0; i < 60; ++i) {  // as if as many robots were heard
+    const auto stranger = std::make_shared<frame::Freshness>(
+        frame::voice_of({static_cast<std::uint8_t>(i), 9, 9, 9, 9, 9}, i), milliseconds(now_),
+        frame::draw_random);
+    Bytes plaintext(frame::kFreshBytes);
+    stranger->write(milliseconds(now_), plaintext);
+    std::size_t used = 0;
+    ours_->receive(frame::voice_of({static_cast<std::uint8_t>(i), 9, 9, 9, 9, 9}, i), 1, plaintext,
+                   milliseconds(now_), used);
+  }
+  for (std::uint32_t i = 0; i < 6; ++i) sender_.waiting.push_back(numbered_packet(i, 200));
+  for (int frames = 0; frames < 10; ++frames) EXPECT_LE(send(), kLimitBytes);
+  EXPECT_EQ(hearer_.received.size(), 6U);
+  EXPECT_EQ(counters_.packets_over_mtu, 0U);
+}
+
+TEST_F(FreshFramerTest, AnotherKeyLosesNoFrame) {
+  answer();
+  const auto other_key = new_key(2);
+  std::uint32_t sent = 0;
+  const auto step = [&](const auto& first, const auto& second) {
+    use_key_freshly(first, second, 22, now_, theirs_, other_builder_, receiver_);
+    sender_.waiting.push_back(numbered_packet(sent++, 20));
+    send();
+    use_key_freshly(first, second, 11, now_, ours_, builder_, other_receiver_);
+    sender_.waiting.push_back(numbered_packet(sent++, 20));
+    send();
+  };
+  step(key_, other_key);
+  step(other_key, key_);
+  step(other_key, std::shared_ptr<const frame::SwarmKey>());
+  EXPECT_EQ(hearer_.received.size(), sent);
+  EXPECT_EQ(counters_.frames_other_key, 0U);
+}
+
+TEST_F(FreshFramerTest, WhatAnOlderReleaseSealedIsCountedAsThat) {
+  FrameBuilder old_builder(frame::ProfileId::kKilobot, kMaxPacketBytes);
+  FrameReceiver old_receiver(frame::ProfileId::kKilobot);
+  use_key(key_, old_builder, old_receiver);
+  sender_.waiting.push_back(numbered_packet(0, 20));
+  buffer_.assign(old_builder.buffer_bytes(kLimitBytes), 0);
+  buffer_.resize(old_builder.build(sender_, buffer_, kLimitBytes, counters_).size_bytes);
+  receiver_.receive(buffer_, {now_}, hearer_, counters_);
+  EXPECT_EQ(counters_.frames_not_fresh, 1U);
+  EXPECT_TRUE(hearer_.received.empty());
+  sender_.waiting.push_back(numbered_packet(1, 20));
+  buffer_.assign(builder_.buffer_bytes(kLimitBytes), 0);
+  buffer_.resize(builder_.build(sender_, buffer_, kLimitBytes, counters_, now_).size_bytes);
+  old_receiver.receive(buffer_, {now_}, hearer_, counters_);
+  EXPECT_EQ(hearer_.received.size(), 1U) << "a link that does not check takes fresh ones as well";
+}
+
 }  // namespace
 }  // namespace swarmtalk::drivers

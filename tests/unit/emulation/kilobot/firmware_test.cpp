@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "emulation/kilobot/emulation.hpp"
-#include "kilobot_bridge/wire/ohc_frame.hpp"
+#include "kilobot_wire/ohc_frame.hpp"
 
 namespace swarmtalk::emulator {
 namespace {

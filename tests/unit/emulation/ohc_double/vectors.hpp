@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kilobot_bridge/wire/ohc_frame.hpp"
+#include "kilobot_wire/ohc_frame.hpp"
 
 namespace swarmtalk::ohc_double::vectors {
 

@@ -1,0 +1,4 @@
+"""Floods of what an operator asks for."""
+from local_figures import FIGURES
+
+TITLE, REFERENCE, measure = FIGURES["changes"]

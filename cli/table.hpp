@@ -1,0 +1,28 @@
+// Tables for people, as wide as their terminal.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::cli {
+
+/// How output is shown where it goes.
+struct Look {
+  std::size_t columns = 0;  // 0: any number
+  bool has_colour = false;
+
+  std::string bold(const std::string& text) const;
+  std::string warning(const std::string& text) const;
+};
+
+/// Of our standard output.
+Look look_of_output();
+
+using Row = std::vector<std::string>;
+
+/// Columns as wide as their widest cell, two spaces apart. The first row has the headings. One that
+/// is wider than the terminal has a block of lines for each row instead, a heading and a cell each.
+std::string table(const std::vector<Row>& rows, const Look& look = {});
+
+}  // namespace swarmtalk::cli

@@ -1,0 +1,35 @@
+// Sealed frames of a capture, written as a robot without a key would have sent them, for Wireshark
+// and the like. Only frame/ knows how frames are sealed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "frame/sealing.hpp"
+
+namespace swarmtalk::cli {
+
+class Unsealer {
+ public:
+  /// @param key_file  empty: frames stay as they are
+  /// @return empty, or what is wrong with the file
+  std::string load(const std::string& key_file);
+
+  /// The frame unsealed; as it is when it is not sealed, or cannot be opened.
+  std::string operator()(std::string_view frame);
+
+  /// "; 7 frames unsealed, 1 left sealed", or nothing without a key.
+  std::string summary() const;
+
+ private:
+  std::optional<frame::Opener> opener_;
+  std::uint64_t opened_ = 0;
+  std::uint64_t left_sealed_ = 0;
+};
+
+/// Copies a capture, frames unsealed. @return the exit code
+int copy_capture(const std::string& from, const std::string& to, Unsealer& unseal);
+
+}  // namespace swarmtalk::cli

@@ -1,0 +1,82 @@
+#include "daemon/answer/answerer.hpp"
+
+#include <string_view>
+
+#include "daemon/station/node_identity.hpp"
+
+namespace swarmtalk::daemon {
+
+Answerer::Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& poses,
+                   DaemonCounters& counters, std::function<std::vector<std::string>()> programs)
+    : hub_(hub),
+      identity_(identity),
+      counters_(counters),
+      record_(hub, poses, std::move(programs)),
+      gatherer_(random_bits()) {
+  subscription_.client = publisher_.client = this;
+  publisher_.is_daemons_own = true;
+}
+
+Answerer::~Answerer() {
+  if (!is_started_) return;
+  hub_.unadvertise(publisher_);
+  hub_.unsubscribe(subscription_);
+}
+
+std::optional<Refusal> Answerer::start() {
+  const ChannelRequest request{"harvest", std::nullopt, std::nullopt, 0};
+  if (auto refusal = hub_.advertise(request, publisher_)) return refusal;
+  if (auto refusal = hub_.subscribe(request, subscription_)) {
+    hub_.unadvertise(publisher_);
+    return refusal;
+  }
+  is_started_ = true;
+  return std::nullopt;
+}
+
+// Reports are heard from their transmitter alone: one hop, and across no gateway.
+void Answerer::on_message(Subscription&, const MessageRef& message) {
+  const std::string_view bytes = message->payload;
+  const Time now = std::chrono::steady_clock::now();
+  if (message->is_local && report::is_look(bytes)) {
+    if (const auto look = report::decode_look(bytes)) {
+      gatherer_.on_look(identity_.id(), *look, record_.neighbours(now), now);
+    } else {
+      ++counters_.reports_unreadable;
+    }
+    return plan();
+  }
+  if (message->is_local || !report::is_report(bytes)) return;
+  const auto report = report::decode_report(bytes);
+  if (!report || message->hops != 0 || message->crossed_gateway) {
+    ++counters_.reports_unreadable;
+    return;
+  }
+  ++counters_.reports_received;
+  gatherer_.on_report(identity_.id(), message->sender, *report, bytes.size(),
+                      record_.neighbours(now), now);
+  plan();
+}
+
+void Answerer::plan() {
+  const std::optional<Time> due = gatherer_.due();
+  if (!due || due == told_) return;
+  told_ = due;
+  hook_(*due);
+}
+
+void Answerer::report(Time now) {
+  told_.reset();
+  if (gatherer_.due() && *gatherer_.due() <= now) {
+    const std::size_t neighbours = record_.neighbours(now);
+    const std::string body = record_.body(gatherer_.is_wanted(identity_.id(), now), now);
+    const std::size_t most = hub_.limits(publisher_.channel).message_bytes;
+    if (const auto bytes = gatherer_.report(identity_.id(), body, neighbours, most, now)) {
+      // One that a link that is down, or has the last one still, does not take is not missed.
+      if (!hub_.publish(publisher_, ++sent_, *bytes, std::nullopt)) ++counters_.reports_sent;
+    }
+  }
+  plan();
+}
+
+}  // namespace swarmtalk::daemon

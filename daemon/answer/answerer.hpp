@@ -1,0 +1,57 @@
+// Answerer: the daemon's own voice on the channel "harvest". While somebody looks it reports what
+// this robot is and does, and passes on what robots farther away have said (docs/wire-format.md,
+// Reports). A client of the hub like any session; on the daemon's thread.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/answer/gatherer.hpp"
+#include "daemon/answer/own_record.hpp"
+#include "daemon/common/daemon_counters.hpp"
+#include "daemon/hub/hub.hpp"
+
+namespace swarmtalk::daemon {
+
+class Answerer final : public HubClient {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  /// All references must outlive it.
+  Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& poses,
+           DaemonCounters& counters, std::function<std::vector<std::string>()> programs);
+  ~Answerer() override;
+
+  /// Begins to listen. @return why it cannot; the daemon runs all the same
+  std::optional<Refusal> start();
+
+  /// Called with the time at which report() is to be called, whenever that changes. Must be cheap.
+  void set_hook(std::function<void(Time)> hook) { hook_ = std::move(hook); }
+
+  /// Sends what is due, and tells the hook when next.
+  void report(Time now);
+
+  void on_message(Subscription& subscription, const MessageRef& message) override;
+  void on_sent(Publisher&, std::uint64_t) override {}
+  void on_unsent(std::uint32_t, std::uint64_t, const Refusal&) override {}
+
+ private:
+  void plan();
+
+  Hub& hub_;
+  const NodeIdentity& identity_;
+  DaemonCounters& counters_;
+  OwnRecord record_;
+  Gatherer gatherer_;
+  Subscription subscription_;
+  Publisher publisher_;
+  std::function<void(Time)> hook_ = [](Time) {};
+  std::optional<Time> told_;  // to the hook
+  std::uint64_t sent_ = 0;
+  bool is_started_ = false;
+};
+
+}  // namespace swarmtalk::daemon

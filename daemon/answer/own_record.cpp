@@ -1,0 +1,94 @@
+#include "daemon/answer/own_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace swarmtalk::daemon {
+namespace {
+
+template <typename Unsigned>
+Unsigned cut_to(std::uint64_t value) {
+  return static_cast<Unsigned>(
+      std::min<std::uint64_t>(value, std::numeric_limits<Unsigned>::max()));
+}
+
+/// Those whose turn it is: `most` from `first` on, around the end.
+template <typename T>
+std::vector<T> take_turns(const std::vector<T>& all, std::size_t most, std::size_t& first) {
+  if (all.size() <= most) return all;
+  std::vector<T> taken;
+  for (std::size_t i = 0; i < most; ++i) taken.push_back(all[(first + i) % all.size()]);
+  first = (first + most) % all.size();
+  return taken;
+}
+
+}  // namespace
+
+std::size_t OwnRecord::neighbours(Time now) const {
+  std::size_t count = 0;
+  for (Station* station : hub_.stations()) count += station->neighbours(now).size();
+  return count;
+}
+
+std::string OwnRecord::body(bool with_details, Time now) {
+  report::Facts facts;
+  add_place(facts, now);
+  add_hearings(facts, now);
+  add_channels(facts, now);
+  if (with_details) {
+    std::vector<std::string>& programs = facts.programs.emplace();
+    for (const std::string& name : programs_()) {
+      if (programs.size() < kMostPrograms) programs.push_back(name.substr(0, kMostNameBytes));
+    }
+  }
+  return report::encode_body(facts);
+}
+
+// As frames carry it: a stale one is left out, since it would say nothing.
+void OwnRecord::add_place(report::Facts& facts, Time now) const {
+  const auto pose = poses_.on_air(now);
+  if (!pose || pose->is_stale()) return;
+  facts.place = report::Place{pose->x_mm, pose->y_mm, pose->theta_turns16, pose->age_10ms};
+}
+
+void OwnRecord::add_hearings(report::Facts& facts, Time now) {
+  std::vector<report::Hearing> all;
+  for (Station* station : hub_.stations()) {
+    for (const Neighbour& each : station->neighbours(now)) {
+      if (each.is_out_of_range) continue;
+      const double loss = std::clamp(each.loss(), 0.0, 1.0);
+      all.push_back({each.node, static_cast<std::uint8_t>(std::lround(loss * 255.0))});
+    }
+  }
+  facts.hears = take_turns(all, kMostHearings, first_hearing_);
+}
+
+void OwnRecord::add_channels(report::Facts& facts, Time now) {
+  const bool is_first = counted_at_ == Time{};
+  const double seconds = std::chrono::duration<double>(now - counted_at_).count();
+  std::vector<report::ChannelUse> all;
+  std::map<std::uint16_t, std::uint64_t> received;
+  Loss lost;
+  for (const ChannelView& view : hub_.channels()) {
+    lost += view.lost;
+    received[view.number] = view.received;
+    report::ChannelUse use;
+    use.number = view.number;
+    use.publishers = cut_to<std::uint8_t>(view.publishers);
+    use.subscribers = cut_to<std::uint8_t>(view.subscribers);
+    const auto before = received_before_.find(view.number);
+    if (!is_first && before != received_before_.end() && seconds > 0) {
+      const double rate = static_cast<double>(view.received - before->second) / seconds;
+      use.received_per_10s = cut_to<std::uint16_t>(static_cast<std::uint64_t>(rate * 10.0 + 0.5));
+    }
+    all.push_back(use);
+  }
+  received_before_ = std::move(received);
+  counted_at_ = now;
+  facts.channels = take_turns(all, kMostChannels, first_channel_);
+  facts.lost = report::Losses{cut_to<std::uint32_t>(lost.air), cut_to<std::uint32_t>(lost.kernel),
+                              cut_to<std::uint32_t>(lost.daemon), cut_to<std::uint32_t>(lost.late)};
+}
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,52 @@
+// OwnRecord: what this robot says of itself in a report: its pose, whom it hears, its channels and
+// what they lost; its programs only for who wants details. Where there is more than a record holds,
+// neighbours and channels take turns. On the daemon's thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "daemon/hub/hub.hpp"
+#include "daemon/pose/pose_keeper.hpp"
+#include "report/report.hpp"
+
+namespace swarmtalk::daemon {
+
+class OwnRecord {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  static constexpr std::size_t kMostHearings = 16;
+  static constexpr std::size_t kMostChannels = 10;
+  static constexpr std::size_t kMostPrograms = 6;
+  static constexpr std::size_t kMostNameBytes = 20;
+
+  /// Both outlive it. @param programs  names of the programs that are served
+  OwnRecord(const Hub& hub, const PoseKeeper& poses,
+            std::function<std::vector<std::string>()> programs)
+      : hub_(hub), poses_(poses), programs_(std::move(programs)) {}
+
+  std::string body(bool with_details, Time now);
+
+  /// Robots that are heard now, on all links.
+  std::size_t neighbours(Time now) const;
+
+ private:
+  void add_place(report::Facts& facts, Time now) const;
+  void add_hearings(report::Facts& facts, Time now);
+  void add_channels(report::Facts& facts, Time now);
+
+  const Hub& hub_;
+  const PoseKeeper& poses_;
+  std::function<std::vector<std::string>()> programs_;
+  std::size_t first_hearing_ = 0;
+  std::size_t first_channel_ = 0;
+  std::map<std::uint16_t, std::uint64_t> received_before_;
+  Time counted_at_{};
+};
+
+}  // namespace swarmtalk::daemon

@@ -1,0 +1,323 @@
+#include "frame/freshness.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace swarmtalk::frame {
+namespace {
+
+constexpr std::size_t kStampBytes = 3;
+constexpr std::size_t kMarkAt = kStampBytes + 6;
+constexpr std::size_t kCountBytes = 2;  // asks, answers
+constexpr std::uint8_t kItemsFollow = 1;
+constexpr std::size_t kMostAsks = 128;
+constexpr std::size_t kMostAnswers = 200;
+constexpr std::size_t kMostUnasked = 64;  // answers to strangers who did not ask
+constexpr Freshness::Ms kStampMs = 10;
+constexpr Freshness::Ms kLatelyMs = 2000;  // who is asked and answered was heard since
+constexpr Freshness::Ms kAskAgainMs = 150;
+constexpr Freshness::Ms kRenewAgainMs = 5000;
+constexpr std::uint8_t kAskAloud = 5;  // frames for an ask alone, for each new voice
+
+constexpr std::uint32_t kStampMask = 0xFFFFFF;
+
+/// Milliseconds from one stamp to another, either way: up to 23 hours.
+std::int64_t between_ms(std::uint32_t from, std::uint32_t to) {
+  const std::uint32_t ahead = (to - from) & kStampMask;
+  const std::int64_t steps =
+      ahead <= kStampMask / 2 ? std::int64_t{ahead} : std::int64_t{ahead} - (kStampMask + 1);
+  return steps * static_cast<std::int64_t>(kStampMs);
+}
+
+Freshness::Ms later(Freshness::Ms time, std::int64_t by_ms) {
+  const std::int64_t sum = static_cast<std::int64_t>(time) + by_ms;
+  return sum < 0 ? 0 : static_cast<Freshness::Ms>(sum);
+}
+
+Freshness::Ms since(Freshness::Ms then, Freshness::Ms now) {
+  return now > then ? now - then : 0;
+}
+
+}  // namespace
+
+Freshness::Freshness(const Voice& own, Ms now, Draw draw)
+    : own_(own), draw_(std::move(draw)), began_at_(now), speak_at_(now) {
+  nonces_.roll(now, draw_);
+}
+
+void Freshness::change_own(const Voice& own, Ms now) {
+  own_ = own;
+  began_at_ = now;
+  speak_by(now);
+}
+
+void Freshness::speak_by(Ms when) {
+  const Ms soonest = has_written_ ? last_written_at_ + kGapMs : began_at_;
+  speak_at_ = std::min(speak_at_, std::max(when, soonest));
+}
+
+bool Freshness::is_answer_due(const Heard& other, Ms now) const {
+  if (since(other.last_at, now) > kLatelyMs) return false;
+  if (other.has_asked) return true;
+  const bool is_eager = since(began_at_, now) < kEagerMs || since(other.first_at, now) < kEagerMs;
+  return is_eager && !other.is_answered;
+}
+
+bool Freshness::is_ask_due(const Heard& other, Ms now) const {
+  if (since(other.last_at, now) > kLatelyMs) return false;
+  return !other.asked_at || since(*other.asked_at, now) >= kAskAgainMs;
+}
+
+bool Freshness::is_renewal_due(const Proven& other, Ms now) const {
+  if (since(other.last_at, now) > kLatelyMs) return false;
+  if (!other.is_doubted && since(other.proven_at, now) < kRenewMs) return false;
+  const Ms pause = other.is_doubted && other.asks < kAskAloud ? kAskAgainMs : kRenewAgainMs;
+  return !other.asked_at || since(*other.asked_at, now) >= pause;
+}
+
+std::size_t Freshness::wanted_bytes(Ms now) const {
+  std::size_t asks = 0;
+  std::size_t answers = 0;
+  for (const Proven& each : proven_) {
+    asks += is_renewal_due(each, now) ? 1U : 0U;
+    answers += is_answer_due(each, now) ? 1U : 0U;
+  }
+  std::size_t unasked = 0;
+  for (const Heard& each : strangers_) {
+    asks += is_ask_due(each, now) ? 1U : 0U;
+    if (!is_answer_due(each, now)) continue;
+    ++(each.has_asked ? answers : unasked);
+  }
+  asks = std::min(asks, kMostAsks);
+  answers = std::min(answers + std::min(unasked, kMostUnasked), kMostAnswers);
+  if (asks + answers == 0) return kLeastBytes;
+  return kLeastBytes + kCountBytes + asks * kAskBytes + answers * kAnswerBytes;
+}
+
+std::size_t Freshness::write(Ms now, std::span<std::uint8_t> room) {
+  nonces_.roll(now, draw_);
+  last_written_at_ = now;
+  has_written_ = true;
+  speak_at_ = now + kSilenceMs;
+  const auto stamp = static_cast<std::uint32_t>(since(began_at_, now) / kStampMs) & kStampMask;
+  for (std::size_t i = 0; i < kStampBytes; ++i) {
+    room[i] = static_cast<std::uint8_t>(stamp >> 8 * (kStampBytes - 1 - i));
+  }
+  std::copy(nonces_.newest().begin(), nonces_.newest().end(), room.begin() + kStampBytes);
+  room[kMarkAt] = 0;
+  if (room.size() < kLeastBytes + kCountBytes + kAskBytes) return kLeastBytes;
+  std::size_t left = room.size() - kLeastBytes - kCountBytes;
+
+  std::array<std::array<std::uint8_t, kAskBytes>, kMostAsks> asks;
+  std::array<Nonce, kMostAnswers> answers;
+  std::size_t ask_count = 0;
+  std::size_t answer_count = 0;
+  std::size_t unasked = 0;
+  const auto answer = [&](Heard& other) {
+    if (answer_count == kMostAnswers || left < kAnswerBytes) return;
+    left -= kAnswerBytes;
+    answers[answer_count++] = other.nonce;
+    other.is_answered = true;
+    other.has_asked = false;
+  };
+  const auto ask = [&](Heard& other) {
+    if (ask_count == kMostAsks || left < kAskBytes) return;
+    left -= kAskBytes;
+    std::copy_n(other.voice.begin(), kAskBytes, asks[ask_count++].begin());
+    other.asked_at = now;
+    if (other.asks < UINT8_MAX) ++other.asks;
+  };
+  // Who asks is alive: it knows our session. Others may be frames of long ago.
+  for (Proven& each : proven_) {
+    if (is_answer_due(each, now)) answer(each);
+  }
+  for (Heard& each : strangers_) {
+    if (each.has_asked && is_answer_due(each, now)) answer(each);
+  }
+  for (Proven& each : proven_) {
+    if (is_renewal_due(each, now)) ask(each);
+  }
+  for (std::size_t i = 0; i < strangers_.size(); ++i) {
+    Heard& each = strangers_[(next_answer_ + i) % strangers_.size()];
+    if (is_ask_due(each, now)) ask(each);
+    if (!is_answer_due(each, now) || unasked == kMostUnasked) continue;
+    ++unasked;
+    answer(each);
+  }
+  if (!strangers_.empty()) next_answer_ = (next_answer_ + kMostUnasked) % strangers_.size();
+  if (ask_count + answer_count == 0) return kLeastBytes;
+  room[kMarkAt] = kItemsFollow;
+  room[kLeastBytes] = static_cast<std::uint8_t>(ask_count);
+  room[kLeastBytes + 1] = static_cast<std::uint8_t>(answer_count);
+  auto out = room.begin() + kLeastBytes + kCountBytes;
+  for (std::size_t i = 0; i < ask_count; ++i) out = std::copy(asks[i].begin(), asks[i].end(), out);
+  for (std::size_t i = 0; i < answer_count; ++i) {
+    out = std::copy(answers[i].begin(), answers[i].end(), out);
+  }
+  return static_cast<std::size_t>(out - room.begin());
+}
+
+bool Freshness::skip(std::span<const std::uint8_t> plaintext, std::size_t& used) {
+  if (plaintext.size() < kLeastBytes || plaintext[kMarkAt] > kItemsFollow) return false;
+  used = kLeastBytes;
+  if (plaintext[kMarkAt] != kItemsFollow) return true;
+  if (plaintext.size() < kLeastBytes + kCountBytes) return false;
+  used +=
+      kCountBytes + plaintext[kLeastBytes] * kAskBytes + plaintext[kLeastBytes + 1] * kAnswerBytes;
+  return used <= plaintext.size();
+}
+
+Freshness::Verdict Freshness::receive(const Voice& voice, std::uint32_t counter,
+                                      std::span<const std::uint8_t> plaintext, Ms at,
+                                      std::size_t& used) {
+  if (!skip(plaintext, used)) return Verdict::kMalformed;
+  std::uint32_t stamp = 0;
+  for (std::size_t i = 0; i < kStampBytes; ++i) stamp = stamp << 8 | plaintext[i];
+  std::span<const std::uint8_t> asks;
+  std::span<const std::uint8_t> answers;
+  if (used > kLeastBytes) {
+    const std::span<const std::uint8_t> items = plaintext.subspan(kLeastBytes + kCountBytes);
+    asks = items.first(plaintext[kLeastBytes] * kAskBytes);
+    answers = items.subspan(asks.size(), plaintext[kLeastBytes + 1] * kAnswerBytes);
+  }
+  if (const auto drawn_at = nonces_.proof_in(answers, at))
+    prove(voice, counter, stamp, *drawn_at, at);
+  Proven* const proven = find_proven(voice);
+  Verdict verdict = Verdict::kNotProven;
+  if (proven != nullptr) {
+    const bool is_trusted = since(proven->proven_at, at) <= kTrustMs;
+    if (is_trusted) verdict = judge(*proven, counter, stamp, at);
+    if (verdict == Verdict::kReplayed) return verdict;
+    proven->is_doubted = proven->is_doubted || verdict != Verdict::kFresh;
+  }
+  Heard& other = heard(voice, at);
+  if (verdict == Verdict::kTooOld) {
+    if (other.asks < kAskAloud) speak_by(at);
+    return verdict;
+  }
+  Nonce nonce;
+  std::copy_n(plaintext.begin() + kStampBytes, nonce.size(), nonce.begin());
+  meet(other, nonce, asks, verdict == Verdict::kFresh, at);
+  return verdict;
+}
+
+// A frame tells its robot's nonce, and whether it asks for ours.
+void Freshness::meet(Heard& other, const Nonce& nonce, std::span<const std::uint8_t> asks,
+                     bool is_believed, Ms at) {
+  if (nonce != other.nonce) {
+    other.nonce = nonce;
+    other.is_answered = false;
+  }
+  for (std::size_t i = 0; i < asks.size(); i += kAskBytes) {
+    const auto tag = asks.subspan(i, kAskBytes);
+    if (std::equal(tag.begin(), tag.end(), own_.begin())) other.has_asked = true;
+  }
+  if (!other.has_asked && (is_believed || other.asks >= kAskAloud)) return;
+  // Everybody waits a while of its own, so that not all speak at once.
+  std::array<std::uint8_t, 1> random{};
+  draw_(random);
+  speak_by(at + random[0] * kGapMs / 256);
+}
+
+// A voice that is proven for the first time begins with this frame: what it sent before may have
+// been heard by whoever we were before our start.
+void Freshness::prove(const Voice& voice, std::uint32_t counter, std::uint32_t stamp, Ms drawn_at,
+                      Ms at) {
+  if (Proven* const known = find_proven(voice)) {
+    rebase(*known, stamp, drawn_at, at);
+    known->proven_at = at;
+    known->asks = 0;
+    known->is_doubted = false;
+    return;
+  }
+  Proven made;
+  const auto stranger = std::find_if(strangers_.begin(), strangers_.end(),
+                                     [&](const Heard& each) { return each.voice == voice; });
+  if (stranger != strangers_.end()) {
+    static_cast<Heard&>(made) = *stranger;
+    *stranger = strangers_.back();
+    strangers_.pop_back();
+  } else {
+    made.first_at = at;
+  }
+  made.voice = voice;
+  made.last_at = at;
+  made.asks = 0;
+  made.asked_at.reset();
+  made.newest = counter;
+  made.seen = ~std::uint64_t{1};
+  made.base_at = drawn_at;
+  made.base_stamp = stamp;
+  made.proven_at = at;
+  if (proven_.size() < kVoices) {
+    proven_.push_back(made);
+    return;
+  }
+  ++evicted_;
+  *std::min_element(proven_.begin(), proven_.end(),
+                    [](const Proven& a, const Proven& b) { return a.last_at < b.last_at; }) = made;
+}
+
+// The earliest time at which a stamp can have been made is the latest that anything has proven,
+// unless a clock has stood still meanwhile.
+void Freshness::rebase(Proven& voice, std::uint32_t stamp, Ms drawn_at, Ms at) {
+  const Ms by_old = later(voice.base_at, between_ms(voice.base_stamp, stamp));
+  const Ms drift = since(voice.base_at, at) * kDriftPerMillion / 1'000'000 + kStampMs;
+  const Ms earliest = by_old > drift ? by_old - drift : 0;
+  voice.base_at = by_old <= at + kStampMs ? std::max(earliest, drawn_at) : drawn_at;
+  voice.base_stamp = stamp;
+}
+
+Freshness::Verdict Freshness::judge(Proven& voice, std::uint32_t counter, std::uint32_t stamp,
+                                    Ms at) {
+  if (is_behind(voice, counter)) return Verdict::kReplayed;
+  const Ms sent_at = later(voice.base_at, between_ms(voice.base_stamp, stamp));
+  const Ms drift = since(voice.base_at, at) * kDriftPerMillion / 1'000'000;
+  if (since(sent_at, at) > kBoundMs + drift) return Verdict::kTooOld;
+  if (counter > voice.newest) {
+    const std::uint32_t step = counter - voice.newest;
+    voice.seen = step < kWindow ? voice.seen << step : 0;
+    voice.newest = counter;
+  }
+  voice.seen |= std::uint64_t{1} << (voice.newest - counter);
+  return Verdict::kFresh;
+}
+
+bool Freshness::is_behind(const Proven& voice, std::uint32_t counter) {
+  if (counter > voice.newest) return false;
+  const std::uint32_t behind = voice.newest - counter;
+  return behind >= kWindow || (voice.seen >> behind & 1) != 0;
+}
+
+bool Freshness::was_heard(const Voice& voice, std::uint32_t counter) const {
+  const Proven* const proven = find_proven(voice);
+  return proven != nullptr && is_behind(*proven, counter);
+}
+
+const Freshness::Proven* Freshness::find_proven(const Voice& voice) const {
+  const auto found = std::find_if(proven_.begin(), proven_.end(),
+                                  [&](const Proven& each) { return each.voice == voice; });
+  return found == proven_.end() ? nullptr : &*found;
+}
+
+Freshness::Heard& Freshness::heard(const Voice& voice, Ms at) {
+  if (Proven* const proven = find_proven(voice)) {
+    proven->last_at = std::max(proven->last_at, at);
+    return *proven;
+  }
+  const auto found = std::find_if(strangers_.begin(), strangers_.end(),
+                                  [&](const Heard& each) { return each.voice == voice; });
+  if (found != strangers_.end()) {
+    found->last_at = std::max(found->last_at, at);
+    return *found;
+  }
+  Heard made;
+  made.voice = voice;
+  made.first_at = made.last_at = at;
+  if (strangers_.size() < kStrangers) return strangers_.emplace_back(made);
+  return *std::min_element(strangers_.begin(), strangers_.end(),
+                           [](const Heard& a, const Heard& b) { return a.last_at < b.last_at; }) =
+             made;
+}
+
+}  // namespace swarmtalk::frame

@@ -1,0 +1,276 @@
+#include "recording/mcap_writer.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "recording/compression.hpp"
+#include "recording/crc32.hpp"
+
+namespace swarmtalk::recording {
+namespace {
+
+constexpr std::uint16_t number_of(std::size_t place) {
+  return static_cast<std::uint16_t>(place + 1);
+}
+
+}  // namespace
+
+void McapWriter::Count::add(std::uint16_t channel, std::uint64_t time_ns) {
+  first_ns = messages == 0 ? time_ns : std::min(first_ns, time_ns);
+  last_ns = std::max(last_ns, time_ns);
+  ++messages;
+  ++by_channel[channel];
+}
+
+void McapWriter::Count::add(const Count& other) {
+  if (other.messages == 0) return;
+  first_ns = messages == 0 ? other.first_ns : std::min(first_ns, other.first_ns);
+  last_ns = std::max(last_ns, other.last_ns);
+  messages += other.messages;
+  for (const auto& [channel, count] : other.by_channel) by_channel[channel] += count;
+}
+
+McapWriter::~McapWriter() {
+  close();
+}
+
+void McapWriter::close() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+}
+
+std::string McapWriter::open(const std::string& path, std::string_view library, bool replaces) {
+  path_ = path;
+  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (replaces ? O_TRUNC : O_EXCL), 0666);
+  if (fd_ < 0) return "cannot make " + path + ": " + std::strerror(errno);
+  ByteWriter header;
+  header.counted("");  // no profile of somebody's
+  header.counted(library);
+  ByteWriter out;
+  out.raw(kMcapMagic);
+  record(out, McapOp::kHeader, header.bytes());
+  append(out.bytes());
+  return problem_;
+}
+
+std::uint16_t McapWriter::add_schema(McapSchema schema) {
+  schemas_.push_back(std::move(schema));
+  is_schema_written_.push_back(false);
+  return static_cast<std::uint16_t>(schemas_.size());
+}
+
+std::uint16_t McapWriter::add_channel(McapChannel channel) {
+  channels_.push_back(std::move(channel));
+  is_channel_written_.push_back(false);
+  return static_cast<std::uint16_t>(channels_.size());
+}
+
+void McapWriter::record(ByteWriter& out, McapOp op, std::string_view content) {
+  out.u8(static_cast<std::uint8_t>(op));
+  out.u64(content.size());
+  out.raw(content);
+}
+
+void McapWriter::schema_record(ByteWriter& out, std::uint16_t id) const {
+  const McapSchema& schema = schemas_[id - 1U];
+  ByteWriter content;
+  content.u16(id);
+  content.counted(schema.name);
+  content.counted(schema.encoding);
+  content.counted(schema.bytes);
+  record(out, McapOp::kSchema, content.bytes());
+}
+
+void McapWriter::channel_record(ByteWriter& out, std::uint16_t id) const {
+  const McapChannel& channel = channels_[id - 1U];
+  ByteWriter metadata;
+  for (const auto& [key, value] : channel.metadata) {
+    metadata.counted(key);
+    metadata.counted(value);
+  }
+  ByteWriter content;
+  content.u16(id);
+  content.u16(channel.schema);
+  content.counted(channel.topic);
+  content.counted(channel.encoding);
+  content.counted(metadata.bytes());
+  record(out, McapOp::kChannel, content.bytes());
+}
+
+bool McapWriter::write(const McapMessage& message) {
+  if (fd_ < 0 || !problem_.empty()) {
+    ++lost_messages_;
+    return false;
+  }
+  const std::size_t place = message.channel - 1U;
+  const std::uint16_t schema = channels_[place].schema;
+  if (schema != 0 && !is_schema_written_[schema - 1U]) schema_record(chunk_, schema);
+  if (schema != 0) is_schema_written_[schema - 1U] = true;
+  if (!is_channel_written_[place]) channel_record(chunk_, message.channel);
+  is_channel_written_[place] = true;
+  chunk_index_[message.channel].emplace_back(message.log_time_ns, chunk_.size_bytes());
+  chunk_count_.add(message.channel, message.log_time_ns);
+  chunk_.u8(static_cast<std::uint8_t>(McapOp::kMessage));
+  chunk_.u64(2 + 4 + 8 + 8 + message.bytes.size());
+  chunk_.u16(message.channel);
+  chunk_.u32(message.sequence);
+  chunk_.u64(message.log_time_ns);
+  chunk_.u64(message.publish_time_ns);
+  chunk_.raw(message.bytes);
+  return chunk_.size_bytes() < kChunkBytes || close_chunk();
+}
+
+bool McapWriter::close_chunk() {
+  if (!problem_.empty()) return false;
+  if (chunk_count_.messages == 0) return true;
+  const std::string packed = compress_zstd(chunk_.bytes());
+  ByteWriter content;
+  content.u64(chunk_count_.first_ns);
+  content.u64(chunk_count_.last_ns);
+  content.u64(chunk_.size_bytes());
+  content.u32(crc32(chunk_.bytes()));
+  content.counted(kZstd);
+  content.u64(packed.size());
+  content.raw(packed);
+  ByteWriter out;
+  record(out, McapOp::kChunk, content.bytes());
+  ChunkPlace place{
+      chunk_count_.first_ns, chunk_count_.last_ns, size_bytes_, out.size_bytes(), {}, 0,
+      packed.size(),         chunk_.size_bytes()};
+  for (const auto& [channel, entries] : chunk_index_) {
+    place.index_at[channel] = size_bytes_ + out.size_bytes();
+    ByteWriter list;
+    for (const auto& [time_ns, at] : entries) {
+      list.u64(time_ns);
+      list.u64(at);
+    }
+    content.clear();
+    content.u16(channel);
+    content.counted(list.bytes());
+    record(out, McapOp::kMessageIndex, content.bytes());
+  }
+  place.index_length = out.size_bytes() - place.length;
+  if (!append(out.bytes())) {
+    lost_messages_ += chunk_count_.messages;
+    drop_chunk();
+    return false;
+  }
+  chunks_.push_back(std::move(place));
+  total_.add(chunk_count_);
+  drop_chunk();
+  return true;
+}
+
+void McapWriter::drop_chunk() {
+  chunk_.clear();
+  chunk_index_.clear();
+  chunk_count_ = {};
+}
+
+/// Writes and syncs all of it or nothing: what came half is cut off again.
+bool McapWriter::append(std::string_view bytes) {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t count = ::write(fd_, bytes.data() + at, bytes.size() - at);
+    if (count > 0) {
+      at += static_cast<std::size_t>(count);
+    } else if (count == 0 || errno != EINTR) {
+      const int error = count == 0 ? ENOSPC : errno;
+      if (problem_.empty()) problem_ = "cannot write " + path_ + ": " + std::strerror(error);
+      const auto end = static_cast<off_t>(size_bytes_);
+      if (::ftruncate(fd_, end) == 0) ::lseek(fd_, end, SEEK_SET);
+      return false;
+    }
+  }
+  // A pipe or a device has nothing to sync; that is no failure of the recording.
+  if (::fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS && problem_.empty()) {
+    problem_ = "cannot write " + path_ + ": " + std::strerror(errno);
+    return false;
+  }
+  size_bytes_ += bytes.size();
+  crc_ = crc32(bytes, crc_);
+  return true;
+}
+
+bool McapWriter::finish() {
+  if (fd_ < 0) return false;
+  close_chunk();
+  ByteWriter crc;
+  crc.u32(crc_);
+  ByteWriter out;
+  record(out, McapOp::kDataEnd, crc.bytes());
+  out.raw(summary(size_bytes_ + out.size_bytes()));
+  out.raw(kMcapMagic);
+  const bool has_index = append(out.bytes());
+  close();
+  return has_index && problem_.empty();
+}
+
+/// Everything between DataEnd and the last magic. @param at  where it begins in the file
+std::string McapWriter::summary(std::uint64_t at) const {
+  ByteWriter out;
+  std::vector<std::pair<McapOp, std::uint64_t>> groups;  // and where each begins
+  const auto group = [&](McapOp op) { groups.emplace_back(op, at + out.size_bytes()); };
+  group(McapOp::kSchema);
+  for (std::size_t i = 0; i < schemas_.size(); ++i) schema_record(out, number_of(i));
+  group(McapOp::kChannel);
+  for (std::size_t i = 0; i < channels_.size(); ++i) channel_record(out, number_of(i));
+  group(McapOp::kStatistics);
+  ByteWriter counts;
+  for (const auto& [channel, count] : total_.by_channel) {
+    counts.u16(channel);
+    counts.u64(count);
+  }
+  ByteWriter content;
+  content.u64(total_.messages);
+  content.u16(static_cast<std::uint16_t>(schemas_.size()));
+  content.u32(static_cast<std::uint32_t>(channels_.size()));
+  content.u32(0);  // attachments
+  content.u32(0);  // metadata
+  content.u32(static_cast<std::uint32_t>(chunks_.size()));
+  content.u64(total_.first_ns);
+  content.u64(total_.last_ns);
+  content.counted(counts.bytes());
+  record(out, McapOp::kStatistics, content.bytes());
+  group(McapOp::kChunkIndex);
+  for (const ChunkPlace& chunk : chunks_) {
+    ByteWriter offsets;
+    for (const auto& [channel, offset] : chunk.index_at) {
+      offsets.u16(channel);
+      offsets.u64(offset);
+    }
+    content.clear();
+    content.u64(chunk.first_ns);
+    content.u64(chunk.last_ns);
+    content.u64(chunk.at);
+    content.u64(chunk.length);
+    content.counted(offsets.bytes());
+    content.u64(chunk.index_length);
+    content.counted(kZstd);
+    content.u64(chunk.compressed);
+    content.u64(chunk.uncompressed);
+    record(out, McapOp::kChunkIndex, content.bytes());
+  }
+  const std::uint64_t offsets_at = at + out.size_bytes();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const std::uint64_t end = i + 1 < groups.size() ? groups[i + 1].second : offsets_at;
+    if (end == groups[i].second) continue;
+    content.clear();
+    content.u8(static_cast<std::uint8_t>(groups[i].first));
+    content.u64(groups[i].second);
+    content.u64(end - groups[i].second);
+    record(out, McapOp::kSummaryOffset, content.bytes());
+  }
+  // The footer's own CRC covers it up to the CRC.
+  out.u8(static_cast<std::uint8_t>(McapOp::kFooter));
+  out.u64(8 + 8 + 4);
+  out.u64(at);
+  out.u64(offsets_at);
+  out.u32(crc32(out.bytes()));
+  return out.bytes();
+}
+
+}  // namespace swarmtalk::recording

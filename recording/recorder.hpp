@@ -1,0 +1,86 @@
+// Recorder: what a client hears, as a recording: messages with their sensing, log lines, poses and
+// losses, each on a topic of its own. Closes a chunk each second, so at most that is lost. The
+// program's own thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <swarmtalk/client/daemon_status.hpp>
+#include <swarmtalk/client/message.hpp>
+
+#include "recording/mcap_writer.hpp"
+#include "recording/recorded.pb.h"
+
+namespace swarmtalk::recording {
+
+inline constexpr std::string_view kChannelTopics = "/channel/";  // and the channel's name
+inline constexpr std::string_view kLogTopic = "/log";
+inline constexpr std::string_view kPoseTopic = "/pose";
+inline constexpr std::string_view kLossesTopic = "/losses";
+
+/// As it is recorded. @param channel  its name, or number in digits
+HeardMessage to_record(const std::string& channel, const swarmtalk::Message& message);
+
+/// Nanoseconds since 1970 for times of the steady clock. The offset is taken once: setting the
+/// clock while recording moves nothing.
+class RecordClock {
+ public:
+  using Steady = std::chrono::steady_clock;
+  RecordClock();
+  std::uint64_t ns(Steady::time_point time) const;
+
+ private:
+  std::int64_t offset_ns_;
+};
+
+class Recorder {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kChunkPeriod{1};
+
+  /// As McapWriter::open().
+  std::string open(const std::string& path, const std::string& library, bool replaces);
+
+  // Each returns false after a failure: see problem(). The time is that of the event.
+  bool heard(const std::string& channel, const swarmtalk::Message& message, Clock::time_point at);
+  bool log_line(const swarmtalk::Message& message, Clock::time_point at);
+  bool own_pose(std::uint32_t robot, const swarmtalk::Pose& pose, Clock::time_point at);
+  bool neighbour(const swarmtalk::Neighbour& neighbour, Clock::time_point at);
+  bool losses(const swarmtalk::ChannelStatus& channel, Clock::time_point at);
+
+  /// Closes the chunk when its second is over. Call at least at next_close().
+  bool tick(Clock::time_point now);
+  Clock::time_point next_close() const { return next_close_; }
+
+  /// Writes the last chunk and the index. @return false: something is missing, see problem()
+  bool finish() { return writer_.finish(); }
+
+  const std::string& problem() const { return writer_.problem(); }
+  const McapWriter& writer() const { return writer_; }
+
+ private:
+  struct Topic {
+    std::uint16_t channel;
+    std::uint32_t sequence;
+  };
+
+  template <typename Record>
+  std::uint16_t schema();
+  template <typename Record>
+  bool write(const std::string& topic, const Record& record, Clock::time_point at,
+             std::optional<std::uint32_t> sequence = {});
+
+  RecordClock clock_;
+  McapWriter writer_;
+  std::map<std::string, std::uint16_t> schemas_;
+  std::map<std::string, Topic> topics_;
+  std::string bytes_;
+  Clock::time_point next_close_{};
+};
+
+}  // namespace swarmtalk::recording

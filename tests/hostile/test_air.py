@@ -1,0 +1,80 @@
+"""What strangers on the air can do to robots on a link without a key, and what they cannot."""
+import os
+import time
+
+import pytest
+from conftest import needs_root, wait_for
+from stranger import counter
+from wires import heard
+
+pytestmark = needs_root
+SECONDS = os.environ["SWARMTALK_HOSTILE_SECONDS"]
+CHANNEL = 5
+
+
+def test_an_origin_that_is_not_text_disconnects_nobody(air):
+    sender, hearer = air.daemon(1), air.daemon(2)
+    listener = hearer.subscribe(str(CHANNEL), "-C", "1", "-W", "20")
+    frames = int(air.attack("bad_origin", "--channel", CHANNEL, "--seconds", SECONDS))
+    sender.publish(str(CHANNEL), "still here")
+    assert [message["text"] for message in heard(listener)] == ["still here"]
+    assert counter(hearer, "node_bad_origins") == frames
+
+
+@pytest.mark.parametrize("ttl", [0, 3])
+@pytest.mark.parametrize("new", [[], ["--new"]], ids=["one_robot", "new_robots"])
+def test_lone_last_fragments_deny_no_message_of_several_packets(air, ttl, new):
+    sender, hearer = air.daemon(1), air.daemon(2)
+    messages = 50
+    enough = int(0.98 * messages)
+    listener = hearer.subscribe(str(CHANNEL), "-C", enough, "-W", "30")
+    attack = air.begin("last_fragments", "--channel", CHANNEL, "--ttl", ttl, "--rate", 8,
+                       "--seconds", float(SECONDS) + 1, *new)
+    wait_for(lambda: counter(hearer, "packets_received") > 256, what="a full pool")
+    sender.publish(str(CHANNEL), "x" * 4000, "--repeat", messages, "--rate",
+                   messages / float(SECONDS), "--ttl", ttl)
+    attack.communicate(timeout=60)
+    assert len([each for each in heard(listener) if each["size_bytes"] == 4000]) == enough
+
+
+def test_forged_beacons_tell_few_false_losses(air):
+    sender, hearer = air.daemon(1), air.daemon(2)
+    listener = hearer.subscribe(str(CHANNEL), "-C", "21", "-W", "20")
+    sender.publish(str(CHANNEL), "real", "--repeat", "20", "--rate", "50")
+    wait_for(lambda: counter(hearer, "node_messages_received") == 20, what="the messages")
+    air.attack("false_beacons", "--channel", CHANNEL, "--node", 1, "--epoch",
+               sender.status()["epoch"], "--seconds", SECONDS)
+    wait_for(lambda: hearer.counter("beacons_not_believed") > 10, what="the beacons")
+    sender.publish(str(CHANNEL), "real")
+    lost = sum(message["lost_before"]["air"] for message in heard(listener))
+    assert lost == 0, "each told of 9000 messages that nobody has sent"
+    assert hearer.counter("messages_lost_air") == 0
+
+
+def test_a_flood_of_large_ttl_ends(air):
+    """Robots at 3 frames a second: nothing is sent on later than the limits allow."""
+    limits = "rate_hz = 3\nmax_forward_ttl = 4\nmax_forward_wait_ms = 500\n"
+    robots = [air.daemon(number, limits) for number in (1, 2, 3)]
+    messages = int(air.attack("flood", "--channel", CHANNEL, "--rate", 50, "--seconds", SECONDS))
+    assert messages > 500
+
+    def sent():
+        return [counter(robot, "node_packets_forwarded") for robot in robots]
+
+    def waits():
+        before = sent()
+        time.sleep(1.0)  # three frames of each
+        return sent() == before
+
+    # Four hops of half a second and a frame's third each.
+    wait_for(waits, timeout=15, what="the end of the flood")
+    assert all(counter(robot, "node_forwards_too_late") > 0 for robot in robots)
+    assert all(counter(robot, "node_packets_forwarded") > 0 for robot in robots)
+
+
+def test_a_robot_that_does_not_forward_hears_all_the_same(air):
+    sender, silent = air.daemon(1), air.daemon(2, "forward = false\n")
+    listener = silent.subscribe(str(CHANNEL), "-C", "1", "-W", "20")
+    sender.publish(str(CHANNEL), "once", "--ttl", "5")
+    assert [message["text"] for message in heard(listener)] == ["once"]
+    assert counter(silent, "frames_sent") == 0

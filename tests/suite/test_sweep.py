@@ -1,0 +1,331 @@
+"""Sweeps as a user runs them: killed, taken up again, in each other's way, and without room."""
+import csv
+import importlib.util
+import json
+import os
+import pathlib
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import pytest
+
+from test_runner import BUILD, ENVIRONMENT, ROOT, SUITE, suite
+
+sys.path.insert(0, str(ROOT / "suite/runner"))
+import platforms  # noqa: E402
+from sweep import plan as plans, store as stores, work  # noqa: E402
+
+SMALL = """
+program = "hop_count"
+seconds = 12
+runs = {runs}
+report = ["converged_s"]
+[vary]
+robots = [4, 9]
+radio.loss = [0.0, 0.1, 0.3]
+platform = ["sim-kilobot", "sim-coachbot"]
+"""
+CELLS = 12
+FOUR = "program = 'hop_count'\nrobots = 4\nreport = ['delivery']\n"
+# Of a profile nobody runs for long; ccache, where it is, compiles it once for all days.
+COMPILING = ENVIRONMENT | {"CXXFLAGS": "-O0"} | (
+    {"CXX": "ccache g++"} if shutil.which("ccache") else {})
+
+
+def finished(folder) -> int:
+    return len(list(pathlib.Path(folder).glob("sweep-s/runs/*/[0-9]*.json")))
+
+
+def kill_and_resume(folder, at: list[int], patience_s: float):
+    """Kills the whole sweep, and all that it runs, when it has finished so many runs."""
+    for limit in at:
+        process = subprocess.Popen([SUITE, "sweep", "s.toml", "--jobs", "2"], cwd=folder,
+                                   env=ENVIRONMENT, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL, start_new_session=True)
+        deadline = time.monotonic() + patience_s
+        while finished(folder) < limit and process.poll() is None:
+            assert time.monotonic() < deadline, "the sweep stands still"
+            time.sleep(0.01)
+        assert process.poll() is None, f"ended before {limit} runs"
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def sweep(folder, patience_s: float):
+    return subprocess.run([SUITE, "sweep", "s.toml"], cwd=folder, env=ENVIRONMENT, text=True,
+                          capture_output=True, timeout=patience_s)
+
+
+def whole_and_broken(tmp_path, text: str, total: int, seed: int, patience_s: float = 250):
+    """The same sweep run through, and killed three times at random and taken up again."""
+    print(f"seed {seed}")
+    for name in ("whole", "broken"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "s.toml").write_text(text)
+    done = sweep(tmp_path / "whole", patience_s)
+    assert done.returncode == 0, done.stderr
+    kill_and_resume(tmp_path / "broken", sorted(random.Random(seed).sample(range(1, total - 5), 3)),
+                    patience_s)
+    kept = finished(tmp_path / "broken")
+    done = sweep(tmp_path / "broken", patience_s)
+    assert done.returncode == 0, done.stderr
+    assert f"{kept} finished runs are there" in done.stderr
+    return [(tmp_path / name / "sweep-s/table.csv").read_bytes() for name in ("whole", "broken")]
+
+
+def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
+    whole, broken = whole_and_broken(tmp_path, SMALL.format(runs=5), 5 * CELLS,
+                                     seed=random.randrange(10**6))
+    assert whole == broken and whole.count(b"\n") == 1 + 5 * CELLS
+    identity = plans.read(str(tmp_path / "broken/s.toml")).identity()
+    assert not list(pathlib.Path(tempfile.gettempdir()).glob(f"{work.SCRATCH}{identity}-*"))
+
+
+@pytest.mark.long
+def test_two_thousand_runs_killed_and_resumed_give_the_same_table(tmp_path):
+    text = SMALL.format(runs=167).replace("seconds = 12", "seconds = 2")
+    whole, broken = whole_and_broken(tmp_path, text, 167 * CELLS, random.randrange(10**6), 1500)
+    assert whole == broken and whole.count(b"\n") == 1 + 167 * CELLS
+
+
+def test_interrupt_keeps_what_is_finished_and_says_so(tmp_path):
+    (tmp_path / "s.toml").write_text(SMALL.format(runs=500))
+    process = subprocess.Popen([SUITE, "sweep", "s.toml"], cwd=tmp_path, env=ENVIRONMENT,
+                               stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 100
+    while finished(tmp_path) < 3 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    second = suite(tmp_path, "sweep", "s.toml")
+    assert second.returncode == 1 and "another sweep is at work" in second.stderr
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=100)
+    kept = finished(tmp_path)
+    assert process.returncode == 130 and f"{kept} finished runs are kept" in errors, errors
+    assert kept < 500 * CELLS and not list(tmp_path.glob("sweep-s/runs/*/.*"))
+
+
+def test_a_swept_profile_is_compiled_once_and_makes_a_difference(tmp_path):
+    """One bit of message number: fragments of two messages are put together. And any cell can be
+    repeated by the command that the table tells."""
+    (tmp_path / "s.toml").write_text("""
+program = "news"
+robots = 25
+seconds = 40
+runs = 2
+radio.loss = 0.4
+message = { bytes = 15, period_ms = 1500 }
+report = ["spliced"]
+[vary]
+numbers = [{ label = "usual", radio.loss = 0.4 }, { label = "1", profile.message_bits = 1 }]
+""")
+
+    def sweep(*arguments):
+        return subprocess.run([SUITE, "sweep", "s.toml", *arguments], cwd=tmp_path, env=COMPILING,
+                              capture_output=True, text=True, timeout=250)
+    done = sweep()
+    assert done.returncode == 0 and done.stderr.count("compiling 1 simulators") == 1, done.stderr
+    rows = list(csv.DictReader(open(tmp_path / "sweep-s/table.csv", encoding="utf-8")))
+    assert all(int(r["spliced"]) == 0 for r in rows if r["numbers"] == "usual")
+    assert all(int(r["spliced"]) > 0 for r in rows if r["numbers"] == "1")
+    (tmp_path / "sweep-s/report.html").unlink()
+    assert "compiling" not in sweep().stderr
+    cells = list(csv.DictReader(open(tmp_path / "sweep-s/cells.csv", encoding="utf-8")))
+    repeated = subprocess.run(cells[1]["repeat"], shell=True, cwd=tmp_path, env=COMPILING,
+                              capture_output=True, text=True, timeout=100)
+    assert repeated.returncode == 0 and repeated.stdout.count("\n") == 2, repeated.stderr
+    path = tmp_path / "sweep-s/runs/00001/1.json"
+    path.write_text(path.read_text().replace('"spliced": ', '"spliced": 1'))
+    assert sweep("--repeat", "1").returncode == 1
+    assert "no cell 2" in sweep("--repeat", "2").stderr
+
+
+def test_a_profile_that_does_not_compile_is_one_clear_line(tmp_path):
+    (tmp_path / "s.toml").write_text("program = 'news'\n[vary]\nprofile.mtu_bytes = [4]\n")
+    done = subprocess.run([SUITE, "sweep", "s.toml"], cwd=tmp_path, env=COMPILING,
+                          capture_output=True, text=True, timeout=250)
+    assert done.returncode == 1 and done.stderr.splitlines()[1:] == [
+        "swarmtalk-suite: the profile with mtu_bytes = 4 does not compile: this profile leaves no "
+        "payload: its header and checksum fill the whole packet"], done.stderr
+    # The file is put right: nothing was run, so the folder is this sweep's.
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 1\n")
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+
+
+def test_a_folder_of_another_sweep_is_refused_and_kept(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 1\n")
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+    before = (tmp_path / "sweep-s/table.csv").read_bytes()
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\nrobots = 5\nruns = 1\n")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/thesis.tex").write_text("x")
+    for folder, says in (("sweep-s", "holds another sweep"), ("mine", "is not a sweep's folder")):
+        done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+        assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
+    assert (tmp_path / "sweep-s/table.csv").read_bytes() == before and finished(tmp_path) == 1
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+
+
+def test_a_damaged_result_is_named_and_done_again(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 3\n")
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+    before = (tmp_path / "sweep-s/table.csv").read_bytes()
+    (tmp_path / "sweep-s/runs/00000/1.json").write_text("")
+    (tmp_path / "sweep-s/table.csv").unlink()
+    done = suite(tmp_path, "sweep", "s.toml")
+    assert "2 finished runs are there" in done.stderr and "1 files in" in done.stderr
+    assert (tmp_path / "sweep-s/table.csv").read_bytes() == before
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    if os.geteuid() != 0:
+        pytest.skip("a small disk of its own needs root")
+    place = tmp_path / "disk"
+    place.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", place],
+                      capture_output=True).returncode != 0:
+        pytest.skip("cannot mount a tmpfs here")
+    yield place
+    subprocess.run(["umount", "-l", place], check=True)
+
+
+def test_a_full_disk_is_one_clear_line_and_loses_nothing(tmp_path, small_disk):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 40\n")
+    folder = small_disk / "sweep-s"
+    assert suite(tmp_path, "sweep", "s.toml", "--folder", folder, "--check").returncode == 0
+    (tmp_path / "begin.toml").write_text(FOUR + "runs = 5\n")
+    assert suite(tmp_path, "sweep", "begin.toml", "--folder", folder).returncode == 0
+    filler = small_disk / "filler"
+    with open(filler, "wb", buffering=0) as file, pytest.raises(OSError):
+        while True:
+            file.write(b"x" * 4096)
+    done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+    lines = [line for line in done.stderr.splitlines() if "no space left" in line]
+    assert done.returncode == 1 and len(lines) == 1 and "finished runs are kept" in lines[0], done
+    assert "Traceback" not in done.stderr and finished(small_disk) >= 5
+    filler.unlink()
+    done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+    assert done.returncode == 0 and finished(small_disk) == 40, done.stderr
+
+
+def make_store(folder, text: str) -> stores.Store:
+    """A sweep's folder, begun in this process."""
+    (folder / "s.toml").write_text(text)
+    store = stores.Store(folder / "sweep-s", plans.read(str(folder / "s.toml")))
+    store.open(folder / "s.toml")
+    return store
+
+
+def test_a_run_in_real_time_is_marked_and_never_done_twice(tmp_path, monkeypatch):
+    """One finished, one cut off by a kill: neither is begun again, and the table tells which."""
+    from sweep import table
+    store = make_store(tmp_path, "program = 'hop_count'\nplatform = 'coachbot-lab'\nruns = 3\n")
+    begun = []
+
+    def lab(scenario, log, simulator):
+        begun.append(scenario["seed"])
+        if len(begun) == 2:
+            raise MemoryError  # in the place of a kill
+        subprocess.run([BUILD / "suite/swarmtalk-sim", make_scenario(tmp_path, scenario), log],
+                       check=True)
+        return True
+
+    monkeypatch.setattr(platforms, "run", lab)
+    cell = store.plan.cells[0]
+    assert work.do(store, cell, 0, tmp_path)["success"]
+    with pytest.raises(MemoryError):
+        work.do(store, cell, 1, tmp_path)
+    queue = work.Queue(store.plan, store.scan(), store.plan.cells)
+    assert list(queue.ready) == [(0, 2)] and begun == [1, 2]
+    rows = list(csv.DictReader(table.runs_csv(store.plan, store.scan()).splitlines()))
+    assert [(r["real_time"], r["cut_off"], r["success"]) for r in rows] == [
+        ("1", "0", "1"), ("1", "1", "")]
+    done = suite(tmp_path, "sweep", "s.toml", "--repeat", "0")
+    assert done.returncode == 1 and "never run twice" in done.stderr
+
+
+def make_scenario(folder, scenario: dict) -> pathlib.Path:
+    path = folder / "scenario.json"
+    path.write_text(json.dumps(scenario | {"platform": "sim-coachbot"}) + "\n")
+    return path
+
+
+def test_a_worker_that_is_killed_is_replaced(tmp_path):
+    (tmp_path / "s.toml").write_text(SMALL.format(runs=3))
+    process = subprocess.Popen([SUITE, "sweep", "s.toml", "--jobs", "2"], cwd=tmp_path,
+                               env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    deadline = time.monotonic() + 100
+    while finished(tmp_path) < 5 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+    _, errors = process.communicate(timeout=250)
+    assert process.returncode == 0 and finished(tmp_path) == 3 * CELLS, errors
+
+
+def test_the_report_needs_nothing_but_itself(tmp_path):
+    pytest.importorskip("matplotlib")
+    (tmp_path / "s.toml").write_text(
+        "program = 'hop_count'\nruns = 3\nreport = ['converged_s', 'success']\n"
+        "[vary]\nrobots = [9, 49]\nradio.loss = [0.0, 0.4]\n")
+    done = suite(tmp_path, "sweep", "s.toml", "--pictures", "pictures")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "sweep-s/report.html").read_text()
+    assert text.count("<svg") == 2 and "--repeat 3" in text and "robots: 9 &rarr; 49" in text
+    assert not re.search(r"(src|href)=\"(https?:)?//|url\(http|@import", text)
+    assert sorted(p.name for p in (tmp_path / "pictures").iterdir()) == [
+        "converged_s.svg", "success.svg"]
+
+
+def test_a_sweep_goes_on_until_its_rule_is_content(tmp_path):
+    """One figure is the same in all runs, the other never: as few and as many runs as there may
+    be. Cells without what the report asks for are no reason to fail."""
+    for metric, runs in (("wrong_hops", 2), ("converged_s", 7)):
+        (tmp_path / f"{metric}.toml").write_text(
+            f"program = 'hop_count'\nrobots = 4\nruns = 2\nreport = ['{metric}', 'nonsense']\n"
+            f"[stop]\nmetric = '{metric}'\nbelow = 1e-9\nat_most = 7\nstep = 3\n"
+            "[vary]\nradio.loss = [0.0, 0.05]\n")
+        done = suite(tmp_path, "sweep", f"{metric}.toml")
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / f"sweep-{metric}/table.csv").read_text().count("\n") == 1 + 2 * runs
+
+
+def test_tables_and_report_are_made_of_what_is_there(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR.replace("robots = 4\n", "") + "runs = 3\n[vary]\n"
+                                     "robots = [4, 9]\nradio.loss = [0.0, 0.2]\n")
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+    shutil.rmtree(tmp_path / "sweep-s/runs/00003")
+    done = suite(tmp_path, "sweep", "s.toml", "--merge")
+    assert done.returncode == 0 and "of 9 runs" in done.stdout, done.stderr
+    text = (tmp_path / "sweep-s/report.html").read_text()
+    assert "1 of 2 combinations" in text or importlib.util.find_spec("matplotlib") is None
+
+
+def test_progress_says_how_far_and_how_long():
+    class Out:
+        lines = []
+
+        def isatty(self):
+            return False
+
+        def write(self, text):
+            self.lines.append(text)
+
+        def flush(self):
+            pass
+    cells = [plans.Cell(i, {}, {}, {"robots": [0] * n, "seconds": 10, "platform": "sim-kilobot"},
+                        {}) for i, n in enumerate((10, 90))]
+    plan = plans.Plan({}, cells, 1, None, [])
+    queue = work.Queue(plan, {0: {}, 1: {}}, cells)
+    time_s = iter((0.0, 0.0, 20.0))
+    progress = work.Progress(queue, Out(), lambda: next(time_s))
+    queue.finished((0, 0), {})
+    progress.count((0, 0))
+    assert progress.text() == "1/2 runs, 3 min left"  # nine times as many robots: 180 s
+    assert [work.duration(s) for s in (3.2, 200, 7500)] == ["4 s", "4 min", "2 h 5 min"]

@@ -1,0 +1,62 @@
+// Floods that a stranger makes end, at the lowest rates that robots are given, whatever their
+// messages allow: see docs/decisions/0037-floods-end.md.
+#include "tests/swarm/rate_flood.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "swarmtalk/profiles/wifi.hpp"
+
+namespace swarmtalk::core::testing {
+namespace {
+
+constexpr uint64_t kSeed = 1;
+
+/// SWARMTALK_FLOOD_ROBOTS: more of them; 400 take half an hour.
+uint32_t robots() {
+  const char* const text = std::getenv("SWARMTALK_FLOOD_ROBOTS");
+  return text == nullptr ? 40 : static_cast<uint32_t>(std::strtoul(text, nullptr, 10));
+}
+
+RateFloodConfig config() {
+  RateFloodConfig config;
+  config.robots = robots();
+  config.seed = kSeed;
+  // 120 kB/s of small messages is what was measured; the short test's are fewer and longer.
+  config.flood_bytes_hz = robots() > 40 ? 120e3 : 40e3;
+  config.payload_bytes = robots() > 40 ? 100 : 300;
+  return config;
+}
+
+TEST(RateFlood, EndsWithinTwiceTheTimeInWhichEachRobotSendsEachMessageOnce) {
+  const RateFloodResult result = RateFlood<Wifi>(config()).run();
+  EXPECT_GT(result.messages, 1000u);
+  EXPECT_LE(result.over_s, 2 * result.once_each_s) << "seed " << kSeed;
+  if (robots() <= 40) {
+    EXPECT_EQ(result.most_repeats, 1u) << "seed " << kSeed;
+  }
+}
+
+TEST(RateFlood, EndsAfterATimeThatDoesNotDependOnTheNumberOfRobots) {
+  RateFloodConfig few = config();
+  few.payload_bytes = 1300;  // a frame each: what is waited for is longest
+  const double bound_s = few.flood_s + few.max_ttl * (few.max_wait_us * 1e-6 + 2 / few.rate_hz);
+  for (const uint32_t count : {10u, robots()}) {
+    few.robots = count;
+    const RateFloodResult result = RateFlood<Wifi>(few).run();
+    EXPECT_LE(result.over_s, bound_s) << count << " robots, seed " << kSeed;
+  }
+}
+
+TEST(RateFlood, WithoutLimitsGoesOn) {
+  RateFloodConfig unlimited = config();
+  unlimited.robots = 20;
+  unlimited.payload_bytes = 1300;
+  RateFloodConfig limited = unlimited;
+  unlimited.max_wait_us = 0;
+  EXPECT_GT(RateFlood<Wifi>(unlimited).run().over_s, 2 * RateFlood<Wifi>(limited).run().over_s);
+}
+
+}  // namespace
+}  // namespace swarmtalk::core::testing

@@ -1,0 +1,100 @@
+// The serial line and the flash of a processor that executes nothing: the test does what a program
+// would.
+#include <gtest/gtest.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_core.h>
+#include <simavr/sim_cycle_timers.h>
+
+#include <cstdlib>
+#include <vector>
+
+#include "emulation/kilobot/atmega328p.hpp"
+#include "emulation/kilobot/flash_pages.hpp"
+#include "emulation/kilobot/image.hpp"
+#include "emulation/kilobot/quiet_ports.hpp"
+#include "emulation/kilobot/serial_line.hpp"
+
+namespace swarmtalk::emulator {
+namespace {
+
+namespace reg = atmega328p;
+
+class Processor : public testing::Test {
+ protected:
+  Processor() : avr_(avr_make_mcu_by_name("atmega328p")) {
+    avr_init(avr_);
+    avr_->frequency = 8'000'000;
+    avr_->log = LOG_NONE;
+  }
+  ~Processor() override {
+    avr_terminate(avr_);
+    free(avr_);
+  }
+  void write(std::uint16_t address, std::uint8_t value) {
+    avr_->data[address] = value;
+    const auto& handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    if (handler.c != nullptr) handler.c(avr_, address, value, handler.param);
+  }
+  void pass(std::uint64_t cycles) {
+    avr_->cycle += cycles;
+    avr_cycle_timer_process(avr_);
+  }
+
+  avr_t* avr_;
+};
+
+TEST_F(Processor, LosesTheFourthByteThatItHasNotRead) {
+  constexpr std::uint16_t kControlB = 0xC1;
+  constexpr std::uint8_t kReceiverOn = 1 << 4;
+  SerialLine line(avr_, [](std::uint8_t) {});
+  write(kControlB, kReceiverOn);
+  for (std::uint8_t i = 0; i < 3; ++i) line.push(i);
+  EXPECT_EQ(line.bytes_lost(), 0u);
+  line.push(3);
+  EXPECT_EQ(line.bytes_lost(), 1u);
+}
+
+TEST_F(Processor, StandsStillWhileItWritesAPageAndOnlyClearsBits) {
+  int changes = 0;
+  FlashPages pages(avr_, [&] { ++changes; });
+  avr_->flash[0] = 0x0F;
+  write(reg::kSpmcsr, reg::kSelfprgen | reg::kPgwrt);
+  avr_->flash[0] = 0xF3;  // what simavr does at the instruction that follows
+  pass(8);
+  EXPECT_EQ(changes, 1);
+  EXPECT_EQ(pages.written(), 1u);
+  EXPECT_EQ(avr_->flash[0], 0x03);
+  EXPECT_EQ(pages.busy_until(), avr_->cycle + 36'000) << "4.5 ms";
+  pages.reset();
+  EXPECT_EQ(pages.busy_until(), 0u);
+}
+
+TEST_F(Processor, HandsOnWritesToAPortThatChangeIt) {
+  int writes = 0;
+  avr_register_io_write(
+      avr_, reg::kPortB,
+      [](avr_t* avr, avr_io_addr_t address, std::uint8_t value, void* count) {
+        avr->data[address] = value;
+        ++*static_cast<int*>(count);
+      },
+      &writes);
+  const QuietPorts ports(avr_);
+  const auto& handler = avr_->io[AVR_DATA_TO_IO(reg::kPortB)].w;
+  handler.c(avr_, reg::kPortB, 0x01, handler.param);
+  handler.c(avr_, reg::kPortB, 0x01, handler.param);
+  EXPECT_EQ(writes, 1);
+  EXPECT_EQ(avr_->data[reg::kPortB], 0x01);
+}
+
+TEST_F(Processor, ErasingAPageIsNotAWriteButTakesAsLong) {
+  FlashPages pages(avr_, [] {});
+  write(reg::kSpmcsr, reg::kSelfprgen | reg::kPgers);
+  avr_->flash[0] = 0xFF;
+  pass(8);
+  EXPECT_EQ(pages.written(), 0u);
+  EXPECT_EQ(avr_->flash[0], 0xFF);
+  EXPECT_GT(pages.busy_until(), avr_->cycle);
+}
+
+}  // namespace
+}  // namespace swarmtalk::emulator

@@ -1,0 +1,225 @@
+// Writer and reader together: what comes back, and what is left of a file that was cut, damaged or
+// not written whole.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include "recording/mcap_reader.hpp"
+#include "recording/mcap_writer.hpp"
+
+namespace swarmtalk::recording {
+namespace {
+
+struct Heard {
+  std::string topic;
+  std::uint32_t sequence;
+  std::uint64_t time_ns;
+  std::string bytes;
+  bool operator==(const Heard&) const = default;
+};
+
+class Mcap : public ::testing::Test {
+ protected:
+  Mcap() {
+    std::string name = "/tmp/swarmtalk-mcap-XXXXXX";
+    folder = ::mkdtemp(name.data());
+    path = folder + "/a.mcap";
+  }
+  ~Mcap() override { std::filesystem::remove_all(folder); }
+
+  static std::string file_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  /// A file of `chunks` chunks with `each` messages on two topics. @return them in order
+  std::vector<Heard> write(int chunks, int each, bool is_finished = true) {
+    std::vector<Heard> written;
+    McapWriter writer;
+    EXPECT_EQ(writer.open(path, "test"), "");
+    const std::uint16_t schema = writer.add_schema({"s", "protobuf", "schema bytes"});
+    const std::uint16_t channels[] = {writer.add_channel({schema, "/a", "protobuf", {{"k", "v"}}}),
+                                      writer.add_channel({0, "/b", "json", {}})};
+    std::uint32_t number = 0;
+    for (int chunk = 0; chunk < chunks; ++chunk) {
+      for (int i = 0; i < each; ++i) {
+        ++number;
+        const std::string bytes = std::string(number % 40, 'x') + std::to_string(number);
+        written.push_back({number % 2 == 1 ? "/a" : "/b", number, 1000 * number, bytes});
+        EXPECT_TRUE(
+            writer.write({channels[number % 2 == 1 ? 0 : 1], number, 1000 * number, 0, bytes}));
+      }
+      EXPECT_TRUE(writer.close_chunk());
+      ends.push_back(std::filesystem::file_size(path));
+    }
+    if (is_finished) {
+      EXPECT_TRUE(writer.finish());
+      EXPECT_EQ(writer.messages(), written.size());
+    }
+    return written;
+  }
+
+  static std::vector<Heard> read(McapReader& reader) {
+    std::vector<Heard> heard;
+    McapMessage message;
+    while (reader.next(message)) {
+      heard.push_back({reader.channel(message.channel)->topic, message.sequence,
+                       message.log_time_ns, std::string(message.bytes)});
+    }
+    return heard;
+  }
+
+  std::string folder;
+  std::string path;
+  std::vector<std::uint64_t> ends;  // of the file, behind each chunk
+};
+
+TEST_F(Mcap, WhatIsWrittenIsReadInOrder) {
+  const auto written = write(3, 10);
+  std::ifstream file(path, std::ios::binary);
+  McapReader reader(file);
+  ASSERT_EQ(reader.open(), "");
+  EXPECT_EQ(read(reader), written);
+  EXPECT_EQ(reader.problem(), "");
+  EXPECT_EQ(reader.chunks(), 3u);
+  EXPECT_EQ(reader.channel(1)->metadata.at("k"), "v");
+  EXPECT_EQ(reader.schema(1)->bytes, "schema bytes");
+  reader.rewind();
+  EXPECT_EQ(read(reader), written);
+  EXPECT_EQ(reader.messages(), written.size());
+}
+
+TEST_F(Mcap, AFileWithoutAMessageIsWhole) {
+  write(0, 0);
+  std::istringstream file(file_of(path));
+  McapReader reader(file);
+  ASSERT_EQ(reader.open(), "");
+  EXPECT_TRUE(read(reader).empty());
+  EXPECT_EQ(reader.problem(), "");
+}
+
+TEST_F(Mcap, AFileCutAtAnyByteIsReadUpToItsLastWholeChunk) {
+  const auto written = write(3, 4);
+  const std::string whole = file_of(path);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    SCOPED_TRACE("cut at " + std::to_string(size) + " of " + std::to_string(whole.size()));
+    std::istringstream file(whole.substr(0, size));
+    McapReader reader(file);
+    if (size < kMcapMagic.size()) {
+      EXPECT_NE(reader.open(), "");
+      continue;
+    }
+    ASSERT_EQ(reader.open(), "");
+    const auto heard = read(reader);
+    // A chunk's indexes are behind it: it may be whole before the place where they end.
+    const auto least = static_cast<std::size_t>(
+        std::count_if(ends.begin(), ends.end(), [&](std::uint64_t end) { return end <= size; }));
+    ASSERT_GE(heard.size(), 4 * least);
+    ASSERT_EQ(heard.size() % 4, 0u);
+    EXPECT_TRUE(std::equal(heard.begin(), heard.end(), written.begin()));
+    EXPECT_TRUE(reader.is_cut());
+    EXPECT_NE(reader.problem().find(std::to_string(heard.size()) + " messages"), std::string::npos)
+        << reader.problem();
+  }
+}
+
+TEST_F(Mcap, AnyChangedByteIsEitherHarmlessOrToldAndNeverACrash) {
+  const auto written = write(2, 3);
+  const std::string whole = file_of(path);
+  for (std::size_t at = 0; at < ends.back(); ++at) {
+    SCOPED_TRACE("changed at " + std::to_string(at));
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x41);
+    std::istringstream file(bytes);
+    McapReader reader(file);
+    if (!reader.open().empty()) continue;
+    const auto heard = read(reader);
+    EXPECT_TRUE(heard == written || !reader.problem().empty() || heard.size() < written.size());
+    for (const Heard& each : heard) {
+      EXPECT_NE(std::find(written.begin(), written.end(), each), written.end());
+    }
+  }
+}
+
+TEST_F(Mcap, RandomBytesBehindTheMagicNeverCrashTheReader) {
+  const unsigned seed = 20261122;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int run = 0; run < 2000; ++run) {
+    std::string bytes(kMcapMagic);
+    while (bytes.size() < 200) {
+      bytes.push_back(static_cast<char>(random() % 16));  // numbers of records, short lengths
+      bytes.push_back(static_cast<char>(random() % 40));
+      bytes.append(random() % 9, '\0');
+    }
+    std::istringstream file(bytes);
+    McapReader reader(file);
+    ASSERT_EQ(reader.open(), "");
+    read(reader);
+    EXPECT_NE(reader.problem(), "");
+  }
+}
+
+TEST_F(Mcap, AFileThatIsNotMcapIsToldSo) {
+  std::istringstream text("this is a text file");
+  EXPECT_NE(McapReader(text).open().find("not an MCAP file"), std::string::npos);
+  std::istringstream empty;
+  EXPECT_NE(McapReader(empty).open().find("too short"), std::string::npos);
+}
+
+TEST_F(Mcap, AnExistingFileIsNotOverwrittenUnlessAsked) {
+  write(1, 1);
+  McapWriter writer;
+  EXPECT_NE(writer.open(path, "test").find("File exists"), std::string::npos);
+  EXPECT_EQ(writer.open(path, "test", true), "");
+}
+
+TEST_F(Mcap, AFullDiskLosesOnlyTheChunkThatDidNotFitAndTheIndexIsWritten) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  McapWriter writer;
+  ASSERT_EQ(writer.open(path, "test"), "");
+  const std::uint16_t channel = writer.add_channel({0, "/a", "json", {}});
+  ASSERT_TRUE(writer.write({channel, 1, 1, 1, "first"}));
+  ASSERT_TRUE(writer.close_chunk());
+  std::string noise(8000, '\0');
+  std::mt19937 random(1);
+  for (char& byte : noise) byte = static_cast<char>(random());
+  const rlimit small{6000, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  ASSERT_TRUE(writer.write({channel, 2, 2, 2, noise}));
+  EXPECT_FALSE(writer.close_chunk());
+  EXPECT_FALSE(writer.write({channel, 3, 3, 3, "behind"}));
+  EXPECT_FALSE(writer.finish());
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(writer.lost_messages(), 2u);
+  EXPECT_NE(writer.problem().find("File too large"), std::string::npos) << writer.problem();
+  std::ifstream file(path, std::ios::binary);
+  McapReader reader(file);
+  ASSERT_EQ(reader.open(), "");
+  const auto heard = read(reader);
+  ASSERT_EQ(heard.size(), 1u);
+  EXPECT_EQ(heard[0].bytes, "first");
+  EXPECT_EQ(reader.problem(), "");
+}
+
+TEST_F(Mcap, ALongRunOfMessagesIsClosedAsChunksByItself) {
+  McapWriter writer;
+  ASSERT_EQ(writer.open(path, "test"), "");
+  const std::uint16_t channel = writer.add_channel({0, "/a", "json", {}});
+  const std::string bytes(100000, 'x');
+  for (std::uint32_t i = 0; i < 30; ++i) ASSERT_TRUE(writer.write({channel, i, i, i, bytes}));
+  EXPECT_GE(writer.messages(), 20u);
+  EXPECT_LT(writer.open_messages(), 11u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::recording

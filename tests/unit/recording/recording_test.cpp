@@ -1,0 +1,148 @@
+// What our messages look like in a recording, and that its schemas describe them to strangers.
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "recording/recorder.hpp"
+#include "recording/recording_reader.hpp"
+
+namespace swarmtalk::recording {
+namespace {
+
+using std::chrono::milliseconds;
+
+class Recording : public ::testing::Test {
+ protected:
+  Recording() {
+    std::string name = "/tmp/swarmtalk-recording-XXXXXX";
+    folder = ::mkdtemp(name.data());
+    path = folder + "/a.mcap";
+  }
+  ~Recording() override { std::filesystem::remove_all(folder); }
+
+  std::string folder;
+  std::string path;
+  const Recorder::Clock::time_point now = Recorder::Clock::now();
+};
+
+swarmtalk::Message message_of(const std::string& payload) {
+  swarmtalk::Message message;
+  message.payload = payload;
+  message.channel = 7;
+  message.sender = 3;
+  message.epoch = 9;
+  message.message_number = 41;
+  message.distance_m = 0.5F;
+  message.sender_pose = swarmtalk::Pose{1, 2, 3, milliseconds(40)};
+  message.hops = 1;
+  message.ttl = 2;
+  message.lost_before.air = 5;
+  return message;
+}
+
+TEST_F(Recording, KeepsAMessageWithAllThatWasSensed) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  ASSERT_TRUE(recorder.heard("alarm", message_of("fire"), now));
+  ASSERT_TRUE(recorder.heard("alarm", message_of(std::string("\xff\0", 2)), now + milliseconds(5)));
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  Record record;
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_EQ(record.kind, Record::Kind::kHeard);
+  EXPECT_EQ(record.topic, "/channel/alarm");
+  EXPECT_EQ(record.heard.payload(), "fire");
+  EXPECT_EQ(record.heard.text(), "fire");
+  EXPECT_EQ(record.heard.sender(), 3u);
+  EXPECT_FLOAT_EQ(record.heard.distance_m(), 0.5F);
+  EXPECT_FALSE(record.heard.has_bearing_rad());
+  EXPECT_EQ(record.heard.sender_pose().age_ms(), 40u);
+  EXPECT_EQ(record.heard.lost_before().air(), 5u);
+  const std::uint64_t first_ns = record.time_ns;
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_FALSE(record.heard.has_text());
+  EXPECT_EQ(record.heard.payload(), std::string("\xff\0", 2));
+  EXPECT_EQ(record.time_ns - first_ns, 5'000'000u);
+  EXPECT_FALSE(reader.next(record));
+  EXPECT_EQ(reader.problem(), "");
+}
+
+TEST_F(Recording, KeepsLogLinesPosesAndLosses) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  swarmtalk::Neighbour neighbour;
+  neighbour.node_id = 8;
+  neighbour.link = "wifi";
+  neighbour.loss = 0.25F;
+  swarmtalk::ChannelStatus channel;
+  channel.number = 12;
+  channel.lost.kernel = 4;
+  EXPECT_TRUE(recorder.log_line(message_of("battery low"), now));
+  EXPECT_TRUE(recorder.own_pose(3, {1, -1, 0, milliseconds(0)}, now));
+  EXPECT_TRUE(recorder.neighbour(neighbour, now));
+  EXPECT_TRUE(recorder.losses(channel, now));
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  Record record;
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_EQ(record.kind, Record::Kind::kLogLine);
+  EXPECT_EQ(record.log_line.text(), "battery low");
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_TRUE(record.pose.own());
+  EXPECT_FLOAT_EQ(record.pose.pose().y_m(), -1);
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_FALSE(record.pose.has_pose());
+  EXPECT_FALSE(record.pose.has_distance_m());
+  ASSERT_TRUE(reader.next(record));
+  EXPECT_EQ(record.losses.channel(), "12");
+  EXPECT_EQ(record.losses.lost().kernel(), 4u);
+}
+
+TEST_F(Recording, ClosesItsChunkEachSecond) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  ASSERT_TRUE(recorder.heard("a", message_of("x"), now));
+  ASSERT_TRUE(recorder.tick(now));
+  EXPECT_EQ(recorder.writer().messages(), 0u);
+  ASSERT_TRUE(recorder.tick(recorder.next_close()));
+  EXPECT_EQ(recorder.writer().messages(), 1u);
+}
+
+TEST_F(Recording, ItsSchemaAloneIsEnoughToDecodeIt) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  ASSERT_TRUE(recorder.heard("alarm", message_of("fire"), now));
+  ASSERT_TRUE(recorder.finish());
+  std::ifstream file(path, std::ios::binary);
+  McapReader reader(file);
+  ASSERT_EQ(reader.open(), "");
+  McapMessage message;
+  ASSERT_TRUE(reader.next(message));
+  const McapSchema* schema = reader.schema(reader.channel(message.channel)->schema);
+  ASSERT_NE(schema, nullptr);
+  google::protobuf::FileDescriptorSet set;
+  ASSERT_TRUE(set.ParseFromString(schema->bytes));
+  google::protobuf::DescriptorPool pool;
+  for (const auto& each : set.file()) ASSERT_NE(pool.BuildFile(each), nullptr);
+  const auto* type = pool.FindMessageTypeByName(schema->name);
+  ASSERT_NE(type, nullptr);
+  google::protobuf::DynamicMessageFactory factory(&pool);
+  const std::unique_ptr<google::protobuf::Message> decoded(factory.GetPrototype(type)->New());
+  ASSERT_TRUE(decoded->ParseFromString(std::string(message.bytes)));
+  const auto* field = type->FindFieldByName("payload");
+  EXPECT_EQ(decoded->GetReflection()->GetString(*decoded, field), "fire");
+}
+
+TEST_F(Recording, AFileThatCannotBeReadIsToldWithItsName) {
+  RecordingReader missing;
+  EXPECT_EQ(missing.open(path), "cannot read " + path + ": No such file or directory");
+  RecordingReader wrong;
+  EXPECT_EQ(wrong.open(folder), "cannot read " + folder + ": it is not a regular file");
+}
+
+}  // namespace
+}  // namespace swarmtalk::recording

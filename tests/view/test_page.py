@@ -1,0 +1,160 @@
+"""The page in a real browser: robots at the right places, and what a person does with it."""
+import contextlib
+import os
+import pathlib
+import time
+
+import browser
+import pytest
+from browser import Browser
+from conftest import wait_for
+
+needs_browser = pytest.mark.skipif(browser.find() is None,
+                                   reason="no chromium: run tools/setup test")
+pytestmark = needs_browser
+PICTURES = os.environ.get("SWARMTALK_PICTURES")  # a folder: pictures of the page are kept there
+
+SHOWN = """(() => { const s = window.swarmtalk && swarmtalk.shown();
+  return s && s.robots.filter(r => r.x !== undefined).map(r => [r.id, r.x, r.y]); })()"""
+
+
+def config(tmp_path, text=""):
+    path = tmp_path / "base.toml"
+    path.write_text("[links.wifi]\nbeacon_ms = 100\n[reserved]\ndebug = true\n" + text)
+    return "--config", path
+
+
+def keep(page, name):
+    if PICTURES:
+        page.picture(pathlib.Path(PICTURES) / name)
+
+
+def shown(page, count, timeout=20.0):
+    """Robots by id, once so many have a place."""
+    deadline = time.monotonic() + timeout
+    while True:
+        robots = page.ask(SHOWN) or []
+        if len(robots) >= count:
+            return {number: (x, y) for number, x, y in robots}
+        assert time.monotonic() < deadline, f"{len(robots)} of {count} robots are shown"
+        time.sleep(0.02)
+
+
+def test_a_browser_shows_robots_cards_channels_and_what_was_before(make_lab, make_view, tmp_path):
+    lab = make_lab(9, *config(tmp_path))
+    view = make_view(lab.socket(1), "--channel", "alarm")
+    with Browser(f"http://localhost:{view.port}/") as page, contextlib.ExitStack() as stack:
+        robots = shown(page, 9)
+        for number, place in robots.items():
+            assert place == pytest.approx(lab.place(number), abs=0.001)
+        # On the map: right of each other where x is larger, higher where y is larger.
+        page.wait_for("Math.abs(swarmtalk.onMap(2)[0] - swarmtalk.onMap(1)[0]) > 50")
+        one, two, four = (page.ask(f"swarmtalk.onMap({number})") for number in (1, 2, 4))
+        assert two[0] > one[0] and four[1] < one[1]
+        flood = lab.start_cli(2, "pub", "alarm", "fire", "--repeat", "0", "--rate", "10")
+        stack.callback(lambda: (flood.kill(), flood.wait()))
+        page.ask("document.querySelector('[data-pane=channels]').click()")
+        page.wait_for("""[...document.querySelectorAll('#channel-list tbody tr')]
+            .find(row => row.textContent.includes('alarm'))?.click() ?? true""")
+        page.wait_for("document.getElementById('messages').textContent.includes('fire')")
+        page.ask("swarmtalk.select(2)")
+        page.wait_for("document.getElementById('card').textContent.includes('0.500, 0.000 m')")
+        # What is not known is called unknown.
+        assert "unknown" in page.ask("document.getElementById('card').textContent")
+        keep(page, "channels.png")
+        lab.kill(3)
+        page.wait_for("swarmtalk.isGreyed(3)", 6.0)
+        assert not page.ask("swarmtalk.isGreyed(2)")
+        # Back to when robot 3 was there.
+        page.ask("""(() => { const back = document.getElementById('back');
+            back.value = -4; back.oninput(); })()""")
+        assert not page.ask("swarmtalk.isGreyed(3)")
+        assert "4.0 s ago" in page.ask("document.getElementById('when').textContent")
+        page.ask("swarmtalk.setPaused(false)")
+        assert page.ask("document.getElementById('when').textContent") == "live"
+        assert page.ask("swarmtalk.isGreyed(3)")
+        lab.kill(1)
+        page.wait_for("document.getElementById('state').textContent.includes('has gone')")
+
+
+def test_messages_are_decoded_as_struct_does(make_lab, make_view):
+    view = make_view(make_lab(1).socket(1))
+    with Browser(f"http://localhost:{view.port}/") as page:
+        page.wait_for("window.swarmtalk !== undefined")
+        for form, data, expected in (
+                ("<ffi", "0000803f000000bf07000000", "1  -0.5  7"),
+                (">Hb", "0102ff", "258  -1"),
+                ("bh", "01000200", "1  2"),  # native: with padding
+                ("<bh", "010200", "1  2"),
+                ("<3s?", "616263ff", '"abc"  true'),
+                ("<q", "ffffffffffffffff", "-1"),
+                ("<e", "003c", "1"),
+                ("<f", "00", "1 bytes, the format takes 4"),
+                ("<z", "00", "there is no 'z' in a format"),
+                ("f f", "0000803f0000803f", "1  1")):
+            assert page.ask(f"swarmtalk.unpack({form!r}, swarmtalk.fromHex({data!r}))") == expected
+
+
+def test_what_robots_say_is_text_and_never_markup(make_lab, make_view, tmp_path):
+    lab = make_lab(2, *config(tmp_path))
+    view = make_view(lab.socket(1))
+    evil = "<img src=x onerror=\"document.title='broken'\">"
+    with Browser(f"http://localhost:{view.port}/") as page:
+        shown(page, 1)
+        assert lab.cli(2, "pub", "debug", evil).returncode == 0
+        page.wait_for("document.getElementById('log-lines').textContent.includes('onerror')")
+        assert page.ask("document.querySelectorAll('#log-lines img').length") == 0
+        assert page.ask("document.title") == "SwarmTalk"
+
+
+def test_a_foreign_page_in_the_same_browser_reads_nothing(make_lab, make_view):
+    lab = make_lab(1)
+    view, other = make_view(lab.socket(1)), make_view(lab.socket(1))
+    with Browser(f"http://localhost:{other.port}/") as page:
+        page.wait_for("window.swarmtalk !== undefined")
+        page.call("Page.setBypassCSP", enabled=True)  # a foreign page has no policy of ours
+        page.call("Page.navigate", url=f"http://localhost:{other.port}/?again")
+        page.wait_for("window.swarmtalk !== undefined && location.search === '?again'")
+        heard = page.ask(f"""new Promise(done => {{
+            const socket = new WebSocket('ws://localhost:{view.port}/', 'swarmtalk.view.v1');
+            socket.onmessage = () => done('a message');
+            socket.onerror = () => done('an error');
+        }})""")
+        assert heard == "an error"
+        read = page.ask(f"""fetch('http://localhost:{view.port}/').then(
+            answer => answer.text(), () => 'an error')""")
+        assert read == "an error"
+
+
+@pytest.mark.long
+def test_thirty_six_robots_are_there_within_three_seconds(make_lab, make_view, tmp_path):
+    lab = make_lab(36, *config(tmp_path))
+    talking = [lab.start_cli(number, "pub", "state", "x" * 20, "--repeat", "0", "--rate", "10")
+               for number in range(2, 37)]
+    try:
+        view = make_view(lab.socket(1), "--channel", "state")
+        with Browser(f"http://localhost:{view.port}/", 1440, 900) as page:
+            page.wait_for("window.swarmtalk !== undefined")
+            start = time.monotonic()
+            robots = shown(page, 36)
+            took = time.monotonic() - start
+            print(f"36 robots shown after {took:.2f} s")
+            assert took < 3.0
+            for number, place in robots.items():
+                assert place == pytest.approx(lab.place(number), abs=0.001)
+            start, cpu_s = time.monotonic(), view.cpu_seconds()
+            wait_for(lambda: time.monotonic() - start > 5, what="five seconds")
+            used = (view.cpu_seconds() - cpu_s) / (time.monotonic() - start)
+            print(f"36 robots at 10 Hz with one viewer: {used * 100:.1f} % of a core")
+            assert used < 0.5
+            lab.kill(20)
+            start = time.monotonic()
+            page.wait_for("swarmtalk.isGreyed(20)", 6.0)
+            assert time.monotonic() - start < 4.0
+            # Loss on one wire that drops nothing.
+            wait_for(lambda: page.ask("swarmtalk.shown().links.length") >= 34, what="links")
+            keep(page, "map36.png")
+    finally:
+        for process in talking:
+            process.kill()
+            process.wait()

@@ -1,0 +1,133 @@
+#include "usage/usage.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <sstream>
+#include <string_view>
+
+#include "usage/terminal.hpp"
+
+namespace swarmtalk::usage {
+namespace {
+
+constexpr std::size_t kUsualColumns = 80;
+constexpr std::size_t kNarrow = 72;  // then descriptions begin on a line of their own
+constexpr std::size_t kNarrowIndent = 4;
+
+std::size_t help_columns() {
+  const std::size_t told = columns(STDOUT_FILENO);
+  return told == 0 ? kUsualColumns : std::min<std::size_t>(told, 100);
+}
+
+class Formatter : public CLI::Formatter {
+ public:
+  Formatter() { column_width(help_columns() < kNarrow ? kNarrowIndent : 30); }
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    return wrapped(CLI::Formatter::make_help(app, std::move(name), mode), help_columns());
+  }
+};
+
+/// Where the further lines of a long one begin: below the description in its second column.
+std::size_t indent_of(const std::string& line) {
+  const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
+  const std::size_t gap = first == 0 ? std::string::npos : line.find("  ", first);
+  if (gap == std::string::npos) return first;
+  return std::min(line.find_first_not_of(' ', gap), line.size());
+}
+
+void wrap(const std::string& line, std::size_t columns, std::string& text) {
+  std::size_t indent = indent_of(line);
+  if (indent + 15 > columns) indent = kNarrowIndent;
+  std::string rest = line;
+  while (rest.size() > columns) {
+    const std::size_t begin = std::max(rest.find_first_not_of(' '), indent);
+    std::size_t cut = rest.rfind(' ', columns);
+    if (cut == std::string::npos || cut <= begin) cut = rest.find(' ', columns);
+    if (cut == std::string::npos) break;  // one long word
+    const std::size_t next = rest.find_first_not_of(' ', cut);
+    text += rest.substr(0, rest.find_last_not_of(' ', cut) + 1) + "\n";
+    if (next == std::string::npos) return;
+    rest = std::string(indent, ' ') + rest.substr(next);
+  }
+  text += rest + "\n";
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t columns) {
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() > columns) {
+      wrap(line, columns, result);
+    } else {
+      result += line + "\n";
+    }
+  }
+  return result;
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+  std::string found;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 4) + 1;
+  for (const std::string& each : known) {
+    const std::size_t distance = edit_distance(word, each);
+    if (distance >= least || distance >= each.size()) continue;
+    least = distance;
+    found = each;
+  }
+  return found;
+}
+
+void prepare(CLI::App& app, const std::string& version) {
+  app.formatter(std::make_shared<Formatter>());
+  app.set_version_flag("-V,--version", version);
+  app.add_flag_callback("--describe",
+                        [&app] {
+                          std::printf("%s\n", describe(app).c_str());
+                          throw CLI::Success();
+                        })
+      ->group("");  // hidden
+}
+
+void add_help_command(CLI::App& app) {
+  auto* help = app.add_subcommand("help", "Print the help of the program, or of a command");
+  auto words = std::make_shared<std::vector<std::string>>();
+  help->add_option("COMMAND", *words, "as in: help sub");
+  help->callback([&app, words] {
+    const CLI::App* command = &app;
+    std::string name = app.get_name();
+    for (const std::string& word : *words) {
+      try {
+        command = command->get_subcommand(word);
+      } catch (const CLI::OptionNotFound&) {
+        throw CLI::ExtrasError(name, {word});
+      }
+      name += " " + command->get_name();
+    }
+    const auto formatter = command->get_formatter();
+    std::printf("%s", formatter->make_help(command, name, CLI::AppFormatMode::Normal).c_str());
+    throw CLI::Success();
+  });
+}
+
+}  // namespace swarmtalk::usage

@@ -1,0 +1,28 @@
+// What the command lines of all our programs have in common: help that fits the terminal, `-V`, the
+// verb `help`, and a hidden option from which manual pages and completions are made
+// (tools/make_pages.py).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::usage {
+
+/// Called once, before the subcommands are added.
+/// @param version  what --version prints
+void prepare(CLI::App& app, const std::string& version);
+
+/// `help [COMMAND...]`: the same as COMMAND --help. Called behind the other subcommands.
+void add_help_command(CLI::App& app);
+
+/// The options and subcommands of a program, as JSON for tools/make_pages.py.
+std::string describe(const CLI::App& app);
+
+/// Text of a help page in lines of at most `columns` characters; what is indented stays so.
+std::string wrapped(const std::string& text, std::size_t columns);
+
+/// The word that is most like `word`; empty when none is near.
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace swarmtalk::usage

@@ -1,0 +1,79 @@
+#include "view/access.hpp"
+
+#include <algorithm>
+
+namespace swarmtalk::view {
+namespace {
+
+constexpr std::string_view kBearer = "Bearer ";
+
+bool is_local_name(std::string_view name) {
+  return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
+}
+
+/// "localhost:8080" is this machine at our port; another port is another server's page.
+bool is_own_host(std::string_view host, std::uint16_t port) {
+  const std::string ending = ":" + std::to_string(port);
+  if (host.ends_with(ending)) return is_local_name(host.substr(0, host.size() - ending.size()));
+  return port == 80 && is_local_name(host);
+}
+
+bool has_token(const AccessRules& rules, const Visitor& visitor) {
+  if (rules.token.empty()) return false;
+  if (is_equal_secret(query_value(visitor.target, "token"), rules.token)) return true;
+  return visitor.authorization.starts_with(kBearer) &&
+         is_equal_secret(visitor.authorization.substr(kBearer.size()), rules.token);
+}
+
+bool is_origin_good(const AccessRules& rules, const Visitor& visitor) {
+  if (visitor.origin.empty()) return true;
+  if (visitor.origin == "http://" + std::string(visitor.host)) return true;
+  const auto& allowed = rules.allowed_origins;
+  return std::find(allowed.begin(), allowed.end(), visitor.origin) != allowed.end();
+}
+
+}  // namespace
+
+bool is_equal_secret(std::string_view one, std::string_view other) {
+  if (one.size() != other.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    difference |= static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]);
+  }
+  return difference == 0;
+}
+
+std::string_view query_value(std::string_view target, std::string_view name) {
+  const auto question = target.find('?');
+  if (question == std::string_view::npos) return {};
+  std::string_view rest = target.substr(question + 1);
+  while (!rest.empty()) {
+    const auto end = rest.find('&');
+    const std::string_view pair = rest.substr(0, end);
+    const auto equal = pair.find('=');
+    if (equal != std::string_view::npos && pair.substr(0, equal) == name) {
+      return pair.substr(equal + 1);
+    }
+    if (end == std::string_view::npos) break;
+    rest.remove_prefix(end + 1);
+  }
+  return {};
+}
+
+std::string refusal(const AccessRules& rules, const Visitor& visitor) {
+  const bool is_known = has_token(rules, visitor);
+  if (!visitor.is_this_machine && !is_known) {
+    return "a token is needed from another machine: open the address that swarmtalk-view printed";
+  }
+  if (!is_known && !is_own_host(visitor.host, rules.port)) {
+    return "the address must name this machine: open http://localhost:" +
+           std::to_string(rules.port) + "/";
+  }
+  if (!is_origin_good(rules, visitor)) {
+    return "a page from elsewhere may not look: start swarmtalk-view with --allow-origin and the "
+           "page's origin";
+  }
+  return {};
+}
+
+}  // namespace swarmtalk::view

@@ -1,0 +1,173 @@
+#include "view/foxglove_viewer.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "view/foxglove_scene.hpp"
+
+namespace swarmtalk::view {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr char kMessageData = 1;  // opcode of the protocol
+constexpr int kWarning = 1;       // levels of a status
+constexpr int kError = 2;
+
+template <typename Unsigned>
+void append_little_endian(std::string& bytes, Unsigned value) {
+  for (std::size_t i = 0; i < sizeof(Unsigned); ++i) {
+    bytes.push_back(static_cast<char>(value >> (8 * i) & 0xFF));
+  }
+}
+
+Outgoing message_data(std::uint32_t subscription, const std::string& payload) {
+  std::string bytes(1, kMessageData);
+  append_little_endian(bytes, subscription);
+  append_little_endian(bytes, wall_ns());
+  bytes += payload;
+  return {std::make_shared<const std::string>(std::move(bytes)), true};
+}
+
+std::string base64(const std::string& bytes) {
+  static constexpr char kLetters[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto byte = i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
+      group = group << 8 | byte;
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text.push_back(i + k <= bytes.size() ? kLetters[group >> (18 - 6 * k) & 63] : '=');
+    }
+  }
+  return text;
+}
+
+std::string status_json(int level, const std::string& text) {
+  return Json{{"op", "status"}, {"level", level}, {"message", text}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void FoxgloveViewer::begin() {
+  tell(Json{{"op", "serverInfo"},
+            {"name", "swarmtalk-view"},
+            {"capabilities", Json::array()},
+            {"metadata", Json::object()}}
+           .dump());
+  Json channels = Json::array();
+  for (std::size_t i = 0; i < kTopics; ++i) {
+    const TopicDescription& each = topics()[i];
+    channels.push_back({{"id", i + 1},
+                        {"topic", each.topic},
+                        {"encoding", "protobuf"},
+                        {"schemaName", each.schema},
+                        {"schemaEncoding", "protobuf"},
+                        {"schema", base64(each.descriptor)}});
+  }
+  tell(Json{{"op", "advertise"}, {"channels", channels}}.dump());
+}
+
+void FoxgloveViewer::tell(std::string json) {
+  queue.put_event({std::make_shared<const std::string>(std::move(json)), false});
+  wake();
+}
+
+void FoxgloveViewer::refuse(const std::string& why) {
+  if (++bad_requests_ >= kMostBadRequests) return leave("too many bad requests; the last: " + why);
+  tell(status_json(kError, why));
+}
+
+void FoxgloveViewer::on_binary(std::string_view /*bytes*/) {
+  refuse("swarmtalk-view only shows: it takes no messages of a client");
+}
+
+void FoxgloveViewer::on_text(std::string_view text) {
+  const std::string why = answer(text);
+  if (!why.empty()) refuse(why);
+}
+
+std::string FoxgloveViewer::answer(std::string_view text) {
+  const Json request = Json::parse(text, nullptr, false);
+  if (!request.is_object() || !request.contains("op")) return "a request is a JSON object with op";
+  const Json& op = request["op"];
+  const auto list = [&](const char* name) {
+    const auto found = request.find(name);
+    return found != request.end() && found->is_array() ? *found : Json();
+  };
+  if (op == "subscribe") {
+    for (const Json& each : list("subscriptions")) {
+      const Json id = each.is_object() ? each.value("id", Json()) : Json();
+      const Json channel = each.is_object() ? each.value("channelId", Json()) : Json();
+      if (!id.is_number_unsigned() || !channel.is_number_unsigned()) {
+        return "a subscription has id and channelId";
+      }
+      const std::string why = subscribe(id.get<std::uint64_t>(), channel.get<std::uint64_t>());
+      if (!why.empty()) return why;
+    }
+    return {};
+  }
+  if (op == "unsubscribe") {
+    for (const Json& each : list("subscriptionIds")) {
+      for (auto& held : subscriptions_) {
+        if (held && each == held->id) held.reset();
+      }
+    }
+    return {};
+  }
+  return "swarmtalk-view only shows: it takes subscribe and unsubscribe";
+}
+
+std::string FoxgloveViewer::subscribe(std::uint64_t id, std::uint64_t channel) {
+  if (channel < 1 || channel > kTopics || id > UINT32_MAX) return "there is no such channel";
+  const auto is_same = [&](const auto& held) { return held && held->id == id; };
+  if (std::any_of(subscriptions_.begin(), subscriptions_.end(), is_same)) {
+    return "this subscription id is in use";
+  }
+  const auto free = std::find(subscriptions_.begin(), subscriptions_.end(), std::nullopt);
+  if (free == subscriptions_.end()) {
+    return "at most " + std::to_string(kMostSubscriptions) + " subscriptions are open at a time";
+  }
+  *free = Subscription{static_cast<std::uint32_t>(id), static_cast<std::size_t>(channel - 1)};
+  if (static_cast<Topic>(channel - 1) == Topic::kLog) {
+    for (const LogLine& line : observer_.traffic().lines()) {
+      queue.put_event(message_data((*free)->id, encode_log(line, wall_ns())));
+    }
+    wake();
+  }
+  return {};
+}
+
+bool FoxgloveViewer::wants_pictures() const {
+  return std::any_of(subscriptions_.begin(), subscriptions_.end(),
+                     [](const auto& held) { return held && held->topic < kStateTopics; });
+}
+
+// Each subscription has a place of its own in the queue, so that a large topic never crowds out a
+// small one.
+void FoxgloveViewer::show(const Scene& scene) {
+  for (std::size_t i = 0; i < subscriptions_.size(); ++i) {
+    if (!subscriptions_[i]) continue;
+    const auto& picture = scene.pictures[subscriptions_[i]->topic];
+    if (picture) queue.put_state(i, message_data(subscriptions_[i]->id, *picture));
+  }
+  if (!scene.info || queue.events_dropped() == told_dropped_) return;
+  told_dropped_ = queue.events_dropped();
+  tell(status_json(kWarning, std::to_string(told_dropped_) + " log lines were dropped: this viewer "
+                                                             "reads too slowly"));
+}
+
+void FoxgloveViewer::on_line(const LogLine& line) {
+  for (const auto& held : subscriptions_) {
+    if (!held || static_cast<Topic>(held->topic) != Topic::kLog) continue;
+    queue.put_event(message_data(held->id, encode_log(line, wall_ns())));
+    wake();
+  }
+}
+
+}  // namespace swarmtalk::view

@@ -1,0 +1,162 @@
+// swarmtalk-view: a live map of the swarm in a browser.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "usage/usage.hpp"
+#include "view/observer.hpp"
+#include "view/server.hpp"
+#include "view/stage.hpp"
+
+namespace swarmtalk::view {
+namespace {
+
+constexpr const char* kFooter = R"(The socket is --socket PATH, else $SWARMTALK_SOCKET, else
+/run/swarmtalk/swarmtalkd.sock. When the daemon ends, swarmtalk-view waits for the next one.
+Exit codes: 1 failed, as when the port is in use; 2 wrong usage; 3 the daemon cannot be reached
+at the start; 128+N ended by signal N.)";
+constexpr int kExitFailure = 1;
+constexpr int kExitUsage = 2;
+constexpr int kExitNoDaemon = 3;
+constexpr int kExitSignal = 128;
+constexpr std::size_t kLeastTokenBytes = 8;
+
+struct Arguments {
+  ObserverOptions observer;
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8080;
+  std::string token_file;
+  std::vector<std::string> origins;
+  bool may_operate = false;
+};
+
+int fail(const std::string& text, int exit_code) {
+  std::fprintf(stderr, "swarmtalk-view: %s\n", text.c_str());
+  return exit_code;
+}
+
+std::string read_token(const std::string& path) {
+  std::ifstream file(path);
+  std::string token;
+  if (!file || !std::getline(file, token)) {
+    throw std::runtime_error("cannot read a token from " + path +
+                             ": write one into its first line");
+  }
+  const auto is_good = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+  };
+  if (token.size() < kLeastTokenBytes || !std::all_of(token.begin(), token.end(), is_good)) {
+    throw std::runtime_error("the token in " + path + " must have at least " +
+                             std::to_string(kLeastTokenBytes) +
+                             " characters, of letters, digits and - _ . only");
+  }
+  return token;
+}
+
+std::string random_token() {
+  static constexpr char kLetters[] = "abcdefghijkmnpqrstuvwxyz23456789";  // 32, none alike
+  std::random_device random;
+  std::string token;
+  for (int i = 0; i < 24; ++i) token.push_back(kLetters[random() % 32]);
+  return token;
+}
+
+void tell_address(const Server& server, const std::string& address) {
+  const std::string port = std::to_string(server.rules().port);
+  std::string line = "swarmtalk-view: http://localhost:" + port + "/";
+  if (!server.is_local_only()) {
+    const bool is_any = address == "0.0.0.0" || address == "::";
+    const bool is_v6 = address.find(':') != std::string::npos;
+    const std::string host = is_any ? "THIS-MACHINE" : is_v6 ? "[" + address + "]" : address;
+    line +=
+        "   from other machines: http://" + host + ":" + port + "/?token=" + server.rules().token;
+  }
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+int serve(const Arguments& arguments) {
+  boost::asio::io_context io{1};
+  int signal_number = 0;
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  signals.async_wait([&](const boost::system::error_code& error, int number) {
+    if (error) return;
+    signal_number = number;
+    io.stop();
+  });
+  Observer observer(io, arguments.observer);
+  if (const Status status = observer.start(); !status) {
+    return fail(std::string(status.text()), kExitNoDaemon);
+  }
+  Stage stage(io, observer, arguments.may_operate);
+  AccessRules rules;
+  rules.port = arguments.port;
+  rules.allowed_origins = arguments.origins;
+  if (!arguments.token_file.empty()) rules.token = read_token(arguments.token_file);
+  const bool is_local = boost::asio::ip::make_address(arguments.address).is_loopback();
+  if (!is_local && rules.token.empty()) rules.token = random_token();
+  Server server(io, arguments.address, rules, stage);
+  tell_address(server, arguments.address);
+  io.run();
+  server.stop();
+  io.restart();
+  io.poll();  // what was under way ends, while what it refers to is there
+  return kExitSignal + signal_number;
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"Shows the swarm in a browser: a live map, channels, messages and log lines."};
+  app.footer(kFooter);
+  usage::prepare(app, "swarmtalk-view " SWARMTALK_VERSION);
+  app.add_option("--socket", arguments.observer.socket_path, "of the daemon");
+  app.add_option("--listen", arguments.address,
+                 "address to listen on; other than this machine's own, a token is needed")
+      ->capture_default_str();
+  app.add_option("--port", arguments.port, "0: any that is free")->capture_default_str();
+  app.add_option("--token-file", arguments.token_file,
+                 "file with the token; default: a new one at each start");
+  app.add_option(
+         "--allow-origin", arguments.origins,
+         "a page from elsewhere that may look, as http://lab:8081; more than one may follow")
+      ->take_all();
+  app.add_option("--channel", arguments.observer.channels,
+                 "a channel to listen to, besides those that programs of this robot use")
+      ->take_all();
+  app.add_flag("--operate", arguments.may_operate, "whoever looks may also send messages");
+  try {
+    app.parse(argc, argv);
+    boost::system::error_code error;
+    boost::asio::ip::make_address(arguments.address, error);
+    if (error) {
+      return fail("--listen takes an address of this machine, such as 127.0.0.1 or 0.0.0.0, not " +
+                      arguments.address,
+                  kExitUsage);
+    }
+    return serve(arguments);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return fail(std::string(error.what()) + "; see swarmtalk-view --help", kExitUsage);
+  } catch (const std::exception& error) {
+    return fail(error.what(), kExitFailure);
+  }
+}
+
+}  // namespace
+}  // namespace swarmtalk::view
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  return swarmtalk::view::run(argc, argv);
+}

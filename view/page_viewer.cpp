@@ -1,0 +1,111 @@
+#include "view/page_viewer.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "view/swarm_json.hpp"
+
+namespace swarmtalk::view {
+namespace {
+
+using Json = nlohmann::json;
+
+enum StateKind : std::size_t { kState, kInfo, kCard, kDropped };
+
+Outgoing text(std::string json) {
+  return {std::make_shared<const std::string>(std::move(json)), false};
+}
+
+/// A channel as the page names it: text, or a number.
+std::string channel_name(const Json& request) {
+  const auto found = request.find("channel");
+  if (found == request.end()) return {};
+  if (found->is_number_unsigned()) return std::to_string(found->get<std::uint64_t>());
+  return found->is_string() ? found->get<std::string>() : std::string();
+}
+
+}  // namespace
+
+void PageViewer::begin() {
+  tell(hello_json(may_operate_));
+  const Time now = Clock::now();
+  for (const LogLine& line : observer_.traffic().lines()) tell(line_json(line, now));
+}
+
+void PageViewer::tell(std::string json) {
+  queue.put_event(text(std::move(json)));
+  wake();
+}
+
+void PageViewer::on_text(std::string_view bytes) {
+  const std::string why = answer(bytes);
+  if (!why.empty()) refuse(why);
+}
+
+void PageViewer::on_binary(std::string_view /*bytes*/) {
+  refuse("requests are JSON texts, not binary");
+}
+
+void PageViewer::refuse(const std::string& why) {
+  if (++bad_requests_ >= kMostBadRequests) return leave("too many bad requests; the last: " + why);
+  tell(notice_json(why));
+}
+
+/// @return why not; empty: done
+std::string PageViewer::answer(std::string_view bytes) {
+  const Json request = Json::parse(bytes, nullptr, false);
+  if (!request.is_object()) return "a request is a JSON object with \"op\"";
+  const auto op = request.find("op");
+  if (op == request.end() || !op->is_string()) return "a request is a JSON object with \"op\"";
+  if (*op == "unwatch") {
+    watched_.reset();
+    return {};
+  }
+  if (*op == "card") {
+    const auto robot = request.find("robot");
+    const bool is_good = robot != request.end() && robot->is_number_unsigned() &&
+                         robot->get<std::uint64_t>() <= UINT16_MAX;
+    if (!is_good) return "\"card\" takes \"robot\", a node id; 0: none";
+    card_ = robot->get<std::uint32_t>();
+    if (card_ != 0) observer_.want_details(card_);
+    return {};
+  }
+  const std::string channel = channel_name(request);
+  if (*op == "watch") {
+    if (channel.empty()) return "\"watch\" takes \"channel\", a name or a number";
+    watched_ = observer_.listen(channel);
+    return watched_ ? "" : "channel " + channel.substr(0, 80) + " cannot be listened to";
+  }
+  if (*op == "publish") {
+    if (!may_operate_) return "this viewer only looks: start swarmtalk-view with --operate";
+    const auto payload = request.find("text");
+    if (channel.empty() || payload == request.end() || !payload->is_string()) {
+      return "\"publish\" takes \"channel\" and \"text\"";
+    }
+    const Status sent = observer_.publish(channel, payload->get<std::string>());
+    tell(notice_json(sent ? "sent on channel " + channel : std::string(sent.text())));
+    return {};
+  }
+  return "there is no request of that name";
+}
+
+void PageViewer::show(const Scene& scene) {
+  queue.put_state(kState, {scene.state, false});
+  if (!scene.info) return;
+  queue.put_state(kInfo, {scene.info, false});
+  if (card_ != 0) queue.put_state(kCard, text(card_json(observer_.swarm(), card_, scene.now)));
+  const std::uint64_t dropped = queue.events_dropped() + queue.states_replaced();
+  if (dropped == told_dropped_) return;
+  told_dropped_ = dropped;
+  queue.put_state(kDropped, text(dropped_json(queue.events_dropped(), queue.states_replaced())));
+}
+
+void PageViewer::on_message(const HeardMessage& message) {
+  if (watched_ == message.channel) tell(message_json(message));
+}
+
+void PageViewer::on_line(const LogLine& line) {
+  tell(line_json(line, Clock::now()));
+}
+
+}  // namespace swarmtalk::view

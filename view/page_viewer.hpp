@@ -1,0 +1,38 @@
+// PageViewer: the conversation with our own page. It is told states and events as JSON, and asks
+// for little: which channel's messages it wants, whose card is open, and, where allowed, to send.
+#pragma once
+
+#include <optional>
+
+#include "view/viewer.hpp"
+
+namespace swarmtalk::view {
+
+class PageViewer final : public Viewer {
+ public:
+  static constexpr unsigned kMostBadRequests = 16;  // then the connection is closed
+
+  PageViewer(Observer& observer, bool may_operate)
+      : observer_(observer), may_operate_(may_operate) {}
+
+  void begin() override;
+  void on_text(std::string_view text) override;
+  void on_binary(std::string_view bytes) override;
+  void show(const Scene& scene) override;
+  void on_message(const HeardMessage& message) override;
+  void on_line(const LogLine& line) override;
+
+ private:
+  std::string answer(std::string_view text);
+  void tell(std::string json);
+  void refuse(const std::string& why);
+
+  Observer& observer_;
+  bool may_operate_;
+  std::optional<std::uint16_t> watched_;  // channel whose messages are shown
+  std::uint32_t card_ = 0;                // robot whose card is open; 0: none
+  std::uint64_t told_dropped_ = 0;
+  unsigned bad_requests_ = 0;
+};
+
+}  // namespace swarmtalk::view
