@@ -1,6 +1,7 @@
 #include "client_lib/greeting.hpp"
 
 #include "client_lib/convert.hpp"
+#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 #include "text/utf8.hpp"
 

@@ -21,8 +21,10 @@ def configure(folder: pathlib.Path, compiler: str, joins: str) -> list[dict]:
                     "-DSWARMTALK_BENCHMARKS=ON", f"-DSWARMTALK_JOIN_SOURCES={joins}",
                     f"-DCMAKE_CXX_COMPILER={compiler}",
                     f"-DCMAKE_C_COMPILER={c_compiler}"], check=True, capture_output=True)
-    subprocess.run(["ninja", "-C", folder, "swarmtalk_ipc_generated"], check=True,
-                   capture_output=True)
+    made = subprocess.run(["ninja", "-C", folder, "-t", "targets", "rule", "CUSTOM_COMMAND"],
+                          check=True, capture_output=True, text=True).stdout.split()
+    sources = [name for name in made if name.endswith((".h", ".hpp", ".cc", ".cpp"))]
+    subprocess.run(["ninja", "-C", folder, *sources], check=True, capture_output=True)
     return json.loads((folder / "compile_commands.json").read_text())
 
 

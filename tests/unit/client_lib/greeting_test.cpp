@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "client_lib/backoff.hpp"
+#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::client {

@@ -221,7 +221,7 @@ TEST(Freshness, FramesThatWaitedInTheKernelAreJudgedByItsStamp) {
 }
 
 TEST(Freshness, OneOfAHundredThatRestartsIsBelievedByAllWithinASecond) {
-  for (const std::uint64_t loss : {0, 20}) {
+  for (const std::uint64_t loss : {0u, 20u}) {
     Swarm swarm(100, 5, kSeed);
     swarm.loss_permille = loss;
     swarm.run_until(6000);
