@@ -6,8 +6,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "cli/commands.hpp"
-#include "cli/hex.hpp"
+#include "cli/common/commands.hpp"
+#include "cli/text/hex.hpp"
 
 namespace swarmtalk::cli {
 namespace {

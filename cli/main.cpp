@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 
-#include "cli/checks.hpp"
-#include "cli/commands.hpp"
-#include "cli/kilobot.hpp"
-#include "cli/looking.hpp"
-#include "cli/recording.hpp"
+#include "cli/common/checks.hpp"
+#include "cli/common/commands.hpp"
+#include "cli/common/looking.hpp"
+#include "cli/kilobot/kilobot.hpp"
+#include "cli/recording/recording.hpp"
 #include "text/plain.hpp"
 #include "usage/usage.hpp"
 

@@ -1,8 +1,8 @@
 // What `swarmtalk-cli top` and `radar` understand.
 #include <memory>
 
-#include "cli/checks.hpp"
-#include "cli/looking.hpp"
+#include "cli/common/checks.hpp"
+#include "cli/common/looking.hpp"
 
 namespace swarmtalk::cli {
 namespace {

@@ -1,8 +1,8 @@
-#include "cli/format.hpp"
+#include "cli/text/format.hpp"
 
 #include <gtest/gtest.h>
 
-#include "cli/quiet_watch.hpp"
+#include "cli/talk/quiet_watch.hpp"
 
 namespace swarmtalk::cli {
 namespace {

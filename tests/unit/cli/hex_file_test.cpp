@@ -1,4 +1,4 @@
-#include "cli/hex_file.hpp"
+#include "cli/kilobot/hex_file.hpp"
 
 #include <gtest/gtest.h>
 

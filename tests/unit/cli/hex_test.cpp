@@ -1,4 +1,4 @@
-#include "cli/hex.hpp"
+#include "cli/text/hex.hpp"
 
 #include <gtest/gtest.h>
 

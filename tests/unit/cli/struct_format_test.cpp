@@ -1,9 +1,9 @@
 // Expected bytes and values are those of Python 3.11's struct module.
-#include "cli/struct_format.hpp"
+#include "cli/text/struct_format.hpp"
 
 #include <gtest/gtest.h>
 
-#include "cli/hex.hpp"
+#include "cli/text/hex.hpp"
 
 namespace swarmtalk::cli {
 namespace {

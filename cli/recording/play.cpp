@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <map>
+
+#include "cli/common/checks.hpp"
+#include "cli/common/commands.hpp"
+#include "cli/common/deadline.hpp"
+#include "cli/recording/recording.hpp"
+#include "recording/recording_reader.hpp"
+
+namespace swarmtalk::cli {
+namespace {
+
+using recording::Record;
+using recording::RecordingReader;
+
+constexpr std::chrono::milliseconds kAskPeriod{200};
+constexpr std::chrono::milliseconds kBusyPause{2};
+
+/// Publishes the messages of one recording, each at its time.
+class Player {
+ public:
+  Player(Client& client, const PlayArguments& arguments) : client_(client), arguments_(arguments) {}
+
+  /// Looks through the recording for the channels that it has, and opens them.
+  /// @return why not, or that there is nothing to play
+  Status prepare(RecordingReader& reader) {
+    Record record;
+    while (reader.next(record)) {
+      if (!wants(record)) continue;
+      ++messages_;
+      bool& is_timestamped = channels_[record.heard.channel()];
+      is_timestamped = is_timestamped || record.heard.has_buffering_delay_us();
+    }
+    if (messages_ == 0) {
+      return Status(StatusCode::kBadArgument,
+                    arguments_.file + " has no messages" +
+                        (arguments_.channels.empty() ? "" : " of these channels"));
+    }
+    for (const auto& [name, is_timestamped] : channels_) {
+      if (is_digits(name) && name.size() > 5) {
+        return Status(StatusCode::kBadChannel, arguments_.file + " names a channel " + name +
+                                                   "; channel numbers go from 0 to 65535");
+      }
+      ChannelOptions options;
+      options.ttl = arguments_.ttl;
+      if (is_timestamped) options.timestamped = true;
+      const auto sent = [this](const Status& status) {
+        --waiting_;
+        if (!status) note(status);
+      };
+      Publisher publisher = open_channel(client_, name, options).publisher(sent, Sending());
+      if (!publisher.status()) return publisher.status();
+      publishers_.emplace(name, std::move(publisher));
+    }
+    return Status();
+  }
+
+  /// Until somebody is there. @return false: a signal came first
+  bool wait_for_listener() {
+    for (;;) {
+      if (caught_signal() != 0) return false;
+      std::vector<Neighbour> neighbours;
+      DaemonStatus daemon;
+      if (client_.get_neighbours(neighbours) && !neighbours.empty()) return true;
+      if (client_.get_status(daemon)) {
+        for (const ChannelStatus& channel : daemon.channels) {
+          const bool is_ours = publishers_.contains(channel.name) ||
+                               publishers_.contains(std::to_string(channel.number));
+          if (is_ours && channel.subscribers > 0) return true;
+        }
+      }
+      client_.run_for(kAskPeriod);
+    }
+  }
+
+  /// Once through. @return false: a signal came, or it cannot go on
+  bool play(RecordingReader& reader) {
+    Record record;
+    std::optional<std::uint64_t> first_ns;
+    const auto start = Clock::now();
+    while (reader.next(record)) {
+      if (!wants(record)) continue;
+      if (!first_ns) first_ns = record.time_ns;
+      const auto offset_ns =
+          static_cast<double>(record.time_ns - std::min(*first_ns, record.time_ns));
+      const auto due = after(start, seconds(offset_ns / 1e9 / arguments_.rate));
+      if (!run_until(due) || !publish(record)) return false;
+    }
+    return true;
+  }
+
+  /// Waits until what was handed over has left, at most 5 s.
+  void drain() {
+    const auto end = Clock::now() + std::chrono::seconds(5);
+    while (waiting_ > 0 && caught_signal() == 0 && Clock::now() < end) {
+      client_.run_once(end - Clock::now());
+    }
+    not_sent_ += waiting_;
+  }
+
+  std::uint64_t played() const { return played_; }
+  std::uint64_t not_sent() const { return not_sent_; }
+  const Status& failure() const { return failure_; }
+
+ private:
+  bool wants(const Record& record) const {
+    if (record.kind != Record::Kind::kHeard) return false;
+    const auto& chosen = arguments_.channels;
+    const std::string number = std::to_string(record.heard.channel_number());
+    return chosen.empty() ||
+           std::any_of(chosen.begin(), chosen.end(), [&](const std::string& word) {
+             return word == record.heard.channel() || word == number;
+           });
+  }
+
+  bool run_until(Clock::time_point due) {
+    while (caught_signal() == 0 && Clock::now() < due) client_.run_once(due - Clock::now());
+    return caught_signal() == 0;
+  }
+
+  /// Hands one message over; waits while the channel's queue is full. Nothing is left out.
+  bool publish(const Record& record) {
+    Publisher& publisher = publishers_[record.heard.channel()];
+    for (;;) {
+      const Status status = publisher.send(record.heard.payload());
+      if (status.ok()) {
+        ++waiting_;
+        ++played_;
+        return true;
+      }
+      const bool may_wait = status.code() == StatusCode::kBusy ||
+                            status.code() == StatusCode::kDisconnected ||
+                            status.code() == StatusCode::kRate;
+      if (!may_wait) {
+        note(status);
+        return true;
+      }
+      if (!run_until(Clock::now() + kBusyPause)) return false;
+    }
+  }
+
+  void note(const Status& status) {
+    ++not_sent_;
+    if (failure_.ok()) failure_ = status;
+  }
+
+  Client& client_;
+  const PlayArguments& arguments_;
+  std::map<std::string, bool> channels_;  // and whether they are timestamped
+  std::map<std::string, Publisher> publishers_;
+  std::uint64_t messages_ = 0;
+  std::uint64_t played_ = 0;
+  std::uint64_t waiting_ = 0;
+  std::uint64_t not_sent_ = 0;
+  Status failure_;
+};
+
+}  // namespace
+
+int play(const Common& common, const PlayArguments& arguments) {
+  RecordingReader reader;
+  if (const std::string problem = reader.open(arguments.file); !problem.empty()) {
+    return fail(problem);
+  }
+  Client client = make_client(common);
+  if (const Status status = client.connect(); !status) return fail(status);
+  stop_on_signals(client);
+  tell_connection(client);
+  Player player(client, arguments);
+  const Status prepared = player.prepare(reader);
+  if (const std::string problem = reader.problem(); !problem.empty()) {
+    fail(arguments.file + ": " + problem);
+  }
+  if (!prepared) return fail(prepared);
+  bool goes_on = !arguments.waits || player.wait_for_listener();
+  while (goes_on) {
+    reader.rewind();
+    goes_on = player.play(reader) && arguments.is_looping;
+  }
+  player.drain();
+  if (player.not_sent() > 0) {
+    const std::string why(player.failure().ok() ? "they have not left in time"
+                                                : player.failure().text());
+    return fail(std::to_string(player.not_sent()) + " of " + std::to_string(player.played()) +
+                " messages were not sent: " + why);
+  }
+  return caught_signal() == 0 ? kExitOk : kExitSignal + caught_signal();
+}
+
+}  // namespace swarmtalk::cli

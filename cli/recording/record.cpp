@@ -1,0 +1,232 @@
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <memory>
+
+#include "cli/common/commands.hpp"
+#include "cli/common/deadline.hpp"
+#include "cli/common/link_watch.hpp"
+#include "cli/look/all_channels.hpp"
+#include "cli/recording/recording.hpp"
+#include "cli/text/format.hpp"
+#include "recording/recorder.hpp"
+
+namespace swarmtalk::cli {
+namespace {
+
+constexpr std::chrono::seconds kSurveyPeriod{1};
+constexpr const char* kLogChannel = "debug";
+
+/// Where records go: an MCAP file, or lines on standard output.
+class Output {
+ public:
+  std::string open(const RecordArguments& arguments) {
+    if (arguments.is_jsonl) return {};
+    recorder_.emplace();
+    return recorder_->open(arguments.file, "swarmtalk-cli " SWARMTALK_VERSION, arguments.replaces);
+  }
+
+  void heard(const std::string& channel, const Message& message) {
+    const auto at = message.received_at.value_or(Clock::now());
+    if (recorder_) {
+      recorder_->heard(channel, message, at);
+    } else {
+      line("message", at, to_json(channel, message));
+    }
+  }
+  void log_line(const Message& message) {
+    const auto at = message.received_at.value_or(Clock::now());
+    if (recorder_) {
+      recorder_->log_line(message, at);
+    } else {
+      line("log", at, to_json(kLogChannel, message));
+    }
+  }
+  void survey(const DaemonStatus& daemon, const std::vector<Neighbour>& neighbours) {
+    const auto now = Clock::now();
+    if (recorder_) {
+      if (daemon.pose) recorder_->own_pose(daemon.node_id, *daemon.pose, now);
+      for (const Neighbour& each : neighbours) recorder_->neighbour(each, now);
+      for (const ChannelStatus& each : daemon.channels) recorder_->losses(each, now);
+      return;
+    }
+    line("pose", now, {{"node_id", daemon.node_id}, {"pose", to_json(daemon.pose)}});
+    line("neighbours", now, to_json(neighbours));
+    Json channels = Json::array();
+    for (const ChannelStatus& each : daemon.channels) {
+      channels.push_back({{"number", each.number},
+                          {"name", each.name},
+                          {"received", each.received},
+                          {"lost", to_json(each.lost)}});
+    }
+    line("losses", now, {{"channels", channels}});
+  }
+
+  void tick() {
+    if (recorder_) recorder_->tick(Clock::now());
+  }
+  Clock::time_point next() const {
+    return recorder_ ? recorder_->next_close() : Clock::time_point::max();
+  }
+  bool is_good() const { return recorder_ ? recorder_->problem().empty() : written_ == kExitOk; }
+
+  /// Ends the recording. @return the exit code: of a failure that has been told
+  int finish(const std::string& path, const std::string& summary) {
+    if (!recorder_) return written_;
+    recorder_->finish();
+    const auto& writer = recorder_->writer();
+    if (!recorder_->problem().empty()) {
+      return fail(recorder_->problem() +
+                  "; the recording is readable up to its last whole chunk, " +
+                  std::to_string(writer.messages()) + " records, and " +
+                  std::to_string(writer.lost_messages()) + " behind it are lost");
+    }
+    return print(path + ": " + summary + ", " + std::to_string(writer.size_bytes()) + " bytes\n");
+  }
+
+ private:
+  void line(const char* type, Clock::time_point at, const Json& content) {
+    Json json{{"type", type}, {"time_ns", clock_.ns(at)}};
+    json.update(content);
+    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    if (written_ == kExitOk) written_ = print(text);
+  }
+
+  std::optional<recording::Recorder> recorder_;
+  recording::RecordClock clock_;
+  int written_ = kExitOk;
+};
+
+class Recording {
+ public:
+  Recording(Client& client, const Common& common, const RecordArguments& arguments, Output& output)
+      : client_(client), common_(common), arguments_(arguments), output_(output) {}
+
+  /// @return why nothing can be recorded
+  Status start() {
+    const Policy policy = Policy::last(1024);  // also while the disk is slow
+    const auto receive = [this](const std::string& channel, const Message& message) {
+      heard(channel, message);
+    };
+    log_ = client_.subscribe(kLogChannel, policy, [this](const Message& message) {
+      if (!is_enough()) output_.log_line(message);
+    });
+    if (arguments_.channels.empty()) {
+      all_ = std::make_unique<AllChannels>(client_, common_.socket_path, policy, receive);
+      return all_->start();
+    }
+    for (const std::string& word : arguments_.channels) {
+      subscribers_.push_back(
+          open_channel(client_, word, {})
+              .subscriber([receive, word](const Message& m) { receive(word, m); }, policy));
+      if (const Status status = subscribers_.back().status(); !status) return status;
+    }
+    return Status();
+  }
+
+  /// Until its end. @return false: nobody reads our output
+  bool run() {
+    LinkWatch links(client_);
+    const auto end = arguments_.timeout_s > 0 ? after(Clock::now(), seconds(arguments_.timeout_s))
+                                              : Clock::time_point::max();
+    while (!is_enough() && output_.is_good() && caught_signal() == 0 && Clock::now() < end) {
+      links.look();
+      if (all_) all_->look();
+      if (Clock::now() >= next_survey_) survey();
+      output_.tick();
+      auto next = std::min({end, links.next(), next_survey_, output_.next()});
+      if (all_) next = std::min(next, all_->next());
+      if (!wait(next)) return false;
+      client_.process();
+    }
+    return true;
+  }
+
+  std::string summary() const {
+    std::string text = std::to_string(heard_) + " messages on " + std::to_string(names_.size()) +
+                       (names_.size() == 1 ? " channel" : " channels");
+    return lost_ ? text + ", lost " + loss_text(lost_) : text;
+  }
+  bool is_enough() const { return arguments_.count != 0 && heard_ == arguments_.count; }
+  std::uint64_t heard() const { return heard_; }
+
+ private:
+  void heard(const std::string& channel, const Message& message) {
+    if (is_enough() || !output_.is_good()) return;
+    ++heard_;
+    lost_ += message.lost_before;
+    names_.insert(channel);
+    output_.heard(channel, message);
+  }
+
+  void survey() {
+    next_survey_ = Clock::now() + kSurveyPeriod;
+    DaemonStatus daemon;
+    std::vector<Neighbour> neighbours;
+    if (client_.get_status(daemon) && client_.get_neighbours(neighbours)) {
+      output_.survey(daemon, neighbours);
+    }
+  }
+
+  bool wait(Clock::time_point until) const {
+    using std::chrono::milliseconds;
+    const auto left = std::chrono::ceil<milliseconds>(until - Clock::now());
+    const auto wait = std::clamp<milliseconds>(left, milliseconds(0), std::chrono::hours(1));
+    const int out = arguments_.is_jsonl ? STDOUT_FILENO : -1;
+    pollfd descriptors[] = {
+        {client_.fd(), POLLIN, 0}, {all_ ? all_->fd() : -1, POLLIN, 0}, {out, 0, 0}};
+    const int count = ::poll(descriptors, 3, static_cast<int>(wait.count()));
+    return count <= 0 || (descriptors[2].revents & POLLERR) == 0;
+  }
+
+  Client& client_;
+  const Common& common_;
+  const RecordArguments& arguments_;
+  Output& output_;
+  Subscriber log_;
+  std::vector<Subscriber> subscribers_;
+  std::unique_ptr<AllChannels> all_;
+  std::set<std::string> names_;
+  std::uint64_t heard_ = 0;
+  Loss lost_;
+  Clock::time_point next_survey_ = Clock::time_point::min();
+};
+
+}  // namespace
+
+int record(const Common& common, const RecordArguments& arguments) {
+  Client client = make_client(common);
+  if (const Status status = client.connect(); !status) return fail(status);
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on a file's size is told as a full disk is
+  Output output;
+  if (const std::string problem = output.open(arguments); !problem.empty()) return fail(problem);
+  stop_on_signals(client);
+  tell_connection(client);
+  client.on_error([](const Status& status) {
+    if (status.code() != StatusCode::kLinkDown) fail(status.text());  // LinkWatch tells that
+  });
+  Recording recording(client, common, arguments, output);
+  const Status started = recording.start();
+  if (!started) {
+    output.finish(arguments.file, "nothing was recorded");
+    return fail(started);
+  }
+  const bool is_read = recording.run();
+  const int finished = output.finish(arguments.file, recording.summary());
+  if (!is_read) {
+    ::raise(SIGPIPE);  // as a write into the pipe would end
+    return kExitFailure;
+  }
+  if (finished != kExitOk) return finished;
+  if (caught_signal() != 0) return kExitSignal + caught_signal();
+  if (arguments.count != 0 && !recording.is_enough()) {
+    return fail("heard " + std::to_string(recording.heard()) + " of " +
+                    std::to_string(arguments.count) + " messages within the time of -W",
+                kExitTimeout);
+  }
+  return kExitOk;
+}
+
+}  // namespace swarmtalk::cli

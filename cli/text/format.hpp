@@ -1,0 +1,43 @@
+// How things look: lines for people, JSON with stable keys for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <swarmtalk/client.hpp>
+
+#include "cli/text/table.hpp"
+
+namespace swarmtalk::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// Metres or radians, rounded to a millionth so that float noise is not printed; null if unknown.
+Json number(float value);
+Json to_json(const std::optional<Pose>& pose);
+Json to_json(const Loss& loss);
+Json to_json(const std::string& channel, const Message& message);
+Json to_json(const DaemonStatus& status);
+Json to_json(const std::vector<Neighbour>& neighbours);
+
+/// "0.50 m"; "unknown".
+std::string metres(float value);
+/// Degrees for people, whole ones, -180 to 180.
+std::string degrees(float value_rad);
+/// Text in quotes, escaped for a terminal; "hex 00ff" if it is not text; "(empty)".
+std::string payload_text(std::string_view payload);
+std::string to_line(const std::string& channel, const Message& message, const Look& look = {});
+std::string to_line(const Pose& pose);
+/// The robot's own pose and who told it; of one that is too old, how old it is, and the limit.
+std::string pose_text(const DaemonStatus& status);
+/// Several lines.
+std::string to_text(const DaemonStatus& status, const Look& look = {});
+std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look = {});
+/// Where messages are lost: tables of channels and programs, and the counters. Several lines.
+std::string to_stats(const DaemonStatus& status, const Look& look = {});
+/// "2 on the air, 1 in the daemon".
+std::string loss_text(const Loss& loss);
+
+}  // namespace swarmtalk::cli
