@@ -17,18 +17,30 @@ from booted import (ENVIRONMENT, UNIT, Container, make_root, make_wire, needs,  
                     needs_booting, remove_wire)
 
 
-def build_packages(folder):
-    """All packages of debian/control, of what the build folder holds."""
-    done = run(ROOT / "tools/package", "--from", BUILD, folder, timeout=250)
+MADE = BUILD / "tests/packages-of-this-build"
+
+
+def test_packages_are_made():
+    """All packages of debian/control, of what the build folder holds, for the tests below."""
+    needs("dh")
+    shutil.rmtree(MADE, ignore_errors=True)
+    done = run(ROOT / "tools/package", "--from", BUILD, MADE, timeout=800)
     assert done.returncode == 0, done.stdout + done.stderr
-    return {package.name.split("_")[0]: package for package in folder.glob("*.deb")}
+    named = re.findall(r"^Package: (\S+)", (ROOT / "debian/control").read_text(), re.M)
+    assert sorted(made_packages()) == sorted(named)
 
 
-def test_lintian_finds_no_error(tmp_path):
+def made_packages():
+    """The packages by name. ctest makes them first; pytest by itself runs this file in order."""
+    return {package.name.split("_")[0]: package for package in MADE.glob("*.deb")}
+
+
+def test_lintian_finds_no_error():
     needs("lintian", "dh")
-    packages = build_packages(tmp_path)
+    packages = made_packages()
+    assert packages, "run test_packages_are_made first"
     done = run("lintian", "--no-cfg", "--allow-root", "--tag-display-limit=0", *packages.values(),
-               timeout=240)
+               timeout=800)
     found = [line for line in done.stdout.splitlines() if line.startswith(("E:", "W:"))]
     assert not found, "\n".join(found)
 
@@ -57,7 +69,8 @@ client = "debug"
 @pytest.fixture
 def robots(tmp_path, wire):
     needs_booting()
-    packages = build_packages(tmp_path / "packages")
+    packages = made_packages()
+    assert packages, "run test_packages_are_made first"
     roots = [tmp_path / "root1", tmp_path / "root2"]
     make_root(roots[0], [packages["swarmtalkd"], packages["swarmtalk-cli"]])
     done = run("cp", "-a", roots[0], roots[1], timeout=120)
