@@ -7,7 +7,9 @@ import math
 import pathlib
 import sys
 
+import judges
 import metrics
+import run_log
 import scenarios
 
 
@@ -29,10 +31,10 @@ def borders(axes, counts: dict[int, tuple[float, float, int]], colour: str):
                         colors=colour, linewidths=0.8)
 
 
-def gradient_map(axes, log: metrics.Log):
+def gradient_map(axes, log: run_log.Log):
     """Robots in the colours they showed at the judged time, with the borders between hop counts;
     crosses on those that heard of no seed, grey ones had died."""
-    until = log.start_s() + metrics.JUDGED_AT_S
+    until = log.start_s() + judges.JUDGED_AT_S
     shown = {e["robot"]: e["rgb"] for e in log.of("led") if e["t"] <= until * 1e6}
     for robot in log.dead(until):
         shown.pop(robot, None)
@@ -42,10 +44,10 @@ def gradient_map(axes, log: metrics.Log):
     size = 70 * min(1, 36 / len(places))
     for number, colour in ((1, "0.2"), (2, "darkcyan")):
         hops = log.values(f"hops_{number}", until)
-        lost = [i for i, count in hops.items() if count >= metrics.UNREACHED]
+        lost = [i for i, count in hops.items() if count >= judges.UNREACHED]
         axes.scatter([xs[i] for i in lost], [ys[i] for i in lost], marker="x", c="white",
                      s=size / 3, linewidths=0.8, zorder=4)
-        borders(axes, {i: (xs[i], ys[i], h) for i, h in hops.items() if h < metrics.UNREACHED},
+        borders(axes, {i: (xs[i], ys[i], h) for i, h in hops.items() if h < judges.UNREACHED},
                 colour)
     axes.scatter(xs, ys, c=colours, s=size, edgecolors="black", linewidths=0.5 * size / 70,
                  zorder=3, rasterized=len(places) > 1000)
@@ -60,14 +62,14 @@ def gradient_map(axes, log: metrics.Log):
     axes.set_ylabel("y / mm")
 
 
-def flash_series(axes, log: metrics.Log):
+def flash_series(axes, log: run_log.Log):
     """Robots flashing at the same time, over the time since the last robot's start."""
     start = log.start_s()
     changes = collections.Counter()
-    for each in metrics.flashes(log).values():
+    for each in judges.flashes(log).values():
         for time in each:
             changes[round(time - start, 4)] += 1
-            changes[round(time - start + metrics.FLASH_S, 4)] -= 1
+            changes[round(time - start + judges.FLASH_S, 4)] -= 1
     times, counts, now = [0.0], [0], 0
     for time in sorted(changes):
         now += changes[time]
@@ -81,19 +83,19 @@ def flash_series(axes, log: metrics.Log):
     axes.tick_params(labelbottom=False)
 
 
-def flash_phases(axes, log: metrics.Log):
+def flash_phases(axes, log: run_log.Log):
     """When in a period each robot flashes: a band is order, a cloud is none."""
     start = log.start_s()
-    marks = [t - start for each in metrics.flashes(log).values() for t in each if t >= start]
-    axes.plot(marks, [t % metrics.PERIOD_S for t in marks], ".", markersize=1.2, color="C0",
+    marks = [t - start for each in judges.flashes(log).values() for t in each if t >= start]
+    axes.plot(marks, [t % judges.PERIOD_S for t in marks], ".", markersize=1.2, color="C0",
               rasterized=True)
     axes.set_xlim(0, max(marks, default=1))
-    axes.set_ylim(0, metrics.PERIOD_S)
+    axes.set_ylim(0, judges.PERIOD_S)
     axes.set_xlabel("time / s")
     axes.set_ylabel("time in period / s")
 
 
-def paths(axes, log: metrics.Log):
+def paths(axes, log: run_log.Log):
     """Where the middles of the followers went; seeds as large as they are."""
     from matplotlib.patches import Circle
     places = log.scenario["robots"]
@@ -112,12 +114,12 @@ def paths(axes, log: metrics.Log):
     axes.set_ylabel("y / mm")
 
 
-def news_spread(axes, log: metrics.Log):
+def news_spread(axes, log: run_log.Log):
     """Share of all other robots that has heard each of the news, over the time since it was told;
     judged ones only."""
-    told, heard = metrics.news_told_and_heard(log)
+    told, heard = judges.news_told_and_heard(log)
     for key, time in told.items():
-        if time > log.start_s() + metrics.NEWS_JUDGED * (log.end_s() - log.start_s()):
+        if time > log.start_s() + judges.NEWS_JUDGED * (log.end_s() - log.start_s()):
             continue
         times = sorted(t - time for robot, t in heard[key].items() if robot != key[0])
         axes.step([0, *times], [i / (log.robots - 1) for i in range(len(times) + 1)],
@@ -196,7 +198,7 @@ def settings(scenario: dict) -> dict[str, str]:
     return found
 
 
-def columns(logs: list[metrics.Log]) -> dict[str, list[metrics.Log]]:
+def columns(logs: list[run_log.Log]) -> dict[str, list[run_log.Log]]:
     """Runs that differ by nothing but their seed stand together; a column's title tells what makes
     it different from the platform's others."""
     groups = collections.defaultdict(list)
@@ -250,7 +252,7 @@ def table(runs: dict[str, list[dict]]) -> str:
     return "\n".join(lines + ["</table>"])
 
 
-def section(number: int, program: str, logs: dict[str, list[metrics.Log]]) -> str:
+def section(number: int, program: str, logs: dict[str, list[run_log.Log]]) -> str:
     """One program: panels for each column (its first run) and the table of all runs."""
     import matplotlib
     matplotlib.use("svg")
@@ -288,11 +290,11 @@ def write(folder: str, output: str) -> int:
     logs = collections.defaultdict(list)
     for path in sorted(pathlib.Path(folder).glob("*.jsonl")):
         try:
-            log = metrics.Log(str(path))
+            log = run_log.Log(str(path))
             if log.program not in FIGURES:
-                raise metrics.LogError(f"{path}: no program {log.program!r}")
+                raise run_log.LogError(f"{path}: no program {log.program!r}")
             logs[log.program].append(log)
-        except metrics.LogError as error:
+        except run_log.LogError as error:
             print(f"swarmtalk-suite: {error}; left out", file=sys.stderr)
     if not logs:
         raise scenarios.ScenarioError(f"no logs in {folder}; make some with swarmtalk-suite run")

@@ -8,7 +8,10 @@ import pytest
 from test_runner import ROOT, results, suite
 
 sys.path.insert(0, str(ROOT / "suite/runner"))
+import deliveries  # noqa: E402
+import judges  # noqa: E402
 import metrics  # noqa: E402
+import run_log  # noqa: E402
 
 
 def run(folder, program: str, text: str = "", *options) -> dict:
@@ -17,7 +20,7 @@ def run(folder, program: str, text: str = "", *options) -> dict:
     return results(suite(folder, "run", "--scenario", "s.toml", *options))[0]
 
 
-def written(folder, robots: int, events: list[dict], **scenario) -> metrics.Log:
+def written(folder, robots: int, events: list[dict], **scenario) -> run_log.Log:
     """A log made by hand: robots on a line, 50 mm apart, each heard by the next ones."""
     first = {"program": "hop_count", "platform": "sim-kilobot", "seed": 1, "seconds": 12,
              "radio": {"range_mm": 75}, "faults": [],
@@ -25,7 +28,7 @@ def written(folder, robots: int, events: list[dict], **scenario) -> metrics.Log:
     path = folder / "log.jsonl"
     lines = [first | scenario] + events
     path.write_text("".join(json.dumps(each) + "\n" for each in lines))
-    return metrics.Log(str(path))
+    return run_log.Log(str(path))
 
 
 END = {"event": "air", "seconds": 12}
@@ -40,22 +43,22 @@ def hops(*counts) -> list[dict]:
     ((0, 1, 2, 3), 0, True), ((0, 1, 1, 3), 1, False), ((0, 1, 2), 1, False)])
 def test_a_wrong_or_missing_count_is_found(tmp_path, counts, wrong, success):
     log = written(tmp_path, 4, hops(*counts) + [END])
-    found = metrics.hop_count(log)
+    found = judges.hop_count(log)
     assert (found["wrong_hops"], found["success"]) == (wrong, success)
 
 
 def test_a_robot_out_of_reach_must_not_have_a_count(tmp_path):
     """The third robot hears nobody: 2 is as wrong there as anything but "unreached" is."""
     broken = [{"kind": "partition", "x_mm": 75, "at_s": 0}]
-    assert metrics.hop_count(written(tmp_path, 3, hops(0, 1, 2) + [END],
-                                     faults=broken))["wrong_hops"] == 1
-    assert metrics.hop_count(written(tmp_path, 3, hops(0, 1, 100) + [END],
-                                     faults=broken))["success"]
+    assert judges.hop_count(written(tmp_path, 3, hops(0, 1, 2) + [END],
+                                    faults=broken))["wrong_hops"] == 1
+    assert judges.hop_count(written(tmp_path, 3, hops(0, 1, 100) + [END],
+                                    faults=broken))["success"]
 
 
 def test_a_swarm_that_does_not_hear_its_seed_has_not_succeeded(tmp_path):
     log = written(tmp_path, 3, hops(0, 100, 100) + [END], radio={"range_mm": 20})
-    assert metrics.hop_count(log) == {"wrong_hops": 0, "converged_s": 0.002, "success": False}
+    assert judges.hop_count(log) == {"wrong_hops": 0, "converged_s": 0.002, "success": False}
 
 
 def test_a_log_that_was_cut_off_is_no_success(tmp_path):
@@ -65,8 +68,8 @@ def test_a_log_that_was_cut_off_is_no_success(tmp_path):
     log = tmp_path / result["log"]
     text = log.read_text()
     log.write_text(text[:int(len(text) * 0.95)])
-    assert metrics.evaluate(metrics.Log(str(log)))["interrupted"]
-    assert not metrics.evaluate(metrics.Log(str(log)))["success"]
+    assert metrics.evaluate(run_log.Log(str(log)))["interrupted"]
+    assert not metrics.evaluate(run_log.Log(str(log)))["success"]
 
 
 def test_a_run_that_ends_before_it_can_be_judged_is_no_success(tmp_path):
@@ -106,7 +109,7 @@ def test_delivery_and_latency_of_three_messages(tmp_path):
     events += [{"t": t, "robot": 0, "event": "sent", "channel": 0} for t in (0, 500000, 1000000)]
     events.append({"t": 600000, "robot": 1, "event": "received", "channel": 0, "node": 7,
                    "message": 2})
-    found = metrics.messages(written(tmp_path, 2, events + [END]))
+    found = deliveries.messages(written(tmp_path, 2, events + [END]))
     assert found["delivery"] == 0.5
     assert found["latency_p50_s"] == pytest.approx(0.1)
 
@@ -119,7 +122,7 @@ def test_numbers_that_a_log_tells_of_what_was_sent_are_taken(tmp_path):
                        "message": (11 + k) % 16})
         events.append({"t": 100000 * k + 104000, "robot": 1, "event": "received", "channel": 0,
                        "node": 7, "message": (11 + k) % 16})
-    found = metrics.messages(written(tmp_path, 2, sorted(events, key=lambda e: e["t"]) + [END]))
+    found = deliveries.messages(written(tmp_path, 2, sorted(events, key=lambda e: e["t"]) + [END]))
     assert found["latency_p50_s"] == pytest.approx(0.104)
 
 
@@ -133,7 +136,7 @@ def test_two_neighbours_of_one_id_do_not_lose_each_others_messages(tmp_path):
             events.append({"t": t, "robot": sender, "event": "sent", "channel": 0})
             events += [{"t": t + 500, "robot": other, "event": "received", "channel": 0,
                         "node": node, "message": number} for other in to]
-    assert metrics.messages(written(tmp_path, 3, events + [END]))["delivery"] == 1
+    assert deliveries.messages(written(tmp_path, 3, events + [END]))["delivery"] == 1
 
 
 @pytest.mark.parametrize("runs, quantile", [(2, 12.706), (10, 2.262), (20, 2.093), (33, 2.037),

@@ -11,7 +11,7 @@ import pytest
 from test_runner import ROOT, results, suite
 
 sys.path.insert(0, str(ROOT / "suite/runner"))
-import metrics  # noqa: E402
+import run_log  # noqa: E402
 import report  # noqa: E402
 
 if importlib.util.find_spec("matplotlib") is None:
@@ -113,7 +113,7 @@ def test_borders_are_drawn_between_robots_that_have_counts(tmp_path, monkeypatch
     drawn = []
     _, axes = report_figure()
     monkeypatch.setattr(axes, "tricontour", lambda *_, levels, **__: drawn.extend(levels))
-    report.gradient_map(axes, metrics.Log(str(tmp_path / result["log"])))
+    report.gradient_map(axes, run_log.Log(str(tmp_path / result["log"])))
     assert drawn == levels
 
 

@@ -19,6 +19,7 @@ import time
 
 import limits
 import metrics
+import run_log
 import platforms
 from sweep import SweepError, plan as plans
 
@@ -39,7 +40,7 @@ def run_once(cell, run: int, scratch: pathlib.Path, simulator) -> dict | None:
     try:
         if not platforms.run(scenario, log, simulator) or platforms.interrupted:
             return None
-        return metrics.evaluate(metrics.Log(str(log)))
+        return metrics.evaluate(run_log.Log(str(log)))
     finally:
         log.unlink(missing_ok=True)
 
@@ -56,7 +57,7 @@ def do(store, cell, run: int, scratch: pathlib.Path) -> dict | None:
             if cell.is_real_time:
                 store.forget(cell, run)
         return result
-    except (platforms.PlatformError, metrics.LogError, limits.ScenarioError, OSError) as error:
+    except (platforms.PlatformError, run_log.LogError, limits.ScenarioError, OSError) as error:
         if cell.is_real_time:
             store.forget(cell, run)  # it never came to be
         name = f" ({cell.name()})" if cell.labels else ""
