@@ -114,44 +114,56 @@ void read_profile(const TableReader& table, LinkConfig& link) {
   link.node_id = id;
 }
 
+using Keys = std::vector<std::string>;
+
+// What a link with a node of its own takes, what one on a shared medium does, and what each type
+// adds.
+Keys node_keys() {
+  return {"type",
+          "profile",
+          "node_id",
+          "key_file",
+          "also_key_file",
+          "virtual_range_m",
+          "virtual_range_unknown",
+          "forward",
+          "max_forward_ttl",
+          "max_forward_wait_ms"};
+}
+Keys air_keys() {
+  return {"check_freshness", "rate_hz",       "burst_frames",        "jitter_us",
+          "beacon_ms",       "air_rate_mbps", "receive_buffer_bytes"};
+}
+Keys raw_keys() {
+  return {"interface", "ethertype"};
+}
+Keys udp_keys() {
+  return {"interface", "address", "port"};
+}
+Keys replay_keys() {
+  return {"file", "output", "pace", "ethertype"};
+}
+
+Keys joined(std::initializer_list<Keys> parts) {
+  Keys all;
+  for (const Keys& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
 LinkConfig read_link(const TableReader& table, const std::string& name) {
   LinkConfig link;
   link.name = name;
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
   if (type < 0) {
-    std::vector<std::string> keys = kilobot_keys();
-    keys.insert(keys.end(), {"interface",
-                             "ethertype",
-                             "address",
-                             "port",
-                             "file",
-                             "output",
-                             "pace",
-                             "key_file",
-                             "also_key_file",
-                             "check_freshness",
-                             "virtual_range_m",
-                             "virtual_range_unknown",
-                             "forward",
-                             "max_forward_ttl",
-                             "max_forward_wait_ms",
-                             "rate_hz",
-                             "burst_frames",
-                             "jitter_us",
-                             "beacon_ms",
-                             "air_rate_mbps",
-                             "receive_buffer_bytes"});
+    const Keys keys =
+        joined({kilobot_keys(), node_keys(), air_keys(), raw_keys(), udp_keys(), replay_keys()});
     table.expect_keys(keys);
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
   }
   link.type = static_cast<LinkType>(type);
   switch (link.type) {
     case LinkType::kRawL2:
-      table.expect_keys({"type", "profile", "node_id", "interface", "ethertype", "key_file",
-                         "also_key_file", "check_freshness", "virtual_range_m",
-                         "virtual_range_unknown", "forward", "max_forward_ttl",
-                         "max_forward_wait_ms", "rate_hz", "burst_frames", "jitter_us", "beacon_ms",
-                         "air_rate_mbps", "receive_buffer_bytes"});
+      table.expect_keys(joined({node_keys(), air_keys(), raw_keys()}));
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -160,35 +172,14 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       read_pacing(table, link);
       break;
     case LinkType::kUdp:
-      table.expect_keys({"type",
-                         "profile",
-                         "node_id",
-                         "interface",
-                         "address",
-                         "port",
-                         "key_file",
-                         "also_key_file",
-                         "check_freshness",
-                         "virtual_range_m",
-                         "virtual_range_unknown",
-                         "forward",
-                         "max_forward_ttl",
-                         "max_forward_wait_ms",
-                         "rate_hz",
-                         "burst_frames",
-                         "jitter_us",
-                         "beacon_ms",
-                         "air_rate_mbps",
-                         "receive_buffer_bytes"});
+      table.expect_keys(joined({node_keys(), air_keys(), udp_keys()}));
       read_interface(table, link);
       read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);
       read_pacing(table, link);
       break;
     case LinkType::kReplay:
-      table.expect_keys({"type", "profile", "node_id", "file", "output", "pace", "ethertype",
-                         "key_file", "also_key_file", "virtual_range_m", "virtual_range_unknown",
-                         "forward", "max_forward_ttl", "max_forward_wait_ms"});
+      table.expect_keys(joined({node_keys(), replay_keys()}));
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);

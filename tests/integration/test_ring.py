@@ -8,56 +8,17 @@ import resource
 import socket
 import struct
 import subprocess
+import sys
 
 import pytest
 from conftest import program, run, wait_for
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from local_frames import field, fields, frame  # noqa: E402
+
 # Offsets in the shared memory.
 WRITTEN, READ, WRITER_WAITS, WRITER_LEFT, BYTES = 0, 64, 192, 256, 4096
 BELL = b"\xb7"
-
-
-def varint(number: int) -> bytes:
-    out = b""
-    while number > 0x7F:
-        out += bytes([number & 0x7F | 0x80])
-        number >>= 7
-    return out + bytes([number])
-
-
-def field(number: int, value: int | str | bytes) -> bytes:
-    """One protobuf field: a varint, or bytes with their length."""
-    if isinstance(value, int):
-        return varint(number << 3) + varint(value)
-    value = value.encode() if isinstance(value, str) else value
-    return varint(number << 3 | 2) + varint(len(value)) + value
-
-
-def fields(message: bytes) -> dict:
-    """The last value of each field."""
-    out, at = {}, 0
-
-    def number() -> int:
-        nonlocal at
-        value = shift = 0
-        while True:
-            byte = message[at]
-            at += 1
-            value |= (byte & 0x7F) << shift
-            shift += 7
-            if byte < 0x80:
-                return value
-
-    while at < len(message):
-        key = number()
-        size = {0: None, 1: 8, 5: 4}.get(key & 7, -1)
-        if size is None:
-            out[key >> 3] = number()
-            continue
-        size = number() if size < 0 else size
-        out[key >> 3] = message[at:at + size]
-        at += size
-    return out
 
 
 class RingClient:
@@ -69,7 +30,7 @@ class RingClient:
         self.socket.settimeout(10)
         self.socket.connect(str(path))
         hello = field(1, 1) + field(3, "ring") + field(4, "python")
-        self.socket.sendall(self.frame(field(2, hello)))
+        self.socket.sendall(frame(field(2, hello)))
         self.received, descriptors, _, _ = socket.recv_fds(self.socket, 65536, 1)
         assert fields(fields(self.take())[2])[3] == b"ring"
         size = os.fstat(descriptors[0]).st_size
@@ -81,10 +42,6 @@ class RingClient:
         self.waits = 0
         self.requests = 0
         self.unread = []  # frames that came before an awaited one
-
-    @staticmethod
-    def frame(envelope: bytes) -> bytes:
-        return struct.pack("<I", len(envelope)) + envelope
 
     def get(self, offset: int) -> int:
         return self.words[offset // 4]
@@ -137,7 +94,7 @@ class RingClient:
 
     def ask(self, body: bytes, reply: int) -> dict:
         self.requests += 1
-        self.write(self.frame(field(1, self.requests) + body))
+        self.write(frame(field(1, self.requests) + body))
         envelope = self.find(reply)
         assert envelope[1] == self.requests
         return fields(envelope[reply])

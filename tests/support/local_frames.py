@@ -1,0 +1,49 @@
+"""The local protocol's frames and their protobuf fields, by hand: docs/ipc.md has the bytes."""
+import struct
+
+
+def varint(number):
+    out = b""
+    while number > 0x7F:
+        out += bytes([number & 0x7F | 0x80])
+        number >>= 7
+    return out + bytes([number])
+
+
+def field(number, value):
+    """One protobuf field: a varint, or bytes with their length."""
+    if isinstance(value, int):
+        return varint(number << 3) + varint(value)
+    value = value.encode() if isinstance(value, str) else value
+    return varint(number << 3 | 2) + varint(len(value)) + value
+
+
+def fields(message):
+    """The last value of each field."""
+    out, at = {}, 0
+
+    def number():
+        nonlocal at
+        value = shift = 0
+        while True:
+            byte = message[at]
+            at += 1
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+
+    while at < len(message):
+        key = number()
+        size = {0: None, 1: 8, 5: 4}.get(key & 7, -1)
+        if size is None:
+            out[key >> 3] = number()
+            continue
+        size = number() if size < 0 else size
+        out[key >> 3] = message[at:at + size]
+        at += size
+    return out
+
+
+def frame(envelope):
+    return struct.pack("<I", len(envelope)) + envelope
