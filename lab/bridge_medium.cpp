@@ -1,38 +1,12 @@
 #include "lab/bridge_medium.hpp"
 
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
+#include "lab/interrupt.hpp"
+#include "lab/network_namespace.hpp"
 
 namespace swarmtalk::lab {
 namespace {
 
 constexpr const char* kBridge = "air";
-
-void set_sysctl(const std::string& network_namespace, const std::string& path,
-                const std::string& value) {
-  // /proc/sys/net shows the namespace of the process that opens it.
-  SpawnOptions options;
-  options.network_namespace = network_namespace;
-  const pid_t pid =
-      spawn({"/bin/sh", "-c", "echo " + value + " > /proc/sys/" + path + " 2>/dev/null"}, options);
-  int status = 0;
-  waitpid(pid, &status, 0);
-}
-
-void make_namespace(const std::string& name) {
-  run_quietly({"ip", "netns", "add", name});
-  // Absent when the kernel has no IPv6 at all, which is as good.
-  set_sysctl(name, "net/ipv6/conf/all/disable_ipv6", "1");
-  set_sysctl(name, "net/ipv6/conf/default/disable_ipv6", "1");
-  run_quietly({"ip", "-n", name, "link", "set", "lo", "up"});
-}
-
-}  // namespace
 
 void make_hub(const std::string& hub_namespace) {
   make_namespace(hub_namespace);
@@ -41,43 +15,44 @@ void make_hub(const std::string& hub_namespace) {
   run_quietly({"ip", "-n", hub_namespace, "link", "set", kBridge, "up"});
 }
 
-void make_robot_namespace(const std::string& robot_namespace, const std::string& hub_namespace,
-                          int robot_number) {
-  const std::string port = "robot" + std::to_string(robot_number);
-  make_namespace(robot_namespace);
-  run_quietly({"ip", "link", "add", kRobotInterface, "netns", robot_namespace, "type", "veth",
-               "peer", "name", port, "netns", hub_namespace});
+void make_robot_namespace(const Robot& robot, const std::string& hub_namespace) {
+  const std::string port = "robot" + std::to_string(robot.number);
+  make_namespace(robot.network_namespace);
+  run_quietly({"ip", "link", "add", kRobotInterface, "netns", robot.network_namespace, "type",
+               "veth", "peer", "name", port, "netns", hub_namespace});
   run_quietly({"ip", "-n", hub_namespace, "link", "set", port, "master", kBridge, "up"});
-  run_quietly({"ip", "-n", robot_namespace, "link", "set", kRobotInterface, "up"});
+  run_quietly({"ip", "-n", robot.network_namespace, "link", "set", kRobotInterface, "up"});
 }
 
-bool namespace_exists(const std::string& network_namespace) {
-  return !network_namespace.empty() && std::filesystem::exists("/run/netns/" + network_namespace);
+}  // namespace
+
+std::string BridgeMedium::problem() const {
+  return namespace_problem();
 }
 
-std::vector<ProcessId> processes_in(const std::string& network_namespace) {
-  struct stat wanted {};
-  if (network_namespace.empty() ||
-      stat(("/run/netns/" + network_namespace).c_str(), &wanted) != 0) {
-    return {};
+void BridgeMedium::plan(State& state) const {
+  const std::string prefix = namespace_prefix(state.name);
+  state.hub_namespace = prefix + "air";
+  for (Robot& robot : state.robots) {
+    robot.network_namespace = prefix + std::to_string(robot.number);
   }
-  std::vector<ProcessId> processes;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    struct stat own {};
-    if (stat((entry.path() / "ns/net").c_str(), &own) != 0) continue;
-    if (own.st_ino == wanted.st_ino && own.st_dev == wanted.st_dev) {
-      processes.push_back(identify(static_cast<pid_t>(std::stol(name))));
-    }
-  }
-  return processes;
 }
 
-void remove_namespace(const std::string& network_namespace) {
-  if (!namespace_exists(network_namespace)) return;
-  run_quietly({"ip", "netns", "del", network_namespace});
+void BridgeMedium::make(State& state) const {
+  make_hub(state.hub_namespace);
+  for (const Robot& robot : state.robots) {
+    throw_if_interrupted();
+    make_robot_namespace(robot, state.hub_namespace);
+  }
+}
+
+LinkKeys BridgeMedium::link_of(const State&, const Robot&) const {
+  return {{"type", "raw_l2"}, {"interface", kRobotInterface}};
+}
+
+void BridgeMedium::remove(const State& state) const {
+  for (const Robot& robot : state.robots) remove_namespace(robot.network_namespace);
+  remove_namespace(state.hub_namespace);
 }
 
 }  // namespace swarmtalk::lab

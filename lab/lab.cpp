@@ -13,8 +13,9 @@
 #include <swarmtalk/client.hpp>
 #include <thread>
 
-#include "lab/bridge_medium.hpp"
 #include "lab/interrupt.hpp"
+#include "lab/medium.hpp"
+#include "lab/network_namespace.hpp"
 #include "lab/robot_config.hpp"
 
 namespace swarmtalk::lab {
@@ -76,10 +77,8 @@ std::string find_program(const std::string& name) {
 }
 
 void check(const LabOptions& options) {
-  if (options.medium == "bridge" && geteuid() != 0) {
-    throw std::runtime_error(
-        "network namespaces need root: run it with sudo, or without root as "
-        "`swarmtalk-lab ... --medium udp`");
+  if (const std::string problem = medium_named(options.medium).problem(); !problem.empty()) {
+    throw std::runtime_error(problem);
   }
   if (find_program(options.daemon).empty()) {
     throw std::runtime_error("no program " + options.daemon +
@@ -100,21 +99,19 @@ State plan(const LabOptions& options) {
   State state;
   state.name = options.name;
   state.medium = options.medium;
-  const std::string prefix = "swarmtalk-" + options.name + "-";
   const auto folder = folder_of(options.name);
-  if (state.medium == "bridge") state.hub_namespace = prefix + "air";
   if (options.dies_with_parent) state.keeper = identify(getpid());
   for (int number = 1; number <= options.robots; ++number) {
     Robot robot;
     robot.number = number;
     const std::string name = "robot-" + std::to_string(number);
-    if (state.medium == "bridge") robot.network_namespace = prefix + std::to_string(number);
     robot.socket = folder / (name + ".sock");
     robot.config = folder / (name + ".toml");
     robot.log = folder / (name + ".log");
     robot.pose = grid_pose(number, options.robots, options.spacing_m);
     state.robots.push_back(robot);
   }
+  medium_named(state.medium).plan(state);
   return state;
 }
 
@@ -141,13 +138,8 @@ State up(const LabOptions& options) {
   State state = plan(options);
   save(state);
   try {
-    if (!state.hub_namespace.empty()) {
-      make_hub(state.hub_namespace);
-      for (const Robot& robot : state.robots) {
-        throw_if_interrupted();
-        make_robot_namespace(robot.network_namespace, state.hub_namespace, robot.number);
-      }
-    }
+    medium_named(state.medium).make(state);
+    save(state);
     for (Robot& robot : state.robots) {
       throw_if_interrupted();
       start_daemon(state, robot, options);
@@ -179,8 +171,9 @@ void down(const State& state) {
     }
   }
   end_processes(processes, kEndGrace);
-  for (const Robot& robot : state.robots) remove_namespace(robot.network_namespace);
-  remove_namespace(state.hub_namespace);
+  const Medium& medium = medium_named(state.medium);
+  end_processes(medium.processes(state), kEndGrace);
+  medium.remove(state);
   forget(state);
 }
 

@@ -16,6 +16,7 @@
 
 #include "lab/interrupt.hpp"
 #include "lab/lab.hpp"
+#include "lab/medium.hpp"
 #include "lab/status.hpp"
 #include "usage/usage.hpp"
 
@@ -119,7 +120,7 @@ int main(int argc, char** argv) {
         ->add_option("--medium", options.medium,
                      "bridge: namespaces and raw layer-2 frames (root); udp: the UDP link, without "
                      "namespaces (anybody)")
-        ->check(CLI::IsMember({"bridge", "udp"}))
+        ->check(CLI::IsMember(medium_names()))
         ->capture_default_str();
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
         ->check(CLI::Range(0.0, 30.0))

@@ -1,13 +1,13 @@
 #include "lab/robot_config.hpp"
 
 #include <toml++/toml.h>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <sstream>
 #include <stdexcept>
+#include <variant>
 
-#include "lab/bridge_medium.hpp"
+#include "lab/medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -30,13 +30,6 @@ toml::table& section(toml::table& table, const char* name) {
   return *found;
 }
 
-// Labs of different names must not hear each other, so each has a port of its own. FNV-1a.
-std::int64_t udp_port(const std::string& lab_name) {
-  std::uint32_t hash = 2166136261u;
-  for (const char c : lab_name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
-  return 20000 + hash % 10000;
-}
-
 }  // namespace
 
 std::string robot_config(const State& state, const Robot& robot, const std::string& base_config) {
@@ -51,16 +44,13 @@ std::string robot_config(const State& state, const Robot& robot, const std::stri
                           (socket.parent_path() / (socket.stem().string() + ".pose")).string());
   }
   section(table, "socket").insert_or_assign("path", robot.socket);
-  toml::table link;
-  if (state.medium == "udp") {
-    link = toml::table{{"type", "udp"}, {"interface", "lo"}, {"port", udp_port(state.name)}};
-  } else {
-    link = toml::table{{"type", "raw_l2"}, {"interface", kRobotInterface}};
-  }
   // A [links.wifi] of the base file keeps its other keys (rates, EtherType, profile).
   toml::table& links = section(table, "links");
   toml::table& wifi = section(links, "wifi");
-  for (auto&& [key, value] : link) wifi.insert_or_assign(key, value);
+  for (const auto& [key, given] : medium_named(state.medium).link_of(state, robot)) {
+    std::visit([&wifi, &name = key](const auto& value) { wifi.insert_or_assign(name, value); },
+               given);
+  }
   std::ostringstream text;
   text << "# Robot " << robot.number << " of the lab '" << state.name << "'.\n" << table << "\n";
   return text.str();

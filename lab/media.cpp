@@ -1,0 +1,33 @@
+#include <array>
+#include <stdexcept>
+
+#include "lab/bridge_medium.hpp"
+#include "lab/medium.hpp"
+#include "lab/udp_medium.hpp"
+
+namespace swarmtalk::lab {
+namespace {
+
+const auto& all_media() {
+  static const BridgeMedium bridge;
+  static const UdpMedium udp;
+  static const std::array<const Medium*, 2> media{&bridge, &udp};
+  return media;
+}
+
+}  // namespace
+
+std::vector<std::string> medium_names() {
+  std::vector<std::string> names;
+  for (const Medium* medium : all_media()) names.push_back(medium->name());
+  return names;
+}
+
+const Medium& medium_named(const std::string& name) {
+  for (const Medium* medium : all_media()) {
+    if (medium->name() == name) return *medium;
+  }
+  throw std::runtime_error("this swarmtalk-lab knows no medium '" + name + "'");
+}
+
+}  // namespace swarmtalk::lab

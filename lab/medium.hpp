@@ -1,0 +1,54 @@
+// Medium: what joins a lab's robots, and how each robot's daemon is linked to it. One object each
+// for `bridge`, `udp` and their like; stateless: all that has to be known later, when another call
+// of the tool takes the lab down, is in the State.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "lab/state.hpp"
+
+namespace swarmtalk::lab {
+
+/// Keys of a daemon's [links.wifi], in no order.
+using LinkKeys = std::vector<std::pair<std::string, std::variant<std::string, std::int64_t>>>;
+
+class Medium {
+ public:
+  virtual ~Medium() = default;
+
+  virtual std::string name() const = 0;  // as behind --medium
+
+  /// Why this medium cannot be had here, in one line with what to do; empty: it can.
+  virtual std::string problem() const { return {}; }
+
+  /// Names what make() will make. Comes first, and is written to the disk before make().
+  virtual void plan(State& /*state*/) const {}
+
+  /// Makes the medium and what each robot stands on; daemons are started behind it. Throws
+  /// std::runtime_error with one line when it cannot; then remove() follows.
+  virtual void make(State& /*state*/) const {}
+
+  /// How this robot's daemon is linked to it.
+  virtual LinkKeys link_of(const State& state, const Robot& robot) const = 0;
+
+  /// Processes of the medium that `down` ends, after the daemons. None: it has none.
+  virtual std::vector<ProcessId> processes(const State& /*state*/) const { return {}; }
+
+  /// Removes what make() made. Safe on half of it, and on nothing. Its processes have ended.
+  virtual void remove(const State& /*state*/) const {}
+
+  /// Brings what the state says of the robots up to date: where they are now.
+  virtual void refresh(State& /*state*/) const {}
+};
+
+/// Names of all media, for --medium.
+std::vector<std::string> medium_names();
+
+/// Throws std::runtime_error when there is none of this name (a state of another release).
+const Medium& medium_named(const std::string& name);
+
+}  // namespace swarmtalk::lab

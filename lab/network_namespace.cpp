@@ -1,0 +1,72 @@
+#include "lab/network_namespace.hpp"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace swarmtalk::lab {
+namespace {
+
+void set_sysctl(const std::string& network_namespace, const std::string& path,
+                const std::string& value) {
+  // /proc/sys/net shows the namespace of the process that opens it.
+  SpawnOptions options;
+  options.network_namespace = network_namespace;
+  const pid_t pid =
+      spawn({"/bin/sh", "-c", "echo " + value + " > /proc/sys/" + path + " 2>/dev/null"}, options);
+  int status = 0;
+  waitpid(pid, &status, 0);
+}
+
+bool namespace_exists(const std::string& network_namespace) {
+  return !network_namespace.empty() && std::filesystem::exists("/run/netns/" + network_namespace);
+}
+
+}  // namespace
+
+std::string namespace_prefix(const std::string& lab_name) {
+  return "swarmtalk-" + lab_name + "-";
+}
+
+std::string namespace_problem() {
+  if (geteuid() == 0) return {};
+  return "network namespaces need root: run it with sudo, or without root as "
+         "`swarmtalk-lab ... --medium udp`";
+}
+
+void make_namespace(const std::string& name) {
+  run_quietly({"ip", "netns", "add", name});
+  // Absent when the kernel has no IPv6 at all, which is as good.
+  set_sysctl(name, "net/ipv6/conf/all/disable_ipv6", "1");
+  set_sysctl(name, "net/ipv6/conf/default/disable_ipv6", "1");
+  run_quietly({"ip", "-n", name, "link", "set", "lo", "up"});
+}
+
+std::vector<ProcessId> processes_in(const std::string& network_namespace) {
+  struct stat wanted {};
+  if (network_namespace.empty() ||
+      stat(("/run/netns/" + network_namespace).c_str(), &wanted) != 0) {
+    return {};
+  }
+  std::vector<ProcessId> processes;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    struct stat own {};
+    if (stat((entry.path() / "ns/net").c_str(), &own) != 0) continue;
+    if (own.st_ino == wanted.st_ino && own.st_dev == wanted.st_dev) {
+      processes.push_back(identify(static_cast<pid_t>(std::stol(name))));
+    }
+  }
+  return processes;
+}
+
+void remove_namespace(const std::string& network_namespace) {
+  if (!namespace_exists(network_namespace)) return;
+  run_quietly({"ip", "netns", "del", network_namespace});
+}
+
+}  // namespace swarmtalk::lab

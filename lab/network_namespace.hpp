@@ -1,0 +1,27 @@
+// Network namespaces by name, as `ip netns` makes them. Need root.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lab/process.hpp"
+
+namespace swarmtalk::lab {
+
+/// What of a lab each namespace's name begins with: "swarmtalk-LAB-".
+std::string namespace_prefix(const std::string& lab_name);
+
+/// "swarmtalk-lab ..." cannot make namespaces as this user; empty: it can.
+std::string namespace_problem();
+
+/// Makes one with its loopback interface up. IPv6 is switched off in it, so that the kernel says
+/// nothing on the wire by itself.
+void make_namespace(const std::string& name);
+
+/// Processes that run inside a namespace.
+std::vector<ProcessId> processes_in(const std::string& network_namespace);
+
+/// Removes a namespace and all interfaces in it. Nothing happens when there is none.
+void remove_namespace(const std::string& network_namespace);
+
+}  // namespace swarmtalk::lab
