@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <queue>
 #include <vector>
 
@@ -49,6 +50,16 @@ class EventQueue {
     if (today_[next_].at_us > end_us) return false;
     out = today_[next_++];
     return true;
+  }
+
+  /// When the next event is due, if that is by `end_us`.
+  std::optional<uint64_t> next_us(uint64_t end_us) {
+    while (next_ == today_.size()) {
+      if (slot_ >= end_us >> kBucketBits) return std::nullopt;
+      open_next_bucket();
+    }
+    if (today_[next_].at_us > end_us) return std::nullopt;
+    return today_[next_].at_us;
   }
 
   /// The event that is `ahead` places behind the next one, if it is known already: for prefetching.

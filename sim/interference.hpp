@@ -18,6 +18,13 @@ class Interference {
     return true;
   }
 
+  /// Ends all faults of this kind.
+  void end(Fault::Kind kind) {
+    std::erase_if(active_, [kind](const Fault& fault) { return fault.kind == kind; });
+  }
+
+  const std::vector<Fault>& active() const { return active_; }
+
   /// Whether a line lies between the two.
   bool parts(const Body& a, const Body& b, uint64_t now_us) const {
     for (const Fault& fault : active_) {

@@ -42,6 +42,16 @@ TEST(Interference, JamsWithinACircleUntilItsEnd) {
   EXPECT_FALSE(interference.parts(at(0, 0), at(200, 0), 0));
 }
 
+TEST(Interference, EndsFaultsOfOneKind) {
+  Interference interference;
+  interference.begin(fault(Fault::Kind::kPartition, 1000));
+  interference.begin(fault(Fault::Kind::kJam, 1000));
+  interference.end(Fault::Kind::kPartition);
+  EXPECT_FALSE(interference.parts(at(99, 0), at(100, 0), 0));
+  EXPECT_TRUE(interference.jams(at(100, 50), 0));
+  EXPECT_EQ(interference.active().size(), 1u);
+}
+
 TEST(Interference, LeavesOtherFaultsToTheWorld) {
   Interference interference;
   EXPECT_FALSE(interference.begin(fault(Fault::Kind::kDeath, 1000)));
