@@ -99,6 +99,7 @@ State plan(const LabOptions& options) {
   State state;
   state.name = options.name;
   state.medium = options.medium;
+  state.radio = options.radio;
   const auto folder = folder_of(options.name);
   if (options.dies_with_parent) state.keeper = identify(getpid());
   for (int number = 1; number <= options.robots; ++number) {
@@ -135,6 +136,7 @@ Pose grid_pose(int robot_number, int robots, double spacing_m) {
 
 State up(const LabOptions& options) {
   check(options);
+  forget_word(options.name);
   State state = plan(options);
   save(state);
   try {
@@ -171,9 +173,11 @@ void down(const State& state) {
     }
   }
   end_processes(processes, kEndGrace);
-  const Medium& medium = medium_named(state.medium);
-  end_processes(medium.processes(state), kEndGrace);
-  medium.remove(state);
+  std::vector<ProcessId> of_medium = state.medium_processes;
+  // One of them takes down a lab that has lost the others.
+  std::erase_if(of_medium, [](const ProcessId& process) { return process.pid == getpid(); });
+  end_processes(of_medium, kEndGrace);
+  medium_named(state.medium).remove(state);
   forget(state);
 }
 
@@ -205,8 +209,13 @@ std::vector<Robot> select_robots(const State& state, const std::string& list) {
 }
 
 std::vector<std::string> environment_of(const State& state, const Robot& robot) {
-  return {"SWARMTALK_SOCKET=" + robot.socket, "SWARMTALK_ROBOT=" + std::to_string(robot.number),
-          "SWARMTALK_LAB=" + state.name};
+  std::vector<std::string> environment{"SWARMTALK_SOCKET=" + robot.socket,
+                                       "SWARMTALK_ROBOT=" + std::to_string(robot.number),
+                                       "SWARMTALK_LAB=" + state.name};
+  if (!state.control_socket.empty()) {
+    environment.push_back("SWARMTALK_MEDIUM=" + state.control_socket);
+  }
+  return environment;
 }
 
 }  // namespace swarmtalk::lab

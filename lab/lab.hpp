@@ -16,7 +16,8 @@ inline constexpr const char* kDefaultName = "lab";
 
 struct LabOptions {
   std::string name = kDefaultName;
-  std::string medium = "bridge";  // bridge (raw layer 2, needs root) or udp (this machine only)
+  std::string medium = "bridge";  // one of medium_names()
+  RadioSettings radio;            // of the medium radio
   std::string daemon;             // path of swarmtalkd
   std::string base_config;        // TOML file whose sections all robots get; empty: none
   double spacing_m = 0.5;         // of the grid of poses

@@ -14,9 +14,12 @@
 #include <thread>
 #include <vector>
 
+#include "lab/air_commands.hpp"
 #include "lab/interrupt.hpp"
+#include "lab/keeper.hpp"
 #include "lab/lab.hpp"
 #include "lab/medium.hpp"
+#include "lab/radio_medium.hpp"
 #include "lab/status.hpp"
 #include "usage/usage.hpp"
 
@@ -46,6 +49,10 @@ State load_or_throw(const std::string& name) {
                              "; use it as that user" +
                              (owner == "root" ? " (sudo swarmtalk-lab ...)" : "") +
                              ", or start one of your own: swarmtalk-lab up 9 --medium udp");
+  }
+  if (const std::string why = last_word(name); !why.empty()) {
+    throw std::runtime_error("the lab '" + name + "' was taken down: " + why +
+                             "; start it anew with `swarmtalk-lab up N`");
   }
   std::string text = "no lab called '" + name + "' is up; start one with `swarmtalk-lab up N`";
   const auto others = list_labs();
@@ -84,6 +91,9 @@ int run(LabOptions options, const std::vector<std::string>& command) {
   try {
     SpawnOptions spawn_options;
     spawn_options.environment = {"SWARMTALK_LAB=" + state.name};
+    if (!state.control_socket.empty()) {
+      spawn_options.environment.push_back("SWARMTALK_MEDIUM=" + state.control_socket);
+    }
     spawn_options.dies_with_parent = true;
     result = wait_for(spawn(command, spawn_options));
   } catch (...) {
@@ -118,12 +128,28 @@ int main(int argc, char** argv) {
   auto add_lab_options = [&](CLI::App* command) {
     command
         ->add_option("--medium", options.medium,
-                     "bridge: namespaces and raw layer-2 frames (root); udp: the UDP link, without "
-                     "namespaces (anybody)")
+                     "bridge: namespaces and raw layer-2 frames (root); radio: the same, through a "
+                     "simulated Wi-Fi channel with range, loss and collisions; udp: the UDP link, "
+                     "without namespaces (anybody)")
         ->check(CLI::IsMember(medium_names()))
         ->capture_default_str();
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
         ->check(CLI::Range(0.0, 30.0))
+        ->capture_default_str();
+    command
+        ->add_option("--range", options.radio.range_m,
+                     "Of the medium radio: metres that a frame reaches at 6 Mb/s")
+        ->check(CLI::Range(0.01, 10000.0))
+        ->capture_default_str();
+    command
+        ->add_option("--loss", options.radio.loss,
+                     "Of the medium radio: share of receptions that fail, 0 to 1")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command
+        ->add_option("--rate", options.radio.rate_mbps,
+                     "Of the medium radio: Mb/s of broadcasts; faster ones do not reach as far")
+        ->check(CLI::IsMember({6, 9, 12, 18, 24, 36, 48, 54}))
         ->capture_default_str();
     command
         ->add_option(
@@ -136,7 +162,8 @@ int main(int argc, char** argv) {
 
   // The same before the verb, hidden there: only `up` and `run` have a use for them.
   add_lab_options(&app);
-  const std::vector<std::string> early_options{"--medium", "--spacing", "--config", "--daemon"};
+  const std::vector<std::string> early_options{"--medium", "--spacing", "--range", "--loss",
+                                               "--rate",   "--config",  "--daemon"};
   for (const std::string& name : early_options) app.get_option(name)->group("");
   auto add_start_options = [&](CLI::App* command) {
     command->add_option("ROBOTS", options.robots, "How many robots")
@@ -162,6 +189,12 @@ int main(int argc, char** argv) {
   CLI::App* status_command = app.add_subcommand("status", "Show the robots of the lab");
   status_command->add_flag("--json", as_json, "One JSON object a line");
   CLI::App* down_command = app.add_subcommand("down", "Take the lab down");
+  const AirCommands air_commands(app);
+  std::string kept_socket;  // says in a list of processes whose keeper it is
+  CLI::App* keep_command =
+      app.add_subcommand("keep", "Run the medium of a lab; done by up and run");
+  keep_command->add_option("SOCKET", kept_socket)->required();
+  keep_command->group("");  // hidden
   swarmtalk::usage::add_help_command(app);
   // Everything behind the first -- is the command's, also what looks like an option of ours.
   int own_arguments = 1;
@@ -191,6 +224,9 @@ int main(int argc, char** argv) {
   }
 
   try {
+    if (*keep_command) {
+      return keep(options.name, [&] { return RadioMedium::serve(load_or_throw(options.name)); });
+    }
     remember_interrupts();
     if (*up_command) {
       up(options);
@@ -204,6 +240,7 @@ int main(int argc, char** argv) {
     if (*exec_command) {
       return run_in_robots(state, select_robots(state, robot_list), command_line, !no_prefix);
     }
+    if (air_commands.is_chosen()) return air_commands.run(state);
     if (*status_command) return print_status(state, as_json);
     if (*down_command) down(state);
     return 0;

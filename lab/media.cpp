@@ -3,6 +3,7 @@
 
 #include "lab/bridge_medium.hpp"
 #include "lab/medium.hpp"
+#include "lab/radio_medium.hpp"
 #include "lab/udp_medium.hpp"
 
 namespace swarmtalk::lab {
@@ -11,7 +12,8 @@ namespace {
 const auto& all_media() {
   static const BridgeMedium bridge;
   static const UdpMedium udp;
-  static const std::array<const Medium*, 2> media{&bridge, &udp};
+  static const RadioMedium radio;
+  static const std::array<const Medium*, 3> media{&bridge, &radio, &udp};
   return media;
 }
 

@@ -28,15 +28,13 @@ class Medium {
   /// Names what make() will make. Comes first, and is written to the disk before make().
   virtual void plan(State& /*state*/) const {}
 
-  /// Makes the medium and what each robot stands on; daemons are started behind it. Throws
+  /// Makes the medium and what each robot stands on; daemons are started behind it. Processes of
+  /// its own go to State::medium_processes, which `down` ends behind the daemons. Throws
   /// std::runtime_error with one line when it cannot; then remove() follows.
   virtual void make(State& /*state*/) const {}
 
   /// How this robot's daemon is linked to it.
   virtual LinkKeys link_of(const State& state, const Robot& robot) const = 0;
-
-  /// Processes of the medium that `down` ends, after the daemons. None: it has none.
-  virtual std::vector<ProcessId> processes(const State& /*state*/) const { return {}; }
 
   /// Removes what make() made. Safe on half of it, and on nothing. Its processes have ended.
   virtual void remove(const State& /*state*/) const {}

@@ -22,6 +22,10 @@ std::filesystem::path base_folder() {
   return "/tmp/swarmtalk-lab-" + std::to_string(geteuid());
 }
 
+std::filesystem::path word_of(const std::string& name) {
+  return base_folder() / (name + ".ended");
+}
+
 json to_json(const ProcessId& process) {
   return {{"pid", process.pid}, {"start_time_ticks", process.start_time_ticks}};
 }
@@ -47,6 +51,15 @@ bool load(const std::string& name, State& state) {
     state.medium = object.at("medium").get<std::string>();
     state.hub_namespace = object.at("hub_namespace").get<std::string>();
     state.keeper = process_from(object.at("keeper"));
+    if (object.contains("radio")) {
+      const json& radio = object["radio"];
+      state.radio = {radio.at("range_m").get<double>(), radio.at("loss").get<double>(),
+                     radio.at("rate_mbps").get<int>()};
+      state.control_socket = radio.at("control_socket").get<std::string>();
+      for (const json& process : radio.at("processes")) {
+        state.medium_processes.push_back(process_from(process));
+      }
+    }
     for (const json& entry : object.at("robots")) {
       Robot robot;
       robot.number = entry.at("number").get<int>();
@@ -79,7 +92,15 @@ void save(const State& state) {
                       {"theta_rad", robot.pose.theta_rad},
                       {"daemon", to_json(robot.daemon)}});
   }
+  json processes = json::array();
+  for (const ProcessId& process : state.medium_processes) processes.push_back(to_json(process));
+  const json radio = {{"range_m", state.radio.range_m},
+                      {"loss", state.radio.loss},
+                      {"rate_mbps", state.radio.rate_mbps},
+                      {"control_socket", state.control_socket},
+                      {"processes", processes}};
   const json object = {{"medium", state.medium},
+                       {"radio", radio},
                        {"hub_namespace", state.hub_namespace},
                        {"keeper", to_json(state.keeper)},
                        {"robots", robots}};
@@ -91,6 +112,22 @@ void save(const State& state) {
   file.close();
   if (!file) throw std::runtime_error("cannot write " + part.string());
   std::filesystem::rename(part, folder / "lab.json");
+}
+
+void leave_word(const std::string& name, const std::string& why) {
+  std::ofstream(word_of(name)) << why << "\n";
+}
+
+std::string last_word(const std::string& name) {
+  std::ifstream file(word_of(name));
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+void forget_word(const std::string& name) {
+  std::error_code error;
+  std::filesystem::remove(word_of(name), error);
 }
 
 void forget(const State& state) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "lab/process.hpp"
+#include "lab/radio_settings.hpp"
 
 namespace swarmtalk::lab {
 
@@ -32,6 +33,9 @@ struct State {
   std::string hub_namespace;  // holds the bridge; empty: none
   ProcessId keeper;           // the `run` that owns this lab; pid 0: stays until `down`
   std::vector<Robot> robots;
+  RadioSettings radio;                      // of the medium radio
+  std::string control_socket;               // where the medium is told things; empty: nowhere
+  std::vector<ProcessId> medium_processes;  // of a medium that has any
 };
 
 /// Folder of the lab called `name`: below /run/swarmtalk-lab for root, else below
@@ -43,6 +47,14 @@ bool load(const std::string& name, State& state);
 
 /// Writes it as a whole or not at all.
 void save(const State& state);
+
+/// Leaves word why a lab ended by itself, for who asks for it next; until a lab of this name
+/// begins.
+void leave_word(const std::string& name, const std::string& why);
+
+/// That word; empty: none was left.
+std::string last_word(const std::string& name);
+void forget_word(const std::string& name);
 
 /// Removes the lab's folder.
 void forget(const State& state);

@@ -6,6 +6,7 @@
 #include <swarmtalk/client.hpp>
 
 #include "lab/lab.hpp"
+#include "lab/medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -79,7 +80,8 @@ void print_line(const Robot& robot, const Answer& answer) {
 
 }  // namespace
 
-int print_status(const State& state, bool as_json) {
+int print_status(State state, bool as_json) {
+  medium_named(state.medium).refresh(state);
   if (!as_json) {
     std::printf("lab '%s', medium %s, %zu robots\n", state.name.c_str(), state.medium.c_str(),
                 state.robots.size());

@@ -7,6 +7,6 @@ namespace swarmtalk::lab {
 
 /// Prints one line per robot (or one JSON object) to standard output.
 /// @return 0 when every daemon answers, else 1.
-int print_status(const State& state, bool as_json);
+int print_status(State state, bool as_json);
 
 }  // namespace swarmtalk::lab

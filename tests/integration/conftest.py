@@ -21,7 +21,7 @@ needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces ne
 
 def pytest_collection_modifyitems(items):
     for item in items:
-        if "bridge_lab" in getattr(item, "fixturenames", ()):
+        if {"bridge_lab", "radio_lab"} & set(getattr(item, "fixturenames", ())):
             item.add_marker(needs_root)
 
 
@@ -106,6 +106,12 @@ class Lab:
     def pid(self, robot):
         return self.state()[robot - 1]["pid"]
 
+    def medium(self):
+        """What the medium says of itself."""
+        done = self.tool("medium", "status", "--json")
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
     def down(self):
         return self.tool("down")
 
@@ -114,6 +120,12 @@ class Lab:
 def bridge_lab():
     """Makes labs on raw layer-2 frames: bridge_lab(robots, options...)."""
     yield from _labs("bridge")
+
+
+@pytest.fixture
+def radio_lab():
+    """Makes labs whose robots share a simulated Wi-Fi channel: radio_lab(robots, options...)."""
+    yield from _labs("radio")
 
 
 @pytest.fixture

@@ -1,0 +1,209 @@
+"""swarmtalk-lab --medium radio: unmodified daemons on TAP devices, whose other ends a process holds
+that runs a Wi-Fi channel in real time; and what can be done to that channel while it runs."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import pytest
+from conftest import needs_root, one_line, program, run, wait_for
+from test_lab import is_running, leftovers
+
+CLI = program("swarmtalk-cli")
+TOOL = program("swarmtalk-lab")
+
+
+def heard(lab, sender, receivers, messages=1, rate=50, channel="hello"):
+    """Robot `sender` publishes; returns how many messages each of `receivers` got."""
+    subs = [lab.start_sub(each, channel, "--format", "%n\\n") for each in receivers]
+    done = lab.cli(sender, "pub", channel, "x", "--repeat", messages, "--rate", rate)
+    assert done.returncode == 0, done.stderr
+    time.sleep(0.2)  # what is on the air arrives within milliseconds
+    counts = []
+    for sub in subs:
+        sub.send_signal(signal.SIGINT)
+        counts.append(len(sub.communicate(timeout=10)[0].split()))
+    return counts
+
+
+def accounted(status):
+    """Whether each frame sent has arrived at, or is lost for a named cause to, each other robot."""
+    lost = {cause: count for cause, count in status["lost"].items()
+            if cause not in ("queue_full", "interface")}
+    return status["received"] + sum(lost.values()) == status["expected"]
+
+
+def test_range_decides_who_hears_whom_and_tcpdump_sees_it(radio_lab, tmp_path):
+    """Three robots at (0, 0), (0.5, 0), (0, 0.5): the last two are 0.71 m apart."""
+    lab = radio_lab(3, "--range", "0.6")
+    dump = tmp_path / "robot-1.pcap"
+    words = ["tcpdump", "-q", "-i", "wlan0", "-U", "-w", str(dump), "--immediate-mode"]
+    watcher = lab.start(1, *words)
+    try:
+        wait_for(lambda: dump.exists() and dump.stat().st_size >= 24, what="tcpdump to listen")
+        assert heard(lab, 2, [1, 3], messages=5) == [5, 0]
+    finally:
+        watcher.send_signal(signal.SIGTERM)
+        watcher.communicate(timeout=10)
+    seen = run("tcpdump", "-e", "-n", "-r", dump, "ether", "proto", "0x88b5").stdout
+    assert seen.count("02:53:54:00:00:02 > ff:ff:ff:ff:ff:ff") >= 5, seen
+    status = lab.medium()
+    assert accounted(status)
+    assert [robot["in_range"] for robot in status["robots"]] == [2, 1, 1]
+    assert status["robots"][2]["lost"]["range"] >= 5
+    assert status["robots"][0]["received"] >= 5
+    assert status["late"]["events"] == status["sent"] > 0
+    text = lab.tool("medium", "status").stdout
+    assert "3 robots" in text and "too far away" in text and "late:" in text
+
+
+def test_a_loss_of_30_percent_is_that_at_the_receiving_daemon_and_one_way(radio_lab):
+    lab = radio_lab(2)
+    done = lab.tool("link", 1, 2, "--loss", "0.3", "--one-way")
+    assert done.stdout.splitlines() == ["robot 1 -> robot 2: in range by 60.0 dB, loss 30 %"]
+    share = 1 - heard(lab, 1, [2], messages=600, rate=300)[0] / 600
+    assert 0.25 <= share <= 0.35, share
+    assert heard(lab, 2, [1], messages=50, rate=100) == [50]
+    assert lab.medium()["lost"]["link"] >= 150
+    assert lab.tool("link", 1, 2, "--reset").stdout.count("loss 0 %") == 2
+    assert heard(lab, 1, [2], messages=50, rate=100) == [50]
+
+
+def test_a_robot_that_moves_is_heard_where_it_is_and_its_daemon_knows_the_place(radio_lab):
+    lab = radio_lab(2, "--range", "10")
+    assert lab.tool("move", 2, "30", "-2.5").returncode == 0
+    assert heard(lab, 1, [2]) == [0]
+    pose = json.loads(lab.cli(2, "pose", "get", "--json").stdout)
+    assert (pose["x_m"], pose["y_m"]) == (30, -2.5)
+    assert lab.state()[1]["x_m"] == 30
+    started = time.monotonic()
+    assert lab.tool("move", 2, "3", "-2.5", "--speed", "90").returncode == 0
+    assert time.monotonic() - started >= 0.3, "27 m at 90 m/s"
+    assert heard(lab, 1, [2]) == [1]
+    assert json.loads(lab.cli(2, "pose", "get", "--json").stdout)["x_m"] == 3
+
+
+def test_partitions_and_jammers_come_and_go(radio_lab):
+    lab = radio_lab(4, "--spacing", "1")  # in a square
+    assert heard(lab, 1, [2, 3, 4]) == [1, 1, 1]
+    assert lab.tool("partition", "1,4").returncode == 0
+    assert heard(lab, 1, [2, 3, 4]) == [0, 0, 1]
+    assert "by themselves: 1,4" in lab.tool("medium", "status").stdout
+    assert lab.tool("heal").returncode == 0
+    assert lab.tool("partition", "--line", "0.5").returncode == 0
+    assert heard(lab, 1, [2, 3, 4]) == [0, 1, 0]
+    assert lab.tool("heal").returncode == 0
+    assert lab.tool("jam", 1, 0, "0.5").returncode == 0
+    assert heard(lab, 1, [2, 3, 4]) == [0, 1, 1]
+    assert lab.tool("jam", "--off").returncode == 0
+    assert heard(lab, 1, [2, 3, 4]) == [1, 1, 1]
+    status = lab.medium()
+    assert accounted(status)
+    assert status["lost"]["partition"] >= 4 and status["lost"]["jam"] >= 1
+
+
+def test_more_than_the_air_carries_waits_and_is_dropped_and_counted(radio_lab):
+    """Frames of 1400 bytes take 2 ms at 6 Mb/s; a queue has room for 64."""
+    lab = radio_lab(2)
+    done = lab.cli(1, "pub", "big", "x" * 1300, "--repeat", 400)
+    assert done.returncode == 0, done.stderr
+    status = wait_for(lambda: (status := lab.medium())["offered"] > 300 and status,
+                      what="the frames")
+    assert status["robots"][0]["lost"]["queue_full"] > 50
+    wait_for(lambda: (s := lab.medium())["sent"] + s["lost"]["queue_full"] == s["offered"],
+             what="the queue to empty")
+
+
+def medium_pid(lab):
+    return lab.medium()["pid"]
+
+
+def keeper_pid(lab):
+    return int(run("pgrep", "-o", "-f", f"swarmtalk-lab --name {lab.name} keep").stdout)
+
+
+@pytest.mark.parametrize("victim", [medium_pid, keeper_pid])
+def test_a_lab_whose_medium_is_killed_leaves_nothing_behind(radio_lab, victim):
+    lab = radio_lab(2)
+    daemons = [robot["pid"] for robot in lab.state()]
+    parts = [medium_pid(lab), keeper_pid(lab)]
+    os.kill(victim(lab), signal.SIGKILL)
+    wait_for(lambda: not leftovers(lab.name), what="the lab to be taken down")
+    wait_for(lambda: not any(map(is_running, daemons + parts)), what="its processes to end")
+    assert not (pathlib.Path("/run/swarmtalk-lab") / lab.name).exists()
+    one_line(lab.tool("status").stderr, "was taken down: the medium.* killed|ended by signal 9")
+
+
+@needs_root
+def test_a_run_that_is_killed_takes_its_medium_with_it():
+    name = f"killed{os.getpid()}"
+    process = subprocess.Popen([TOOL, "--name", name, "run", "2", "--medium", "radio", "--",
+                                "/bin/sh", "-c", "echo ready; exec sleep 60"],
+                               stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    wait_for(lambda: not leftovers(name), what="the lab to be taken down")
+
+
+@needs_root
+def test_run_and_down_leave_nothing_behind(radio_lab):
+    name = f"run{os.getpid()}"
+    done = run(TOOL, "--name", name, "run", "2", "--medium", "radio", "--", "/bin/sh", "-c",
+               f"{TOOL} medium status --json; echo $SWARMTALK_MEDIUM")
+    assert done.returncode == 0, done.stderr
+    status, socket = done.stdout.splitlines()
+    assert json.loads(status)["range_m"] == 50
+    assert leftovers(name) == [] and not pathlib.Path(socket).exists()
+    lab = radio_lab(2)
+    assert lab.down().returncode == 0
+    assert leftovers(lab.name) == []
+
+
+def test_mistakes_with_the_medium_get_one_line(radio_lab, udp_lab):
+    lab = radio_lab(2)
+    one_line(lab.tool("link", 1, 3, "--loss", 1).stderr, "no robot 3; robots are 1 to 2")
+    one_line(lab.tool("link", 1, 1).stderr, "no link to itself")
+    one_line(lab.tool("link", 1, 2, "--loss", 2).stderr, "--loss")
+    one_line(lab.tool("move", 5, 0, 0).stderr, "'5' is not in this lab")
+    one_line(lab.tool("jam", 1, 1).stderr, "X Y RADIUS in metres, or --off")
+    one_line(lab.tool("partition").stderr, "name robots")
+    one_line(lab.tool("medium").stderr, "subcommand")
+    one_line(lab.tool("up", 2, "--medium", "radio", "--rate", 7).stderr, "--rate")
+    one_line(udp_lab(1).tool("heal").stderr, "cannot be changed.*--medium radio")
+
+
+@pytest.mark.long
+@needs_root
+@pytest.mark.parametrize("robots, seconds", [
+    (100, float(os.environ.get("SWARMTALK_RADIO_SECONDS", "600")))])
+def test_a_hundred_robots_for_ten_minutes_and_the_medium_keeps_its_time(radio_lab, tmp_path, robots,
+                                                                        seconds):
+    """Ten neighbours each, 8 messages a second. Prints what it took."""
+    base = tmp_path / "base.toml"
+    base.write_text("[log]\nlevel = \"warning\"\n")
+    lab = radio_lab(robots, "--range", "1.01", "--config", base)
+    before = [robot_cpu_s(robot["pid"]) for robot in lab.state()]
+    # Each a little out of step with the others, as robots are.
+    done = lab.tool("exec", "all", "--", "/bin/sh", "-c",
+                    f"sleep 0.$((SWARMTALK_ROBOT * 10 % 97)); exec {CLI} pub pulse 0123456789abcdef"
+                    f" --rate 8 --repeat {int(8 * seconds)}", timeout=seconds + 120)
+    assert done.returncode == 0, done.stdout[-2000:]
+    status = lab.medium()
+    daemons = sum(robot_cpu_s(robot["pid"]) for robot in lab.state()) - sum(before)
+    print(lab.tool("medium", "status").stdout)
+    print(f"daemons: {100 * daemons / seconds:.1f} % of a processor, all together")
+    assert accounted(status)
+    neighbours = sum(robot["in_range"] for robot in status["robots"]) / robots
+    assert 9 <= neighbours <= 11, neighbours
+    assert status["offered"] >= 8 * seconds * robots * 0.99
+    assert status["lost"]["interface"] == status["lost"]["receiver"] == 0
+    assert status["late"]["late"] < 0.01 * status["late"]["events"], status["late"]
+
+
+def robot_cpu_s(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
