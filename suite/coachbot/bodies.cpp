@@ -20,6 +20,7 @@
 #include "platforms/coachbot/daemon_robot.hpp"
 #include "platforms/recorder.hpp"
 #include "sim/body.hpp"
+#include "suite/coachbot/medium_port.hpp"
 #include "suite/sim/program_main.hpp"
 #include "suite/sim/scenario.hpp"
 
@@ -66,7 +67,7 @@ class Bodies {
       sites_.emplace_back(daemons[i], listen(folder + "/body-" + std::to_string(i)));
       Site& site = sites_.back();
       site.body = sim::Body(config_, place.x_mm, place.y_mm, place.theta_rad, noise_);
-      tell(site);
+      tell(static_cast<uint32_t>(i));
     }
   }
   ~Bodies() {
@@ -90,7 +91,7 @@ class Bodies {
           }
         }
         site.contacts += touches;
-        tell(site);
+        tell(i);
         write_pose(i, now_us);
       }
       (void)site.client.process();  // it reconnects by itself; a robot without daemon hears nothing
@@ -102,7 +103,7 @@ class Bodies {
     for (uint32_t i = 0; i < sites_.size(); ++i) {
       recorder_.event(now_us, i,
                       "\"event\":\"body\",\"contacts\":%u,\"refused\":%u,\"stood_still_ms\":%llu",
-                      sites_[i].contacts, sites_[i].refused,
+                      sites_[i].contacts, sites_[i].refused + (i == 0 ? medium_.refused() : 0),
                       static_cast<unsigned long long>(stood_still_us / 1000));
     }
   }
@@ -148,7 +149,9 @@ class Bodies {
     }
   }
 
-  static void tell(Site& site) {
+  void tell(uint32_t index) {
+    Site& site = sites_[index];
+    medium_.put(index, site.body.x_mm, site.body.y_mm);
     site.client.set_fixed_pose(static_cast<float>(site.body.x_mm / 1000),
                                static_cast<float>(site.body.y_mm / 1000),
                                static_cast<float>(site.body.theta_rad));
@@ -164,6 +167,7 @@ class Bodies {
   platforms::Recorder recorder_;
   sim::Random noise_;
   sim::BodyConfig config_ = sim::coachbot_body();
+  suite::MediumPort medium_;
   std::deque<Site> sites_;
 };
 

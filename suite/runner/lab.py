@@ -1,6 +1,7 @@
-"""Platform coachbot-lab: programs on the client library, each beside an unmodified swarmtalkd in a
-network namespace of swarmtalk-lab; in real time. A virtual range makes neighbourhoods of a medium
-in which all hear all.
+"""Platforms coachbot-lab and coachbot-radio: programs on the client library, each beside an
+unmodified swarmtalkd in a network namespace of swarmtalk-lab; in real time. In coachbot-lab a
+virtual range makes neighbourhoods of a medium in which all hear all; in coachbot-radio the medium
+itself has a range, air time and collisions (docs/radio.md).
 """
 import json
 import os
@@ -16,10 +17,12 @@ level = "warning"
 profile = "kilobot"
 rate_hz = {rate_hz}
 jitter_us = {jitter_us}
-virtual_range_m = {range_m}
+"""
+VIRTUAL_RANGE = """virtual_range_m = {range_m}
 virtual_range_unknown = "drop"
 """
-KEYS = ("range_mm", "period_us")
+KEYS = {"coachbot-lab": ("range_mm", "period_us"),
+        "coachbot-radio": ("range_mm", "period_us", "loss")}
 
 
 class LabError(Exception):
@@ -28,20 +31,35 @@ class LabError(Exception):
 
 def config(scenario: dict) -> str:
     """What all daemons are given: the paper's packets at the simulated Coachbot's pace."""
+    platform = scenario["platform"]
     for section in ("radio", "clock", "body"):
         for key in scenario.get(section, {}):
-            if section != "radio" or key not in KEYS:
-                raise LabError(f"coachbot-lab: [{section}] has no key '{key}'; there is: "
-                               + " ".join("radio." + k for k in KEYS))
+            if section != "radio" or key not in KEYS[platform]:
+                raise LabError(f"{platform}: [{section}] has no key '{key}'; there is: "
+                               + " ".join("radio." + k for k in KEYS[platform]))
     if scenario["faults"]:
-        raise LabError("coachbot-lab knows no faults: leave [[fault]] out, or use sim-coachbot")
+        raise LabError(f"{platform} knows no faults: leave [[fault]] out, or use sim-coachbot")
     if scenario.get("random_ids"):
-        raise LabError("coachbot-lab numbers its robots: leave random_ids out, or use sim-coachbot")
+        raise LabError(f"{platform} numbers its robots: leave random_ids out, or use sim-coachbot")
     limits.check_sections(scenario)
     radio = scenario["radio"]
     period_us = radio.get("period_us", 50000)
-    return CONFIG.format(rate_hz=1e6 / period_us, jitter_us=period_us // 10,
-                         range_m=radio["range_mm"] / 1000)
+    text = CONFIG.format(rate_hz=1e6 / period_us, jitter_us=period_us // 10)
+    if platform == "coachbot-lab":
+        text += VIRTUAL_RANGE.format(range_m=radio["range_mm"] / 1000)
+    return text
+
+
+def medium(scenario: dict) -> list:
+    """The options of swarmtalk-lab that choose the medium."""
+    if scenario["platform"] == "coachbot-lab":
+        return ["--medium", "bridge" if os.geteuid() == 0 else "udp"]
+    if os.geteuid() != 0:
+        raise LabError("coachbot-radio makes network namespaces: run it with sudo, or use "
+                       "coachbot-lab")
+    radio = scenario["radio"]
+    return ["--medium", "radio", "--range", radio["range_mm"] / 1000,
+            "--loss", radio.get("loss", 0)]
 
 
 def merge(scenario: dict, folder: pathlib.Path) -> list[dict]:
@@ -78,15 +96,15 @@ def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, bodies: str, c
     """One run. @param call  runs a command to its end; raises if that fails"""
     robots = len(scenario["robots"])
     if robots > MOST_ROBOTS:
-        raise LabError(f"coachbot-lab has at most {MOST_ROBOTS} robots (node ids of the packets)")
+        raise LabError(f"{scenario['platform']} has at most {MOST_ROBOTS} robots (node ids of the "
+                       "packets)")
     with tempfile.TemporaryDirectory(prefix="swarmtalk-suite-", dir=memory_folder()) as name:
         folder = pathlib.Path(name)
         places, base = folder / "scenario.json", folder / "base.toml"
         base.write_text(config(scenario), encoding="utf-8")
         places.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
-        medium = "bridge" if os.geteuid() == 0 else "udp"
         each = [tool, "exec", "all", "--no-prefix", "--", robot, places, folder]
-        call([tool, "--name", f"suite{os.getpid()}", "run", robots, "--medium", medium, "--config",
+        call([tool, "--name", f"suite{os.getpid()}", "run", robots, *medium(scenario), "--config",
               base, "--", bodies, places, folder, tool, *each])
         events = merge(scenario, folder)
     with open(log, "w", encoding="utf-8") as output:

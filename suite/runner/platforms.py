@@ -15,7 +15,7 @@ import emulated
 import lab
 import limits
 
-REAL_TIME = ("coachbot-lab",)  # the seed decides less than the machine does
+REAL_TIME = ("coachbot-lab", "coachbot-radio")  # the seed decides less than the machine does
 
 interrupted = False  # Ctrl-C came; the run that it met has ended early
 _running = None      # the program that is told of it
@@ -147,7 +147,7 @@ def run(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None = None
     try:
         if scenario["platform"] == "kilobot-emulated":
             run_emulated(scenario, part)
-        elif scenario["platform"] == "coachbot-lab":
+        elif scenario["platform"] in REAL_TIME:
             run_lab(scenario, part)
         elif scenario["platform"].startswith("argos-"):
             run_argos(scenario, part)

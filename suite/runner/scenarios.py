@@ -11,7 +11,7 @@ import limits
 from limits import ScenarioError
 
 BODY_MM = {"sim-kilobot": 33, "kilobot-emulated": 33, "sim-coachbot": 110,
-           "coachbot-lab": 110, "argos-kilobot": 33, "argos-footbot": 170}
+           "coachbot-lab": 110, "coachbot-radio": 110, "argos-kilobot": 33, "argos-footbot": 170}
 PLATFORMS = tuple(BODY_MM)
 PROGRAMS = ("hop_count", "hop_count_two_seeds", "firefly", "firefly_no_delay", "edge_following",
             "news")
@@ -20,7 +20,7 @@ EDGE_SEED, EDGE_FOLLOWER = 0, 1
 TELLER = 1  # role of news
 TELLERS = 4  # if the scenario does not say how many
 # Where a program runs that does not run everywhere.
-ONLY_ON = {"news": ("sim-kilobot", "sim-coachbot", "coachbot-lab")}
+ONLY_ON = {"news": ("sim-kilobot", "sim-coachbot", "coachbot-lab", "coachbot-radio")}
 
 # Two seeds are the upper left and the lower left robot.
 LEAST_ROBOTS = {"hop_count": 2, "hop_count_two_seeds": 3, "firefly": 2, "firefly_no_delay": 2,
@@ -29,18 +29,20 @@ LEAST_ROBOTS = {"hop_count": 2, "hop_count_two_seeds": 3, "firefly": 2, "firefly
 # Between robots of the grid, and how far the radio reaches: eight neighbours.
 # Foot-bots stand in each other's sight and reach as far over their grid as the paper's Kilobots.
 SPACING_MM = {"sim-kilobot": 50, "sim-coachbot": 500, "kilobot-emulated": 50,
-              "coachbot-lab": 500, "argos-kilobot": 50, "argos-footbot": 300}
+              "coachbot-lab": 500, "coachbot-radio": 500, "argos-kilobot": 50, "argos-footbot": 300}
 RANGE_MM = {"sim-kilobot": 75, "sim-coachbot": 750, "kilobot-emulated": 75, "coachbot-lab": 750,
-            "argos-kilobot": 75, "argos-footbot": 860}
+            "coachbot-radio": 750, "argos-kilobot": 75, "argos-footbot": 860}
 
 # Virtual seconds of a run. Hop counts are judged 10 s after the start, as in the paper.
 SECONDS = {
     "hop_count": dict.fromkeys(PLATFORMS, 12),
     "hop_count_two_seeds": dict.fromkeys(PLATFORMS, 12),
     "firefly": {"sim-kilobot": 600, "sim-coachbot": 400, "kilobot-emulated": 600,
-                "coachbot-lab": 300, "argos-kilobot": 600, "argos-footbot": 400},
+                "coachbot-lab": 300, "coachbot-radio": 300, "argos-kilobot": 600,
+                "argos-footbot": 400},
     "edge_following": {"sim-kilobot": 1500, "sim-coachbot": 400, "kilobot-emulated": 1500,
-                       "coachbot-lab": 200, "argos-kilobot": 600, "argos-footbot": 600},
+                       "coachbot-lab": 200, "coachbot-radio": 200, "argos-kilobot": 600,
+                       "argos-footbot": 600},
 }
 SECONDS["firefly_no_delay"] = SECONDS["firefly"]
 SECONDS["news"] = dict.fromkeys(ONLY_ON["news"], 90)
