@@ -129,8 +129,9 @@ int main(int argc, char** argv) {
     command
         ->add_option("--medium", options.medium,
                      "bridge: namespaces and raw layer-2 frames (root); radio: the same, through a "
-                     "simulated Wi-Fi channel with range, loss and collisions; udp: the UDP link, "
-                     "without namespaces (anybody)")
+                     "simulated Wi-Fi channel with range, loss and collisions; radio-udp: that "
+                     "channel without namespaces (anybody); udp: the UDP link, without namespaces "
+                     "(anybody)")
         ->check(CLI::IsMember(medium_names()))
         ->capture_default_str();
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
@@ -225,7 +226,7 @@ int main(int argc, char** argv) {
 
   try {
     if (*keep_command) {
-      return keep(options.name, [&] { return RadioMedium::serve(load_or_throw(options.name)); });
+      return keep(options.name, [&] { return serve_radio(load_or_throw(options.name)); });
     }
     remember_interrupts();
     if (*up_command) {

@@ -12,8 +12,9 @@ namespace {
 const auto& all_media() {
   static const BridgeMedium bridge;
   static const UdpMedium udp;
-  static const RadioMedium radio;
-  static const std::array<const Medium*, 3> media{&bridge, &radio, &udp};
+  static const RadioMedium radio(true);
+  static const RadioMedium radio_udp(false);
+  static const std::array<const Medium*, 4> media{&bridge, &radio, &radio_udp, &udp};
   return media;
 }
 

@@ -16,6 +16,8 @@
 #include "lab/radio/control_socket.hpp"
 #include "lab/radio/radio_server.hpp"
 #include "lab/radio/tap.hpp"
+#include "lab/radio/udp_port.hpp"
+#include "lab/udp_medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -51,11 +53,14 @@ void need_descriptors() {
 }  // namespace
 
 std::string RadioMedium::problem() const {
-  return namespace_problem();
+  if (!has_namespaces_ || namespace_problem().empty()) return {};
+  return "network namespaces need root: run it with sudo, or without root as "
+         "`swarmtalk-lab ... --medium radio-udp`";
 }
 
 void RadioMedium::plan(State& state) const {
   for (Robot& robot : state.robots) {
+    if (!has_namespaces_) break;
     robot.network_namespace = namespace_prefix(state.name) + std::to_string(robot.number);
   }
   state.control_socket = folder_of(state.name) / "medium.sock";
@@ -64,7 +69,7 @@ void RadioMedium::plan(State& state) const {
 void RadioMedium::make(State& state) const {
   for (const Robot& robot : state.robots) {
     throw_if_interrupted();
-    make_namespace(robot.network_namespace);
+    if (has_namespaces_) make_namespace(robot.network_namespace);
   }
   SpawnOptions options;
   options.detached = true;
@@ -92,8 +97,12 @@ void RadioMedium::make(State& state) const {
   }
 }
 
-LinkKeys RadioMedium::link_of(const State&, const Robot&) const {
-  return {{"type", "raw_l2"}, {"interface", kRadioInterface}};
+LinkKeys RadioMedium::link_of(const State& state, const Robot& robot) const {
+  if (has_namespaces_) return {{"type", "raw_l2"}, {"interface", kRadioInterface}};
+  return {{"type", "udp"},
+          {"interface", "lo"},
+          {"address", radio::group_of(robot.number)},
+          {"port", udp_port_of(state)}};
 }
 
 void RadioMedium::remove(const State& state) const {
@@ -109,25 +118,36 @@ void RadioMedium::refresh(State& state) const {
   }
 }
 
-int RadioMedium::serve(const State& state) {
+int RadioMedium::serve(const State& state) const {
   need_descriptors();
   sim::WifiAirConfig air;
   air.range_mm = state.radio.range_m * 1000;
   air.loss = state.radio.loss;
   air.rate_mbps = static_cast<std::uint32_t>(state.radio.rate_mbps);
+  if (!has_namespaces_) air.header_bytes = 0;  // what goes on the air is the same frame
   const auto seed =
       static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
   radio::RadioServer server(air, state.control_socket, seed);
   for (const Robot& robot : state.robots) {
-    server.add(std::make_unique<radio::Tap>(robot.network_namespace, kRadioInterface,
-                                            static_cast<std::uint16_t>(robot.number)),
-               robot.pose.x_m, robot.pose.y_m);
+    std::unique_ptr<radio::Port> port;
+    if (has_namespaces_) {
+      port = std::make_unique<radio::Tap>(robot.network_namespace, kRadioInterface,
+                                          static_cast<std::uint16_t>(robot.number));
+    } else {
+      port = std::make_unique<radio::UdpPort>(robot.number,
+                                              static_cast<std::uint16_t>(udp_port_of(state)));
+    }
+    server.add(std::move(port), robot.pose.x_m, robot.pose.y_m);
   }
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGUSR1);
   return server.run(signals);
+}
+
+int serve_radio(const State& state) {
+  return RadioMedium(state.medium == "radio").serve(state);
 }
 
 }  // namespace swarmtalk::lab

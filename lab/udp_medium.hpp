@@ -6,6 +6,9 @@
 
 namespace swarmtalk::lab {
 
+/// The UDP port of a lab: labs of different names must not hear each other.
+std::int64_t udp_port_of(const State& state);
+
 class UdpMedium final : public Medium {
  public:
   std::string name() const override { return "udp"; }

@@ -54,12 +54,9 @@ def medium(scenario: dict) -> list:
     """The options of swarmtalk-lab that choose the medium."""
     if scenario["platform"] == "coachbot-lab":
         return ["--medium", "bridge" if os.geteuid() == 0 else "udp"]
-    if os.geteuid() != 0:
-        raise LabError("coachbot-radio makes network namespaces: run it with sudo, or use "
-                       "coachbot-lab")
     radio = scenario["radio"]
-    return ["--medium", "radio", "--range", radio["range_mm"] / 1000,
-            "--loss", radio.get("loss", 0)]
+    return ["--medium", "radio" if os.geteuid() == 0 else "radio-udp", "--range",
+            radio["range_mm"] / 1000, "--loss", radio.get("loss", 0)]
 
 
 def merge(scenario: dict, folder: pathlib.Path) -> list[dict]:

@@ -129,6 +129,12 @@ def radio_lab():
 
 
 @pytest.fixture
+def radio_udp_lab():
+    """The same over the daemons' UDP links, which need no privilege."""
+    yield from _labs("radio-udp")
+
+
+@pytest.fixture
 def udp_lab():
     """Makes labs over the UDP link, which need no privilege."""
     yield from _labs("udp")

@@ -163,6 +163,40 @@ def test_run_and_down_leave_nothing_behind(radio_lab):
     assert leftovers(lab.name) == []
 
 
+def test_without_namespaces_the_same_radio_is_on_udp_links(radio_udp_lab):
+    """Three robots at (0, 0), (0.5, 0), (0, 0.5); two labs do not hear each other."""
+    lab = radio_udp_lab(3, "--range", "0.6")
+    other = radio_udp_lab(2)
+    assert heard(lab, 2, [1, 3], messages=5) == [5, 0]
+    assert lab.tool("link", 2, 1, "--loss", 1).returncode == 0
+    assert lab.tool("move", 3, "0.5", "0.1").returncode == 0
+    assert heard(lab, 2, [1, 3], messages=5) == [0, 5]
+    status = lab.medium()
+    assert accounted(status)
+    # 44 bytes of headers, 8 of the air frame's and the message's, and no bytes of IP and UDP.
+    assert status["air_us"] < 160 * status["sent"]
+    assert other.medium()["offered"] == 0
+    pids = [status["pid"], keeper_pid(lab), *(robot["pid"] for robot in lab.state())]
+    os.kill(status["pid"], signal.SIGKILL)
+    wait_for(lambda: not any(map(is_running, pids)), what="all to end")
+
+
+@needs_root
+def test_it_needs_no_privilege():
+    name = f"nobody{os.getpid()}"
+    inner = f"{TOOL} medium status --json && {TOOL} exec 1 -- {CLI} status --json"
+    as_nobody = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "env",
+                 "--unset=XDG_RUNTIME_DIR")
+    done = run(*as_nobody, TOOL, "--name", name, "run", "2", "--medium", "radio-udp", "--",
+               "/bin/sh", "-c", inner)
+    assert done.returncode == 0, done.stderr
+    medium, daemon = map(json.loads, done.stdout.splitlines())
+    assert len(medium["robots"]) == 2 and daemon["links"][0]["type"] == "udp"
+    assert not run("pgrep", "-f", f"swarmtalk-lab-65534/{name}/").stdout
+    one_line(run(*as_nobody, TOOL, "--name", name, "up", "2", "--medium", "radio").stderr,
+             "root", "--medium radio-udp")
+
+
 def test_mistakes_with_the_medium_get_one_line(radio_lab, udp_lab):
     lab = radio_lab(2)
     one_line(lab.tool("link", 1, 3, "--loss", 1).stderr, "no robot 3; robots are 1 to 2")
@@ -193,13 +227,17 @@ def test_a_hundred_robots_for_ten_minutes_and_the_medium_keeps_its_time(radio_la
                     f" --rate 8 --repeat {int(8 * seconds)}", timeout=seconds + 120)
     assert done.returncode == 0, done.stdout[-2000:]
     status = lab.medium()
-    daemons = sum(robot_cpu_s(robot["pid"]) for robot in lab.state()) - sum(before)
+    state = lab.state()
+    daemons = sum(robot_cpu_s(robot["pid"]) for robot in state) - sum(before)
     print(lab.tool("medium", "status").stdout)
+    heard_frames = sum(robot["links"][0]["frames_received"] for robot in state)
+    print(f"frames that the daemons heard: {heard_frames}")
     print(f"daemons: {100 * daemons / seconds:.1f} % of a processor, all together")
     assert accounted(status)
     neighbours = sum(robot["in_range"] for robot in status["robots"]) / robots
     assert 9 <= neighbours <= 11, neighbours
     assert status["offered"] >= 8 * seconds * robots * 0.99
+    assert heard_frames >= 0.999 * status["received"]
     assert status["lost"]["interface"] == status["lost"]["receiver"] == 0
     assert status["late"]["late"] < 0.01 * status["late"]["events"], status["late"]
 
