@@ -29,6 +29,33 @@ def test_nine_robots_count_hops_through_their_daemons(tmp_path):
     assert replay.returncode == 1 and "real time" in replay.stderr
 
 
+RADIO = ("--platform", "coachbot-radio")
+
+
+def test_nine_robots_count_hops_on_a_radio_with_a_range_of_its_own(tmp_path):
+    """No virtual range: who hears whom is the medium's business."""
+    done = suite(tmp_path, "run", "hop_count", *RADIO, "--robots", 9, "--seconds", 12)
+    assert done.returncode == 0, done.stderr
+    result = results(done)[0]
+    assert result["success"] and result["platform"] == "coachbot-radio"
+    assert [result[key] for key in ("lost_kernel", "lost_daemon", "lost_client")] == [0, 0, 0]
+    assert "real time" in suite(tmp_path, "replay", result["log"]).stderr
+
+
+def test_the_radio_is_told_where_the_bodies_are(tmp_path):
+    """Robots of a lab stand on a grid of 0.5 m until they are told otherwise; at 2 m, and with a
+    range of 0.75 m, nobody hears anybody."""
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\nspacing_mm = 2000\n")
+    done = suite(tmp_path, "run", "--scenario", "s.toml", *RADIO, "--robots", 4, "--seconds", 3)
+    log = (tmp_path / "suite-logs/hop_count-coachbot-radio-4-s-1.jsonl").read_text()
+    events = [json.loads(line)["event"] for line in log.splitlines()[1:]]
+    assert "sent" in events and "received" not in events, done.stderr
+    (tmp_path / "s.toml").write_text("program = 'hop_count'\nradio.loss = 1.0\n")
+    suite(tmp_path, "run", "--scenario", "s.toml", *RADIO, "--robots", 4, "--seconds", 3)
+    assert '"received"' not in pathlib.Path(
+        tmp_path / "suite-logs/hop_count-coachbot-radio-4-s-1.jsonl").read_text()
+
+
 def test_followers_move_and_their_daemons_know_where(tmp_path):
     """A few steps of edge following: the distances that steer it come from the daemons' poses."""
     done = suite(tmp_path, "run", "edge_following", *LAB, "--seconds", 8)
@@ -88,9 +115,11 @@ def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
     assert all(r["interrupted"] for r in map(json.loads, output.splitlines()))
 
 
-@pytest.mark.parametrize("line, says", [
-    ("radio.loss = 0.1", "[radio] has no key 'loss'"), ("[[fault]]\nkind = 'death'", "no faults")])
-def test_what_the_lab_cannot_do_is_refused_in_one_line(tmp_path, line, says):
+@pytest.mark.parametrize("platform, line, says", [
+    (LAB, "radio.loss = 0.1", "[radio] has no key 'loss'"),
+    (LAB, "[[fault]]\nkind = 'death'", "no faults"),
+    (RADIO, "radio.air_us = 300", "[radio] has no key 'air_us'")])
+def test_what_the_lab_cannot_do_is_refused_in_one_line(tmp_path, platform, line, says):
     (tmp_path / "s.toml").write_text("program = 'hop_count'\n" + line + "\n")
-    done = suite(tmp_path, "run", "--scenario", "s.toml", *LAB, "--robots", 4)
+    done = suite(tmp_path, "run", "--scenario", "s.toml", *platform, "--robots", 4)
     assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
