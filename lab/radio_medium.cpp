@@ -78,6 +78,7 @@ void RadioMedium::make(State& state) const {
                                            "--name", state.name, "keep", state.control_socket},
                                           options));
   state.medium_processes = {keeper};
+  save(state);  // or nobody would find it again, were this tool killed now
   const auto deadline = std::chrono::steady_clock::now() + kMediumTimeout;
   for (std::string problem;;) {
     throw_if_interrupted();
