@@ -61,12 +61,14 @@ function(swarmtalk_test name)
   set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})
 endfunction()
 
-# swarmtalk_pytest(PREFIX LABEL [ENVIRONMENT...] [NEEDS TARGETS...]): the pytest files of this folder.
+# swarmtalk_pytest(PREFIX LABEL [BY_FILE] [ENVIRONMENT...] [NEEDS TARGETS...]): the pytest files of this
+# folder.
 # Each of pytest's tests is one of ctest's, so that what is skipped is counted as skipped; -rs prints
 # the reason. Those marked with pytest.mark.long get the label "long" as well. NEEDS: what has to be
 # built before they run, for tools/test -R and --changed; targets that are not there are left out.
+# BY_FILE: each file is one of ctest's tests, where all tests in it share what takes long to make.
 function(swarmtalk_pytest prefix label)
-  cmake_parse_arguments(arg "" "" "NEEDS" ${ARGN})
+  cmake_parse_arguments(arg "BY_FILE" "" "NEEDS" ${ARGN})
   find_program(PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   set(environment "SWARMTALK_BUILD=${PROJECT_BINARY_DIR}" "PYTHONDONTWRITEBYTECODE=1"
     ${arg_UNPARSED_ARGUMENTS})
@@ -86,8 +88,17 @@ function(swarmtalk_pytest prefix label)
   string(REGEX MATCHALL "long: ${folder}/test_[a-z_0-9]+\\.py::[^\n]+" long_tests "${collected}")
   string(REGEX REPLACE "long: [^\n]+" "" collected "${collected}")
   string(REGEX MATCHALL "test_[a-z_0-9]+\\.py::[^\n]+" tests "${collected}")
+  set(skipped "\n1 skipped in ")
+  if(arg_BY_FILE)
+    # Long if one of its tests is; skipped if all of them are.
+    list(TRANSFORM tests REPLACE "::.*" "")
+    list(TRANSFORM long_tests REPLACE "::.*" "")
+    list(REMOVE_DUPLICATES tests)
+    set(skipped "\n[0-9]+ skipped in ")
+  endif()
   foreach(test IN LISTS tests)
     string(REGEX REPLACE "^test_(.*)\\.py::test_" "${prefix}.\\1." name ${test})
+    string(REGEX REPLACE "^test_(.*)\\.py$" "${prefix}.\\1" name ${name})
     set(labels ${label})
     if("long: ${folder}/${test}" IN_LIST long_tests)
       list(APPEND labels long)
@@ -100,7 +111,7 @@ function(swarmtalk_pytest prefix label)
       --basetemp=/tmp/swarmtalk-test-${own} ${test}
       WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
     set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS "${labels}"
-      ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "\n1 skipped in ")
+      ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "${skipped}")
   endforeach()
   swarmtalk_pytest_needs("" ${arg_NEEDS})
 endfunction()

@@ -1,0 +1,228 @@
+"""Daemons of this build on simulated 802.11 radios, in a virtual machine with Debian's kernel.
+
+    import guest
+
+    guest.needs_guest()                       # skips the test where none can boot, with the reason
+    with guest.Guest(radios=3) as machine:    # 15 to 30 s; share one between the tests of a module
+        with machine.network("ibss"):         # or "mesh", "ap", "ap-isolated"
+            one = machine.daemon("r1")
+            machine.daemon("r2")
+            machine.run("r1", "iw", "dev", "wlan0", "info").stdout      # one argument: a shell line
+            machine.cli("r1", "status", "--json").stdout
+            accounts = machine.exchange("r1", ["r2"], messages=50)
+
+Radios are in network namespaces r1 to rN (robots) and ap1, ap2 (access points), each interface is
+called wlan0, all of it as root; "" is the guest's first namespace, where hwsim0 (`ip link set
+hwsim0 up`) shows every frame on the air.
+
+What there is, all of it bounded in time (errors: guest.GuestError, one line):
+  run(where, *command, timeout=60, env=None, input="")   -> subprocess.CompletedProcess, text
+  check(where, *command)        -> what it wrote; an exit code other than 0 is an error
+  start(where, *command)        -> Process: stdout, stderr so far, poll(), write(text),
+                                   close_input(), wait(timeout), signal(number),
+                                   wait_for(condition, timeout, what), end() (SIGINT and wait),
+                                   close() (kill)
+  folder, put(name, content)    -> files: this folder has the same path in the guest and out here;
+                                   no sockets in it, those belong in the guest's /run
+  network(mode, robots=None, channel=1, mcast_rate="6", basic_rates="60 120 240", hostapd={...})
+                                -> Network: programs, stop_access_point(), start_access_point(),
+                                   start_supplicant(robot), wait_until_joined(robots), down()
+  daemon(robot, link="", more="", pose=(x, y)) -> Daemon: process, socket, config, end()
+  cli(robot, *arguments)        -> CompletedProcess of swarmtalk-cli as that robot
+  stats(robot)                  -> what `swarmtalk-cli stats --json` says, as a dictionary
+  exchange(sender, listeners, messages, rate_hz, size) -> robot -> Account
+  modules=(...) of Guest()      -> more kernel modules: "bridge", "nf_tables", "batman_adv"
+
+Every program of this machine and of this build runs in the guest, at its own path. To use another
+build: SWARMTALK_BUILD. What is written elsewhere than in `folder` stays in the guest's memory.
+"""
+import dataclasses
+import json
+import os
+import pathlib
+import shutil
+import sys
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
+sys.path.insert(0, str(ROOT / "lab/wifi"))
+
+import wifi_guest  # noqa: E402
+from guest_image import Unavailable  # noqa: E402,F401
+from wifi_guest import GuestError, Process  # noqa: E402,F401
+from wifi_network import Network  # noqa: E402
+
+BEACON_MS = 500
+SETTLE_S = 12
+WARM_UP_TRIES = 8
+
+
+def program(name: str) -> str:
+    """A program of the build."""
+    folder = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab"}[name]
+    return str(BUILD / folder / name)
+
+
+def needs_guest():
+    """Skips what asks when no guest can boot here, or nothing is built that could run in it."""
+    reason = wifi_guest.missing()
+    if reason:
+        pytest.skip(f"{reason}; tools/setup more installs all that a Wi-Fi guest needs")
+    for name in ("swarmtalkd", "swarmtalk-cli"):
+        if not os.path.exists(program(name)):
+            pytest.skip(f"{program(name)} is not built")
+
+
+def needs_program(name: str):
+    if shutil.which(name) is None:
+        pytest.skip(f"{name} is not installed (tools/setup more)")
+
+
+@dataclasses.dataclass
+class Account:
+    """Where the messages are that one robot sent another one on a channel."""
+    sent: int
+    heard: int = 0
+    lost_air: int = 0
+    lost_kernel: int = 0
+    lost_daemon: int = 0
+    lost_client: int = 0
+    late: int = 0
+    first: int = 1  # number of the first that was heard; losses are known from there on
+    duplicates: int = 0
+
+    @property
+    def unheard_of(self) -> int:
+        """Sent before the first that was heard, or all: no daemon can know of them."""
+        return self.first - 1 if self.heard else self.sent
+
+    @property
+    def unaccounted(self) -> int:
+        """What is neither heard nor lost somewhere; 0, or something is wrong."""
+        lost = self.lost_air + self.lost_kernel + self.lost_daemon + self.lost_client - self.late
+        return self.sent - self.unheard_of - self.heard - lost
+
+
+class Daemon:
+    def __init__(self, machine: "Guest", robot: str, config: str):
+        self.machine, self.robot = machine, robot
+        self.socket = f"/run/{robot}.sock"
+        self.config = machine.put(f"{robot}.toml", config)
+        self.process = machine.start(robot, program("swarmtalkd"), "--config", str(self.config))
+        self.process.wait_for(lambda process: " serves " in process.stdout + process.stderr, 30,
+                              "swarmtalkd to serve")
+
+    @property
+    def log(self) -> str:
+        return self.process.stdout + self.process.stderr
+
+    def end(self):
+        code = self.process.end()
+        self.process.close()
+        self.machine.daemons.pop(self.robot, None)
+        return code
+
+
+class Guest(wifi_guest.Guest):
+    """See above, and lab/wifi/wifi_guest.py."""
+
+    def __init__(self, radios: int = 3, **options):
+        self.daemons: dict[str, Daemon] = {}
+        super().__init__(radios, **options)
+
+    def network(self, mode: str, **options) -> Network:
+        return Network(self, mode, **options)
+
+    def daemon(self, robot: str, link: str = "", more: str = "", pose=None) -> Daemon:
+        """Starts swarmtalkd as `robot` and waits until it serves.
+        @param link  more lines of [links.wifi], TOML; @param more  more sections
+        @param pose  metres; default: one metre beside the robot before"""
+        number = int(robot[1:])
+        x, y = pose or (float(number), 0.0)
+        text = (f"[node]\nid = {number}\npose = [{float(x)}, {float(y)}, 0.0]\n"
+                f"[socket]\npath = \"/run/{robot}.sock\"\n"
+                f"[links.wifi]\ntype = \"raw_l2\"\ninterface = \"wlan0\"\n")
+        if "beacon_ms" not in link:
+            text += f"beacon_ms = {BEACON_MS}\n"
+        self.daemons[robot] = Daemon(self, robot, f"{text}{link}\n{more}\n")
+        return self.daemons[robot]
+
+    def end_daemons(self):
+        for daemon in list(self.daemons.values()):
+            daemon.end()
+
+    def cli(self, robot: str, *arguments, **options):
+        return self.run(robot, *self._cli(robot, *arguments), **options)
+
+    @staticmethod
+    def _cli(robot: str, *arguments) -> list[str]:
+        return [program("swarmtalk-cli"), "--socket", f"/run/{robot}.sock", *map(str, arguments)]
+
+    def stats(self, robot: str) -> dict:
+        done = self.cli(robot, "stats", "--json")
+        if done.returncode != 0:
+            raise GuestError(f"{robot}: swarmtalk-cli stats: {done.stderr}")
+        return json.loads(done.stdout)
+
+    def listen(self, robot: str, channel: str) -> Process:
+        """`swarmtalk-cli sub --json`, once it is subscribed."""
+        process = self.start(robot, *self._cli(robot, "sub", channel, "--json"))
+        deadline = time.monotonic() + 30
+        while not any(each["name"] == channel and each["subscribers"]
+                      for each in self.stats(robot)["channels"]):
+            if time.monotonic() > deadline or process.poll() is not None:
+                raise GuestError(f"{robot} does not subscribe to {channel}: {process.stderr}")
+        return process
+
+    def exchange(self, sender: str, listeners: list[str], messages: int = 50,
+                 rate_hz: float = 25, size: int = 16, channel: str = "count",
+                 expected: bool = True) -> dict[str, Account]:
+        """Sends messages from one robot to others and accounts for each of them.
+        @param expected  whether the listeners should hear anything: it is sent on until each has
+        heard a first message, since a loss is known only from there on"""
+        subscribers = {robot: self.listen(robot, channel) for robot in listeners}
+        try:
+            return self._exchange(sender, subscribers, messages, rate_hz, size, channel, expected)
+        finally:
+            for process in subscribers.values():
+                process.end()
+                process.close()
+
+    def _exchange(self, sender, subscribers, messages, rate_hz, size, channel, expected):
+        sent = 0
+        for _ in range(WARM_UP_TRIES if expected else 1):
+            done = self.cli(sender, "pub", channel, "warm up")
+            assert done.returncode == 0, done.stderr
+            sent += 1
+            if all(process.stdout for process in subscribers.values()):
+                break
+        done = self.cli(sender, "pub", channel, "x" * size, "--repeat", messages, "--rate", rate_hz,
+                        timeout=60 + 3 * messages / rate_hz)
+        assert done.returncode == 0, done.stderr
+        sent += messages
+        deadline = time.monotonic() + (SETTLE_S if expected else 2)
+        while True:
+            accounts = {robot: self._account(robot, process, sent, channel)
+                        for robot, process in subscribers.items()}
+            settled = all(account.heard and not account.unaccounted
+                          for account in accounts.values())
+            if settled or time.monotonic() > deadline:
+                return accounts
+
+    def _account(self, robot, process, sent, channel) -> Account:
+        lost = {}
+        for entry in self.stats(robot)["channels"]:
+            if entry["name"] == channel:
+                lost = entry["lost"]
+        lines = process.stdout
+        heard = [json.loads(line) for line in lines[:lines.rfind("\n") + 1].splitlines()]
+        numbers = [(message["epoch"], message["message_number"]) for message in heard]
+        # Each `pub` goes on with the daemon's numbers of that channel.
+        first = min((number for _, number in numbers), default=1)
+        return Account(sent=sent, heard=len(heard), lost_air=lost.get("air", 0),
+                       lost_kernel=lost.get("kernel", 0), lost_daemon=lost.get("daemon", 0),
+                       lost_client=lost.get("client", 0), late=lost.get("late", 0), first=first,
+                       duplicates=len(numbers) - len(set(numbers)))
