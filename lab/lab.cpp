@@ -24,9 +24,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kStartTimeout = 20s;
+constexpr auto kStartTimeoutElsewhere = 180s;  // an emulated processor
 constexpr auto kEndGrace = 3s;
 
-bool answers(const Robot& robot) {
+bool answers(const State& state, const Robot& robot) {
+  if (const Medium& medium = medium_named(state.medium); medium.is_elsewhere()) {
+    return output_of(medium.as_robot(state, robot, {"test", "-S", robot.socket})).exit_code == 0;
+  }
   swarmtalk::ClientOptions options;
   options.socket_path = robot.socket;
   options.connect_timeout = 200ms;
@@ -35,9 +39,11 @@ bool answers(const Robot& robot) {
 }
 
 void wait_until_up(const State& state) {
-  const auto deadline = std::chrono::steady_clock::now() + kStartTimeout;
+  const bool is_elsewhere = medium_named(state.medium).is_elsewhere();
+  const auto deadline =
+      std::chrono::steady_clock::now() + (is_elsewhere ? kStartTimeoutElsewhere : kStartTimeout);
   for (const Robot& robot : state.robots) {
-    while (!answers(robot)) {
+    while (!answers(state, robot)) {
       throw_if_interrupted();
       const std::string who = "robot " + std::to_string(robot.number) + ": swarmtalkd ";
       if (!is_running(robot.daemon)) {
@@ -61,7 +67,9 @@ void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
   spawn_options.output_file = robot.log;
   spawn_options.detached = true;
   spawn_options.dies_with_parent = options.dies_with_parent;
-  robot.daemon = identify(spawn({options.daemon, "--config", robot.config}, spawn_options));
+  const auto command =
+      medium_named(state.medium).as_robot(state, robot, {options.daemon, "--config", robot.config});
+  robot.daemon = identify(spawn(command, spawn_options));
 }
 
 /// A program by path, or by name from $PATH; empty: there is none.
@@ -100,6 +108,7 @@ State plan(const LabOptions& options) {
   state.name = options.name;
   state.medium = options.medium;
   state.radio = options.radio;
+  state.wifi_mode = options.wifi_mode;
   const auto folder = folder_of(options.name);
   if (options.dies_with_parent) state.keeper = identify(getpid());
   for (int number = 1; number <= options.robots; ++number) {

@@ -18,6 +18,7 @@ struct LabOptions {
   std::string name = kDefaultName;
   std::string medium = "bridge";  // one of medium_names()
   RadioSettings radio;            // of the medium radio
+  std::string wifi_mode = "ap";   // of the medium wifi
   std::string daemon;             // path of swarmtalkd
   std::string base_config;        // TOML file whose sections all robots get; empty: none
   double spacing_m = 0.5;         // of the grid of poses

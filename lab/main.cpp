@@ -131,8 +131,15 @@ int main(int argc, char** argv) {
                      "bridge: namespaces and raw layer-2 frames (root); radio: the same, through a "
                      "simulated Wi-Fi channel with range, loss and collisions; radio-udp: that "
                      "channel without namespaces (anybody); udp: the UDP link, without namespaces "
-                     "(anybody)")
+                     "(anybody); wifi: simulated 802.11 radios in a virtual machine (anybody)")
         ->check(CLI::IsMember(medium_names()))
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--wifi-mode", options.wifi_mode,
+            "Of the medium wifi: clients of an access point, of one that keeps them apart, "
+            "an ad hoc cell, 802.11s")
+        ->check(CLI::IsMember({"ap", "ap-isolated", "ibss", "mesh"}))
         ->capture_default_str();
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
         ->check(CLI::Range(0.0, 30.0))
@@ -163,8 +170,8 @@ int main(int argc, char** argv) {
 
   // The same before the verb, hidden there: only `up` and `run` have a use for them.
   add_lab_options(&app);
-  const std::vector<std::string> early_options{"--medium", "--spacing", "--range", "--loss",
-                                               "--rate",   "--config",  "--daemon"};
+  const std::vector<std::string> early_options{"--medium", "--wifi-mode", "--spacing", "--range",
+                                               "--loss",   "--rate",      "--config",  "--daemon"};
   for (const std::string& name : early_options) app.get_option(name)->group("");
   auto add_start_options = [&](CLI::App* command) {
     command->add_option("ROBOTS", options.robots, "How many robots")

@@ -5,6 +5,7 @@
 #include "lab/medium.hpp"
 #include "lab/radio_medium.hpp"
 #include "lab/udp_medium.hpp"
+#include "lab/wifi_medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -14,7 +15,8 @@ const auto& all_media() {
   static const UdpMedium udp;
   static const RadioMedium radio(true);
   static const RadioMedium radio_udp(false);
-  static const std::array<const Medium*, 4> media{&bridge, &radio, &radio_udp, &udp};
+  static const WifiMedium wifi;
+  static const std::array<const Medium*, 5> media{&bridge, &radio, &radio_udp, &udp, &wifi};
   return media;
 }
 

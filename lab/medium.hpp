@@ -39,6 +39,16 @@ class Medium {
   /// Removes what make() made. Safe on half of it, and on nothing. Its processes have ended.
   virtual void remove(const State& /*state*/) const {}
 
+  /// What has to be started here so that `command` runs as this robot. The caller adds the
+  /// environment, and the network namespace where the robot has one.
+  virtual std::vector<std::string> as_robot(const State& /*state*/, const Robot& /*robot*/,
+                                            const std::vector<std::string>& command) const {
+    return command;
+  }
+
+  /// The daemons' sockets are not on this machine: commands reach them by as_robot() only.
+  virtual bool is_elsewhere() const { return false; }
+
   /// Brings what the state says of the robots up to date: where they are now.
   virtual void refresh(State& /*state*/) const {}
 };

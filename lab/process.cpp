@@ -141,27 +141,34 @@ pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options
   _exit(kExitCannotExecute);
 }
 
-void run_quietly(const std::vector<std::string>& command) {
+Output output_of(const std::vector<std::string>& command, const SpawnOptions& options) {
   int pipe_fds[2];
   if (pipe2(pipe_fds, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
-  SpawnOptions options;
-  options.output_fd = pipe_fds[1];
-  const pid_t pid = spawn(command, options);
+  SpawnOptions own = options;
+  own.output_fd = pipe_fds[1];
+  const pid_t pid = spawn(command, own);
   close(pipe_fds[1]);
-  std::string output;
+  Output output;
   char buffer[512];
-  for (ssize_t n = 0; (n = read(pipe_fds[0], buffer, sizeof buffer)) > 0;) {
-    output.append(buffer, static_cast<std::size_t>(n));
+  for (ssize_t n = 0; (n = read(pipe_fds[0], buffer, sizeof buffer)) != 0;) {
+    if (n > 0) output.text.append(buffer, static_cast<std::size_t>(n));
+    if (n < 0 && errno != EINTR) break;
   }
   close(pipe_fds[0]);
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  if (exit_code(status) == 0) return;
+  output.exit_code = exit_code(status);
+  while (!output.text.empty() && output.text.back() == '\n') output.text.pop_back();
+  return output;
+}
+
+void run_quietly(const std::vector<std::string>& command) {
+  const Output output = output_of(command);
+  if (output.exit_code == 0) return;
   std::string text;
   for (const std::string& word : command) text += word + " ";
-  while (!output.empty() && output.back() == '\n') output.pop_back();
-  throw std::runtime_error("`" + text + "` failed: " + output);
+  throw std::runtime_error("`" + text + "` failed: " + output.text);
 }
 
 int exit_code(int wait_status) {

@@ -43,6 +43,14 @@ pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options
 /// Runs a helper program to its end. Throws with its last error line when it fails.
 void run_quietly(const std::vector<std::string>& command);
 
+struct Output {
+  int exit_code = 0;
+  std::string text;  // standard output and errors, without line ends behind
+};
+
+/// Runs a program to its end.
+Output output_of(const std::vector<std::string>& command, const SpawnOptions& options = {});
+
 /// Exit code as a shell gives it: 128 + signal for a signalled process.
 int exit_code(int wait_status);
 

@@ -11,6 +11,7 @@
 
 #include "lab/interrupt.hpp"
 #include "lab/lab.hpp"
+#include "lab/medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -80,7 +81,7 @@ int run_in_robots(const State& state, const std::vector<Robot>& robots,
     SpawnOptions options;
     options.network_namespace = robots[0].network_namespace;
     options.environment = environment_of(state, robots[0]);
-    execute(command, options);
+    execute(medium_named(state.medium).as_robot(state, robots[0], command), options);
   }
   std::vector<Stream> streams;
   std::vector<pid_t> children;
@@ -93,7 +94,8 @@ int run_in_robots(const State& state, const std::vector<Robot>& robots,
     options.environment = environment_of(state, robot);
     options.output_fd = fds[1];
     options.dies_with_parent = true;
-    children.push_back(spawn(command, options));
+    const auto words = medium_named(state.medium).as_robot(state, robot, command);
+    children.push_back(spawn(words, options));
     close(fds[1]);
     const std::string number = std::to_string(robot.number);
     const std::string padding(width > number.size() ? width - number.size() : 0, ' ');

@@ -49,6 +49,7 @@ bool load(const std::string& name, State& state) {
     state = {};
     state.name = name;
     state.medium = object.at("medium").get<std::string>();
+    state.wifi_mode = object.value("wifi_mode", "");
     state.hub_namespace = object.at("hub_namespace").get<std::string>();
     state.keeper = process_from(object.at("keeper"));
     if (object.contains("radio")) {
@@ -101,6 +102,7 @@ void save(const State& state) {
                       {"processes", processes}};
   const json object = {{"medium", state.medium},
                        {"radio", radio},
+                       {"wifi_mode", state.wifi_mode},
                        {"hub_namespace", state.hub_namespace},
                        {"keeper", to_json(state.keeper)},
                        {"robots", robots}};

@@ -30,6 +30,7 @@ struct Robot {
 struct State {
   std::string name;
   std::string medium;
+  std::string wifi_mode;      // of medium wifi: ap, ap-isolated, ibss or mesh
   std::string hub_namespace;  // holds the bridge; empty: none
   ProcessId keeper;           // the `run` that owns this lab; pid 0: stays until `down`
   std::vector<Robot> robots;

@@ -1,7 +1,11 @@
 #include "lab/status.hpp"
 
+#include <unistd.h>
+
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <swarmtalk/client.hpp>
 
@@ -13,13 +17,52 @@ namespace {
 
 using nlohmann::json;
 
+/// swarmtalk-cli beside this program in the build tree or installed, else by its name.
+std::string find_cli() {
+  const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  for (const auto& path : {here / "../cli/swarmtalk-cli", here / "swarmtalk-cli"}) {
+    if (access(path.c_str(), X_OK) == 0) return std::filesystem::weakly_canonical(path);
+  }
+  return "swarmtalk-cli";
+}
+
 struct Answer {
   bool answers = false;
   swarmtalk::DaemonStatus daemon;
   std::string problem;
 };
 
-Answer ask(const Robot& robot) {
+/// Of a robot whose socket only programs of its own medium reach: by swarmtalk-cli there.
+Answer ask_there(const State& state, const Robot& robot) {
+  const Output output = output_of(
+      medium_named(state.medium)
+          .as_robot(state, robot, {find_cli(), "--socket", robot.socket, "stats", "--json"}));
+  Answer answer;
+  const json status = json::parse(output.text, nullptr, false);
+  if (output.exit_code != 0 || !status.is_object()) {
+    answer.problem = is_running(robot.daemon) ? output.text : "swarmtalkd has ended";
+    return answer;
+  }
+  answer.answers = true;
+  answer.daemon.node_id = status.value("node_id", 0u);
+  answer.daemon.clients = status.value("clients", 1u);
+  for (const json& entry : status.value("links", json::array())) {
+    swarmtalk::LinkStatus link;
+    link.name = entry.value("name", "");
+    link.device = entry.value("device", "");
+    link.up = entry.value("up", false);
+    link.state = entry.value("state", "");
+    const json counters = entry.value("counters", json::object());
+    for (const char* name : {"frames_sent", "frames_received"}) {
+      link.counters.push_back({name, counters.value(name, std::uint64_t{0})});
+    }
+    answer.daemon.links.push_back(link);
+  }
+  return answer;
+}
+
+Answer ask(const State& state, const Robot& robot) {
+  if (medium_named(state.medium).is_elsewhere()) return ask_there(state, robot);
   swarmtalk::ClientOptions options;
   options.socket_path = robot.socket;
   options.connect_timeout = std::chrono::milliseconds(500);
@@ -89,7 +132,7 @@ int print_status(State state, bool as_json) {
   }
   int result = 0;
   for (const Robot& robot : state.robots) {
-    const Answer answer = ask(robot);
+    const Answer answer = ask(state, robot);
     if (!answer.answers) result = 1;
     if (as_json) {
       std::printf("%s\n", to_json(robot, answer).dump().c_str());

@@ -213,6 +213,7 @@ def initramfs(kernel: Kernel, settings: dict[str, str], modules=()) -> bytes:
         archive.folder(name)
     archive.add("dev/console", stat.S_IFCHR | 0o600, device=(5, 1))
     archive.add("bin/busybox", stat.S_IFREG | 0o755, find_busybox().read_bytes())
+    archive.add("bin/sh", stat.S_IFLNK | 0o777, b"busybox")
     archive.add("init", stat.S_IFREG | 0o755, (HERE / "init").read_bytes())
     text = "".join(f"{name}={shlex.quote(value)}\n" for name, value in settings.items())
     archive.add("settings", stat.S_IFREG | 0o644, text.encode())

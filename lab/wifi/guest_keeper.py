@@ -2,11 +2,11 @@
 guest's folder) and the agent inside (one virtio serial port), and takes everything away when it
 ends, or when whoever started it does, however that ends.
 
-    guest_keeper.py FOLDER --radios N [--memory MB] [--module NAME...] [--stay] [--lock FD]
+    guest_keeper.py FOLDER --radios N [--memory MB] [--module NAME...] [--stay [--while PID]]
 
-Prints "ready" when the agent answers, else one line with the reason. Without --stay it ends when
-its standard input does. Clients speak the agent's frames; their session numbers are replaced by its
-own.
+Prints "ready" when the agent answers, else one line with the reason. It ends when a client asks for
+it (a frame Q), with --while when that process ends, and without --stay when its standard input
+does. Clients speak the agent's frames; their session numbers are replaced by its own.
 """
 import argparse
 import asyncio
@@ -98,7 +98,9 @@ class Keeper:
         own = {}  # its number -> session inside
 
         def from_client(number, kind, content):
-            if kind == b"S":
+            if kind == b"Q":
+                self.ending.set()
+            elif kind == b"S":
                 own[number] = next(self.numbers)
                 self.clients[own[number]] = (writer, number)
             if number in own:
@@ -142,6 +144,11 @@ class Keeper:
         waits = [loop.create_task(self.qemu.wait()), loop.create_task(self.ending.wait())]
         if not self.options.stay:
             watching = loop.create_task(self.watch_input())  # noqa: F841  # a task needs an owner
+        elif self.options.watched:
+            try:
+                loop.add_reader(os.pidfd_open(self.options.watched), self.ending.set)
+            except ProcessLookupError:
+                return ""
         up = loop.create_task(self.ready.wait())
         await asyncio.wait([up, *waits], timeout=BOOT_TIMEOUT_S,
                            return_when=asyncio.FIRST_COMPLETED)
@@ -195,6 +202,7 @@ def main():
     parser.add_argument("--memory", type=int, default=768)
     parser.add_argument("--module", action="append", default=[])
     parser.add_argument("--stay", action="store_true")
+    parser.add_argument("--while", dest="watched", type=int, default=0)
     code = asyncio.run(keep(parser.parse_args()))
     sys.stdout.flush()
     os._exit(code)  # a thread may still wait for standard input

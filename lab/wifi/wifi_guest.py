@@ -185,45 +185,54 @@ class Process:
 
 
 class Guest:
-    """A guest that runs; close() or `with` takes it away, and so does the end of this process.
-
-    With `folder` of a guest that runs already (swarmtalk-lab's), this is a client of that one.
-    """
+    """A guest that runs; close() or `with` takes it away, and so does the end of this process."""
 
     def __init__(self, radios: int = 3, access_points: int = ACCESS_POINTS, modules=(),
-                 memory_mb: int = 768, folder: pathlib.Path | None = None):
+                 memory_mb: int = 768, folder: pathlib.Path | None = None, stays: bool = False,
+                 watched: int = 0):
         """@param radios  of robots; @param modules  more kernel modules, by name
+        @param folder   an empty one for its files; default: one of its own
+        @param stays    it runs on without this process, until end(); with `watched`, until the
+                        process of that number ends
         @raises guest_image.Unavailable when the machine lacks something (one line)
         @raises GuestError when it does not come up"""
         self.radios, self.access_points = radios, access_points
         self.keeper = None
-        if folder is not None:
-            self.folder = pathlib.Path(folder)
-            return
         reason = missing()
         if reason:
             raise guest_image.Unavailable(reason)
         base = pathlib.Path(tempfile.gettempdir())
         sweep(base)
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix=PREFIX, dir=base)).resolve()
+        self.folder = folder or pathlib.Path(tempfile.mkdtemp(prefix=PREFIX, dir=base)).resolve()
         try:
-            self._boot(modules, memory_mb)
+            self._boot(modules, memory_mb, stays, watched)
             self._spread_radios()
         except BaseException:
             self.close()
             raise
 
-    def _boot(self, modules, memory_mb: int):
+    @classmethod
+    def attached(cls, folder) -> "Guest":
+        """One that runs already, by its folder; close() leaves it alone."""
+        guest = cls.__new__(cls)
+        guest.radios, guest.access_points, guest.keeper = 0, 0, None
+        guest.folder = pathlib.Path(folder)
+        return guest
+
+    def _boot(self, modules, memory_mb: int, stays: bool, watched: int):
         with open(self.folder / "lock", "w", encoding="ascii") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             words = [sys.executable, "-B", str(HERE / "guest_keeper.py"), str(self.folder),
                      "--radios", str(self.radios + self.access_points), "--memory", str(memory_mb)]
             for name in modules:
                 words += ["--module", name]
+            if stays:
+                words += ["--stay", "--while", str(watched)]
             # The keeper holds the lock for as long as it lives.
-            self.keeper = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                           text=True, pass_fds=[lock.fileno()],
-                                           start_new_session=True)
+            self.keeper = subprocess.Popen(
+                words, stdin=subprocess.DEVNULL if stays else subprocess.PIPE,
+                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL if stays else None, text=True,
+                pass_fds=[lock.fileno()], start_new_session=True)
         readable, _, _ = select.select([self.keeper.stdout], [], [], START_TIMEOUT_S)
         line = self.keeper.stdout.readline().strip() if readable else "no answer"
         if line != "ready":
@@ -282,11 +291,28 @@ class Guest:
         """What the kernel wrote to its console."""
         return (self.folder / "console.log").read_text(errors="replace")
 
+    def end(self):
+        """Ends a guest that stays, and waits until its files are gone. Nothing happens if there is
+        none."""
+        try:
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+                control.connect(str(self.folder / "control.sock"))
+                control.sendall(HEADER.pack(0, b"Q", 0))
+        except OSError:
+            pass
+        deadline = time.monotonic() + 15
+        while (self.folder / "control.sock").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
     def close(self):
         """Takes the guest away and waits until it is gone."""
         if self.keeper is None:
             return
-        self.keeper.stdin.close()
+        if self.keeper.stdin is None:
+            self.keeper.terminate()
+        else:
+            self.keeper.stdin.close()
         try:
             self.keeper.wait(15)
         except subprocess.TimeoutExpired:

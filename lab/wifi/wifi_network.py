@@ -2,6 +2,7 @@
 the programs that a robot would use: iw, hostapd, wpa_supplicant.
 """
 import hashlib
+import signal
 
 from wifi_guest import Guest, GuestError, Process
 
@@ -29,10 +30,11 @@ def frequency(channel: int) -> int:
     return 2407 + 5 * channel if channel < 14 else 5000 + 5 * channel
 
 
-def hostapd_settings(channel: int, is_isolating: bool, basic_rates: str, more: dict) -> str:
+def hostapd_settings(name: str, channel: int, is_isolating: bool, basic_rates: str,
+                     more: dict) -> str:
     settings = {
         "interface": "wlan0", "driver": "nl80211", "ssid": SSID, "channel": channel,
-        "hw_mode": "g" if channel < 14 else "a", "ctrl_interface": "/run/hostapd",
+        "hw_mode": "g" if channel < 14 else "a", "ctrl_interface": f"/run/hostapd-{name}",
         "wpa": 2, "wpa_psk": key(), "wpa_key_mgmt": "WPA-PSK", "rsn_pairwise": "CCMP",
         "ap_isolate": int(is_isolating)}
     if basic_rates:
@@ -46,21 +48,32 @@ class Network:
 
     def __init__(self, guest: Guest, mode: str, robots=None, channel: int = 1,
                  mcast_rate: str = "6", basic_rates: str = "60 120 240", hostapd=None,
-                 access_point: str = "ap1"):
+                 wired: str | None = None, stays: bool = False):
         """@param mode         ap: clients of an access point with WPA2; ap-isolated: one that keeps
                               its clients apart; ibss; mesh: 802.11s
         @param robots       names; default: all
         @param mcast_rate   of ibss and mesh, Mbit/s
         @param basic_rates  of ap, in 100 kbit/s as hostapd takes them; empty: hostapd's own
         @param hostapd      more of its settings, or other ones
+        @param wired        a second access point of the same network, on another channel; a wire
+                            joins the two, as in a building (needs the modules bridge and veth)
+        @param stays        its programs run on when this process ends
         @raises GuestError when a robot has not joined within a minute"""
         self.guest, self.mode, self.channel = guest, mode, channel
         self.robots = list(robots or guest.robots)
-        self.access_point = access_point
         self.programs: dict[str, Process] = {}
+        self.stays = stays
+        self.access_points = {}  # name -> channel
         if mode.startswith("ap"):
-            self._start_access_point(hostapd_settings(channel, mode == "ap-isolated", basic_rates,
-                                                      hostapd or {}))
+            self.access_points["ap1"] = channel
+            if wired:
+                self.access_points[wired] = channel + 5
+                self._join_by_wire(wired)
+            for name, own_channel in self.access_points.items():
+                more = {**({"bridge": "br0"} if wired else {}), **(hostapd or {})}
+                guest.put(f"hostapd-{name}.conf", hostapd_settings(
+                    name, own_channel, mode == "ap-isolated", basic_rates, more))
+                self.start_access_point(name)
             for robot in self.robots:
                 self.start_supplicant(robot)
         elif mode in MODES:
@@ -69,30 +82,74 @@ class Network:
             raise GuestError(f"no mode {mode}; there are {', '.join(MODES)}")
         self.wait_until_joined()
 
-    def _start_access_point(self, settings: str):
-        path = self.guest.put(f"hostapd-{self.access_point}.conf", settings)
-        # The parent's settings do not matter: a second one may run in another namespace.
-        self.programs[self.access_point] = self.guest.start(
-            self.access_point, "hostapd", str(path))
-        self.programs[self.access_point].wait_for(
+    def start_access_point(self, name: str = "ap1"):
+        """Starts hostapd, or starts it again as it was."""
+        path = str(self.guest.folder / f"hostapd-{name}.conf")
+        if self.stays:
+            self.guest.check(name, "hostapd", "-B", path)
+            return
+        self.programs[name] = self.guest.start(name, "hostapd", path)
+        self.programs[name].wait_for(
             lambda process: "AP-ENABLED" in process.stdout, JOIN_TIMEOUT_S, "AP-ENABLED")
 
-    def stop_access_point(self):
-        """As if its plug was pulled: it says nothing, and its beacons end."""
-        self.programs.pop(self.access_point).end()
+    def stop_access_point(self, name: str = "ap1"):
+        """Ends hostapd, which says goodbye to its clients."""
+        self.programs.pop(name).end()
 
-    def start_access_point(self):
-        """Again, as it was."""
-        self._start_access_point(
-            (self.guest.folder / f"hostapd-{self.access_point}.conf").read_text())
+    def pull_plug(self, name: str = "ap1"):
+        """Ends hostapd without a goodbye, and its beacons with it."""
+        process = self.programs.pop(name)
+        process.signal(signal.SIGKILL)
+        process.wait(20)
+        self.guest.check(name, "ip link set wlan0 down")
+
+    def _join_by_wire(self, other: str):
+        self.guest.check("", f"ip link add wire netns ap1 type veth peer name wire netns {other}")
+        for name in ("ap1", other):
+            self.guest.check(name, "set -e; ip link add br0 type bridge; ip link set br0 up; "
+                                   "ip link set wire master br0 up")
 
     def start_supplicant(self, robot: str):
+        channels = " ".join(str(frequency(each)) for each in self.access_points.values())
         path = self.guest.put(f"supplicant-{robot}.conf",
                               f"ctrl_interface=/run/wpa-{robot}\nap_scan=1\nnetwork={{\n"
                               f"  ssid=\"{SSID}\"\n  psk={key()}\n  key_mgmt=WPA-PSK\n"
-                              f"  scan_freq={frequency(self.channel)}\n}}\n")
-        self.programs[robot] = self.guest.start(
-            robot, "wpa_supplicant", "-D", "nl80211", "-i", "wlan0", "-c", str(path))
+                              f"  scan_freq={channels}\n}}\n")
+        command = ["wpa_supplicant", "-D", "nl80211", "-i", "wlan0", "-c", str(path)]
+        if self.stays:
+            self.guest.check(robot, *command, "-B")
+        else:
+            self.programs[robot] = self.guest.start(robot, *command)
+
+    def supplicant(self, robot: str, *words) -> str:
+        """A command of wpa_cli. @return its answer"""
+        return self.guest.check(robot, "wpa_cli", "-p", f"/run/wpa-{robot}", "-i", "wlan0", *words)
+
+    def roam(self, robot: str, name: str):
+        """Sends a robot to another access point, as its own program does when that is stronger."""
+        target = self.address(name)
+        tries = JOIN_TIMEOUT_S
+        while f"bssid={target}" not in self.supplicant(robot, "status"):
+            tries -= 1
+            if tries == 0:
+                raise GuestError(f"{robot} does not go to {name}")
+            self.supplicant(robot, "scan")
+            self.guest.run("", "sleep 1")
+            self.supplicant(robot, "roam", target)
+            self.guest.run("", "sleep 1")
+        self.wait_until_joined([robot])
+
+    def address(self, name: str) -> str:
+        return self.guest.check(name, "cat /sys/class/net/wlan0/address").strip()
+
+    def sleep(self, robot: str, is_asleep: bool):
+        """Power save of a station: it tells the access point that it sleeps, by the radio's debugfs
+        (iw cannot: this driver refuses). It is awake again, to the access point, when it sends."""
+        number = self.guest.robots.index(robot)
+        self.guest.check("", "[ -d /sys/kernel/debug/ieee80211 ] || "
+                             "mount -t debugfs debugfs /sys/kernel/debug; "
+                             f"echo {2 if is_asleep else 0} > "
+                             f"/sys/kernel/debug/ieee80211/phy{number}/hwsim/ps")
 
     def _join(self, mcast_rate: str):
         frequency_mhz = frequency(self.channel)
@@ -123,9 +180,13 @@ class Network:
         """Ends its programs; radios are stations without a network again."""
         for process in self.programs.values():
             process.end()
+            process.close()
         self.programs.clear()
-        for name in [*self.robots, self.access_point]:
+        for name in [*self.robots, *self.access_points]:
             self.guest.check(name, "ip link set wlan0 down; iw dev wlan0 set type managed")
+        if len(self.access_points) > 1:
+            for name in self.access_points:
+                self.guest.run(name, "ip link del br0; ip link del wire 2>/dev/null")
 
     def __enter__(self):
         return self

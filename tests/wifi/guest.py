@@ -27,9 +27,12 @@ What there is, all of it bounded in time (errors: guest.GuestError, one line):
   network(mode, robots=None, channel=1, mcast_rate="6", basic_rates="60 120 240", hostapd={...})
                                 -> Network: programs, stop_access_point(), start_access_point(),
                                    start_supplicant(robot), wait_until_joined(robots), down()
+  medium(places={"r2": (30, 0)}) -> Medium: our air instead of the kernel's, losing by distance and
+                                   rate; place(), power(), lose(sender, receiver, share), counters()
   daemon(robot, link="", more="", pose=(x, y)) -> Daemon: process, socket, config, end()
   cli(robot, *arguments)        -> CompletedProcess of swarmtalk-cli as that robot
   stats(robot)                  -> what `swarmtalk-cli stats --json` says, as a dictionary
+  Capture(machine, where, interface)  -> with it: frames(condition of tcpdump), one line each
   exchange(sender, listeners, messages, rate_hz, size) -> robot -> Account
   modules=(...) of Guest()      -> more kernel modules: "bridge", "nf_tables", "batman_adv"
 
@@ -53,6 +56,7 @@ sys.path.insert(0, str(ROOT / "lab/wifi"))
 import wifi_guest  # noqa: E402
 from guest_image import Unavailable  # noqa: E402,F401
 from wifi_guest import GuestError, Process  # noqa: E402,F401
+from wifi_medium import Medium  # noqa: E402
 from wifi_network import Network  # noqa: E402
 
 BEACON_MS = 500
@@ -62,7 +66,8 @@ WARM_UP_TRIES = 8
 
 def program(name: str) -> str:
     """A program of the build."""
-    folder = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab"}[name]
+    folder = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab",
+              "swarmtalk-wifi-medium": "lab/wifi/medium"}[name]
     return str(BUILD / folder / name)
 
 
@@ -101,9 +106,11 @@ class Account:
 
     @property
     def unaccounted(self) -> int:
-        """What is neither heard nor lost somewhere; 0, or something is wrong."""
+        """What is neither heard nor lost somewhere; 0, or something is wrong (negative: counted
+        twice). Of those before the first that was heard, beacons may have told some."""
         lost = self.lost_air + self.lost_kernel + self.lost_daemon + self.lost_client - self.late
-        return self.sent - self.unheard_of - self.heard - lost
+        missing = self.sent - self.heard - lost
+        return missing if missing < 0 else max(0, missing - self.unheard_of)
 
 
 class Daemon:
@@ -135,6 +142,13 @@ class Guest(wifi_guest.Guest):
 
     def network(self, mode: str, **options) -> Network:
         return Network(self, mode, **options)
+
+    def medium(self, places=None, seed: int = 1) -> Medium:
+        path = program("swarmtalk-wifi-medium")
+        if not os.path.exists(path):
+            pytest.skip("swarmtalk-wifi-medium is not built: no libnl-genl-3-dev "
+                        "(tools/setup run)")
+        return Medium(self, path, places, seed)
 
     def daemon(self, robot: str, link: str = "", more: str = "", pose=None) -> Daemon:
         """Starts swarmtalkd as `robot` and waits until it serves.
@@ -226,3 +240,26 @@ class Guest(wifi_guest.Guest):
                        lost_kernel=lost.get("kernel", 0), lost_daemon=lost.get("daemon", 0),
                        lost_client=lost.get("client", 0), late=lost.get("late", 0), first=first,
                        duplicates=len(numbers) - len(set(numbers)))
+
+
+class Capture:
+    """Frames that one interface of the guest sees while this is open."""
+
+    def __init__(self, machine, where, interface):
+        needs_program("tcpdump")
+        self.machine = machine
+        self.file = f"/run/capture-{time.monotonic_ns()}.pcap"
+        self.process = machine.start(where, "tcpdump", "-U", "-i", interface, "-w", self.file)
+        self.process.wait_for(lambda process: "listening on" in process.stderr, 30, "tcpdump")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.end()
+        self.process.close()
+
+    def frames(self, condition):
+        """One line of tcpdump for each frame that fits: radiotap, then 802.11."""
+        lines = self.machine.check("", "tcpdump", "-n", "-e", "-r", self.file, condition)
+        return [line for line in lines.splitlines() if not line.startswith("\t")]  # no hexadecimal

@@ -1,7 +1,6 @@
 """Unmodified daemons in the modes that robots use, on one guest: who hears whom, what is on the
 air."""
 import re
-import time
 
 import guest
 import pytest
@@ -27,29 +26,6 @@ def swarm(machine, request):
         machine.end_daemons()
 
 
-class Capture:
-    """Frames that one interface of the guest sees while this is open."""
-
-    def __init__(self, machine, where, interface):
-        guest.needs_program("tcpdump")
-        self.machine = machine
-        self.file = f"/run/capture-{time.monotonic_ns()}.pcap"
-        self.process = machine.start(where, "tcpdump", "-U", "-i", interface, "-w", self.file)
-        self.process.wait_for(lambda process: "listening on" in process.stderr, 30, "tcpdump")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.end()
-        self.process.close()
-
-    def frames(self, condition):
-        """One line of tcpdump for each frame that fits: radiotap, then 802.11."""
-        lines = self.machine.check("", "tcpdump", "-n", "-e", "-r", self.file, condition)
-        return [line for line in lines.splitlines() if not line.startswith("\t")]  # no hexadecimal
-
-
 def rates(frames):
     """Mbit/s of each frame, as its radiotap header has them."""
     return {re.search(r"(\d+\.\d+) Mb/s", frame)[1] for frame in frames}
@@ -67,7 +43,7 @@ def test_every_message_arrives(machine, swarm):
 def test_an_isolating_access_point_takes_every_frame_and_repeats_none(machine, swarm):
     machine.check("", "ip link set hwsim0 up")
     address = machine.check("r1", "cat", "/sys/class/net/wlan0/address").strip()
-    with Capture(machine, "", "hwsim0") as air:
+    with guest.Capture(machine, "", "hwsim0") as air:
         accounts = machine.exchange("r1", ["r2", "r3"], MESSAGES, expected=False)
         frames_sent = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
     for robot, account in accounts.items():
@@ -85,7 +61,7 @@ def test_a_monitor_sees_each_frame_at_the_rate_that_was_asked_for(machine, swarm
     machine.check("ap2", "set -e; ip link set wlan0 down; iw dev wlan0 set type monitor; "
                          "ip link set wlan0 up; iw dev wlan0 set channel 1")
     before = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
-    with Capture(machine, "ap2", "wlan0") as air:
+    with guest.Capture(machine, "ap2", "wlan0") as air:
         accounts = machine.exchange("r1", ["r2"], MESSAGES)
     after = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
     address = machine.check("r1", "cat", "/sys/class/net/wlan0/address").strip()
