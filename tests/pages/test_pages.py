@@ -73,7 +73,7 @@ def test_bash_completes_commands_options_values_and_files():
     assert completed("swarmtalk-cli", "swarmtalk-cli help neig") == ["neighbours"]
     assert completed("swarmtalk-cli", "swarmtalk-cli capture client.m") == ["client.md"]
     assert completed("swarmtalk-lab", "swarmtalk-lab up 3 --medium ") == [
-        "bridge", "radio", "radio-udp", "udp"]
+        "bridge", "radio", "radio-udp", "udp", "wifi"]
     assert completed("swarmtalk-lab", "swarmtalk-lab exec 1 -- client.m") == ["client.md"]
     assert completed("swarmtalkd", "swarmtalkd --config client.m") == ["client.md"]
     assert completed("swarmtalk-suite", "swarmtalk-suite rep") == ["replay", "report"]

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+"""The table of docs/wifi.md: what arrives in each mode of 802.11, at which rate, with how many
+transmissions; unmodified daemons in a Wi-Fi guest. One boot for all runs.
+
+    benchmarks/wifi_modes.py [--runs N] [--messages N] [--loss SHARE]
+
+Each run sends messages from one robot to two others, first over the kernel's own medium, which
+loses nothing, then over ours, which loses SHARE of all frames on each way. With several runs,
+intervals are Student's, 95 %. Ends with 1 if a message is unaccounted for. SWARMTALK_BUILD: another
+build.
+"""
+import argparse
+import collections
+import contextlib
+import math
+import pathlib
+import re
+import statistics
+import sys
+
+sys.dont_write_bytecode = True
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests/wifi"))
+
+import guest  # noqa: E402
+
+MODES = ("ibss", "mesh", "ap", "ap-isolated")
+LISTENERS = ("r2", "r3")
+RATE_HZ = 20
+# Two-sided, 95 %, by degrees of freedom; beyond: normal.
+STUDENT = (0, 12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
+
+
+def interval(values, digits=0) -> str:
+    middle = statistics.fmean(values)
+    if len(values) < 2:
+        return f"{middle:.{digits}f}"
+    factor = STUDENT[len(values) - 1] if len(values) <= len(STUDENT) else 1.96
+    half = factor * statistics.stdev(values) / math.sqrt(len(values))
+    return f"{middle:.{digits}f} ± {half:.{digits}f}"
+
+
+def rates_of(frames) -> collections.Counter:
+    """How many frames at which rate, Mbit/s."""
+    rates = collections.Counter()
+    for frame in frames:
+        rate = re.search(r"(\d+\.\d+) Mb/s", frame)
+        if rate:
+            rates[float(rate[1])] += 1
+    return rates
+
+
+def run(machine, mode: str, messages: int) -> dict:
+    """One run of one mode. @return the share that arrived in percent, transmissions a frame,
+    rates"""
+    address = machine.check("r1", "cat /sys/class/net/wlan0/address").strip()
+    before = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
+    with guest.Capture(machine, "", "hwsim0") as air:
+        accounts = machine.exchange("r1", list(LISTENERS), messages, RATE_HZ,
+                                    expected=mode != "ap-isolated")
+    # The sender is the third address of what an access point repeats, the fourth in a mesh.
+    frames = air.frames(f"type data and (wlan addr2 {address} or wlan addr3 {address} "
+                        f"or wlan addr4 {address})")
+    group = [frame for frame in frames if "DA:ff:ff" in frame or "RA:ff:ff" in frame]
+    sent = machine.stats("r1")["links"][0]["counters"]["frames_sent"] - before
+    shares = [100 * account.heard / account.sent for account in accounts.values()]
+    return {"arrived": statistics.fmean(shares),
+            "unaccounted": sum(abs(account.unaccounted) for account in accounts.values()),
+            "air": len(frames) / sent, "rates": rates_of(group or frames)}
+
+
+def measure(machine, mode: str, options, share: float) -> dict:
+    found = collections.defaultdict(list)
+    rates = collections.Counter()
+    with machine.medium() if share else contextlib.nullcontext() as medium:
+        with machine.network(mode):
+            for robot in machine.robots:
+                machine.daemon(robot)
+            if share:
+                names = [*machine.robots, "ap1"]
+                for sender in names:
+                    for receiver in names:
+                        if sender != receiver:
+                            medium.lose(sender, receiver, share)
+            for _ in range(options.runs):
+                result = run(machine, mode, options.messages)
+                found["arrived"].append(result["arrived"])
+                found["unaccounted"].append(result["unaccounted"])
+                found["air"].append(result["air"])
+                rates += result["rates"]
+            machine.end_daemons()
+    found["rates"] = [rate for rate, count in rates.most_common() if count * 20 > rates.total()]
+    return found
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--runs", type=int, default=1)
+    parser.add_argument("--messages", type=int, default=100)
+    parser.add_argument("--loss", type=float, default=0.2)
+    options = parser.parse_args()
+    reason = guest.wifi_guest.missing()
+    if reason:
+        sys.exit(f"benchmarks/wifi_modes.py: {reason}")
+    unaccounted = 0
+    print(f"| mode | arrives, % | group frames, Mbit/s | transmissions a frame | arrives with "
+          f"{100 * options.loss:.0f} % loss, % |\n|---|---|---|---|---|", flush=True)
+    with guest.Guest(radios=3, access_points=1) as machine:
+        machine.check("", "ip link set hwsim0 up")
+        for mode in MODES:
+            clear = measure(machine, mode, options, 0)
+            lossy = measure(machine, mode, options, options.loss)
+            unaccounted += sum(clear["unaccounted"]) + sum(lossy["unaccounted"])
+            rates = ", ".join(f"{rate:g}" for rate in clear["rates"]) or "none"
+            print(f"| {mode} | {interval(clear['arrived'])} | {rates} | "
+                  f"{interval(clear['air'], 1)} | {interval(lossy['arrived'])} |", flush=True)
+    print(f"\nRuns: {options.runs}, of {options.messages} messages to each of {len(LISTENERS)} "
+          f"robots; {unaccounted} messages unaccounted for", flush=True)
+    return 1 if unaccounted else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
