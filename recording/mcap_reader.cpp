@@ -29,6 +29,15 @@ void McapReader::rewind() {
   if (!read(kMcapMagic.size(), record_) || record_ != kMcapMagic) at_ = 0;
 }
 
+void McapReader::go_to(std::uint64_t place) {
+  if (place < kMcapMagic.size() || place > size_bytes_) return;
+  in_.clear();
+  in_.seekg(static_cast<std::streamoff>(place));
+  at_ = place_ = place;
+  in_chunk_ = ByteReader({});
+  is_at_data_end_ = is_cut_ = false;
+}
+
 const McapSchema* McapReader::schema(std::uint16_t id) const {
   const auto found = schemas_.find(id);
   return found == schemas_.end() ? nullptr : &found->second;
@@ -61,6 +70,7 @@ bool McapReader::next(McapMessage& message) {
 
 McapReader::Step McapReader::step(McapMessage& message) {
   const std::uint64_t record_at = at_;
+  place_ = record_at;
   const auto cut = [&] {
     is_cut_ = true;
     unread_bytes_ = size_bytes_ - record_at;

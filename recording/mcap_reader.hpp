@@ -31,6 +31,13 @@ class McapReader {
   /// From the first message again. Counts begin again.
   void rewind();
 
+  /// Where in the file the chunk of the last message begins, or that message, if it is in none.
+  std::uint64_t place() const { return place_; }
+
+  /// On with the chunk at `place`, which place() has told. Schemas and channels stay known, counts
+  /// go on.
+  void go_to(std::uint64_t place);
+
   /// @return null: there is none of this number, up to here
   const McapSchema* schema(std::uint16_t id) const;
   const McapChannel* channel(std::uint16_t id) const;
@@ -59,6 +66,7 @@ class McapReader {
   std::istream& in_;
   std::uint64_t size_bytes_ = 0;
   std::uint64_t at_ = 0;
+  std::uint64_t place_ = 0;
   std::string record_;
   std::string chunk_;
   ByteReader in_chunk_{{}};

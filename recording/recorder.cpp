@@ -1,7 +1,5 @@
 #include "recording/recorder.hpp"
 
-#include <google/protobuf/descriptor.pb.h>
-
 #include <cmath>
 
 #include "text/utf8.hpp"
@@ -22,12 +20,6 @@ void copy(const Loss& loss, Lost& out) {
   out.set_daemon(loss.daemon);
   out.set_client(loss.client);
   out.set_late(loss.late);
-}
-
-std::string file_descriptor_set(const google::protobuf::FileDescriptor& file) {
-  google::protobuf::FileDescriptorSet set;
-  file.CopyTo(set.add_file());
-  return set.SerializeAsString();
 }
 
 }  // namespace
@@ -78,38 +70,13 @@ std::uint64_t RecordClock::ns(Steady::time_point time) const {
 
 std::string Recorder::open(const std::string& path, const std::string& library, bool replaces) {
   next_close_ = Clock::now() + kChunkPeriod;
-  return writer_.open(path, library, replaces);
-}
-
-template <typename Record>
-std::uint16_t Recorder::schema() {
-  const auto* descriptor = Record::descriptor();
-  std::uint16_t& id = schemas_[descriptor->full_name()];
-  if (id == 0) {
-    id = writer_.add_schema(
-        {descriptor->full_name(), "protobuf", file_descriptor_set(*descriptor->file())});
-  }
-  return id;
-}
-
-template <typename Record>
-bool Recorder::write(const std::string& topic, const Record& record, Clock::time_point at,
-                     std::optional<std::uint32_t> sequence) {
-  auto found = topics_.find(topic);
-  if (found == topics_.end()) {
-    const std::uint16_t id = writer_.add_channel({schema<Record>(), topic, "protobuf", {}});
-    found = topics_.emplace(topic, Topic{id, 0}).first;
-  }
-  Topic& to = found->second;
-  record.SerializeToString(&bytes_);
-  const std::uint64_t time_ns = clock_.ns(at);
-  return writer_.write({to.channel, sequence.value_or(++to.sequence), time_ns, time_ns, bytes_});
+  return topics_.writer().open(path, library, replaces);
 }
 
 bool Recorder::heard(const std::string& channel, const swarmtalk::Message& message,
                      Clock::time_point at) {
-  return write(std::string(kChannelTopics) + channel, to_record(channel, message), at,
-               message.message_number);
+  return topics_.write(std::string(kChannelTopics) + channel, to_record(channel, message),
+                       clock_.ns(at), message.message_number);
 }
 
 bool Recorder::log_line(const swarmtalk::Message& message, Clock::time_point at) {
@@ -119,15 +86,16 @@ bool Recorder::log_line(const swarmtalk::Message& message, Clock::time_point at)
   // A string of protobuf must be UTF-8; the bytes themselves are on the channel's own topic.
   line.set_text(text::is_utf8(message.payload) ? message.payload : "(not UTF-8)");
   line.set_local(message.local);
-  return write(std::string(kLogTopic), line, at);
+  return topics_.write(std::string(kLogTopic), line, clock_.ns(at));
 }
 
-bool Recorder::own_pose(std::uint32_t robot, const swarmtalk::Pose& pose, Clock::time_point at) {
+bool Recorder::own_pose(std::uint32_t robot, const std::optional<swarmtalk::Pose>& pose,
+                        Clock::time_point at) {
   RobotPose record;
   record.set_robot(robot);
   record.set_own(true);
-  copy(pose, *record.mutable_pose());
-  return write(std::string(kPoseTopic), record, at);
+  if (pose) copy(*pose, *record.mutable_pose());
+  return topics_.write(std::string(kPoseTopic), record, clock_.ns(at));
 }
 
 bool Recorder::neighbour(const swarmtalk::Neighbour& neighbour, Clock::time_point at) {
@@ -138,7 +106,11 @@ bool Recorder::neighbour(const swarmtalk::Neighbour& neighbour, Clock::time_poin
   if (std::isfinite(neighbour.distance_m)) record.set_distance_m(neighbour.distance_m);
   if (std::isfinite(neighbour.bearing_rad)) record.set_bearing_rad(neighbour.bearing_rad);
   record.set_loss(neighbour.loss);
-  return write(std::string(kPoseTopic), record, at);
+  record.set_heard_age_ms(static_cast<std::uint32_t>(neighbour.age.count()));
+  record.set_frames(neighbour.frames);
+  record.set_frames_lost(neighbour.frames_lost);
+  record.set_out_of_range(neighbour.out_of_range);
+  return topics_.write(std::string(kPoseTopic), record, clock_.ns(at));
 }
 
 bool Recorder::losses(const swarmtalk::ChannelStatus& channel, Clock::time_point at) {
@@ -147,13 +119,13 @@ bool Recorder::losses(const swarmtalk::ChannelStatus& channel, Clock::time_point
   record.set_channel_number(channel.number);
   record.set_received(channel.received);
   copy(channel.lost, *record.mutable_lost());
-  return write(std::string(kLossesTopic), record, at);
+  return topics_.write(std::string(kLossesTopic), record, clock_.ns(at));
 }
 
 bool Recorder::tick(Clock::time_point now) {
   if (now < next_close_) return problem().empty();
   next_close_ = now + kChunkPeriod;
-  return writer_.close_chunk();
+  return topics_.writer().close_chunk();
 }
 
 }  // namespace swarmtalk::recording

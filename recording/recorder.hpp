@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,8 +12,8 @@
 #include <swarmtalk/client/daemon_status.hpp>
 #include <swarmtalk/client/message.hpp>
 
-#include "recording/mcap_writer.hpp"
 #include "recording/recorded.pb.h"
+#include "recording/topic_writer.hpp"
 
 namespace swarmtalk::recording {
 
@@ -22,6 +21,8 @@ inline constexpr std::string_view kChannelTopics = "/channel/";  // and the chan
 inline constexpr std::string_view kLogTopic = "/log";
 inline constexpr std::string_view kPoseTopic = "/pose";
 inline constexpr std::string_view kLossesTopic = "/losses";
+inline constexpr std::string_view kValuesTopic = "/values";
+inline constexpr std::string_view kHeardTopic = "/heard";
 
 /// As it is recorded. @param channel  its name, or number in digits
 HeardMessage to_record(const std::string& channel, const swarmtalk::Message& message);
@@ -49,7 +50,9 @@ class Recorder {
   // Each returns false after a failure: see problem(). The time is that of the event.
   bool heard(const std::string& channel, const swarmtalk::Message& message, Clock::time_point at);
   bool log_line(const swarmtalk::Message& message, Clock::time_point at);
-  bool own_pose(std::uint32_t robot, const swarmtalk::Pose& pose, Clock::time_point at);
+  /// @param pose  none: it is not known
+  bool own_pose(std::uint32_t robot, const std::optional<swarmtalk::Pose>& pose,
+                Clock::time_point at);
   bool neighbour(const swarmtalk::Neighbour& neighbour, Clock::time_point at);
   bool losses(const swarmtalk::ChannelStatus& channel, Clock::time_point at);
 
@@ -58,28 +61,14 @@ class Recorder {
   Clock::time_point next_close() const { return next_close_; }
 
   /// Writes the last chunk and the index. @return false: something is missing, see problem()
-  bool finish() { return writer_.finish(); }
+  bool finish() { return topics_.writer().finish(); }
 
-  const std::string& problem() const { return writer_.problem(); }
-  const McapWriter& writer() const { return writer_; }
+  const std::string& problem() const { return topics_.writer().problem(); }
+  const McapWriter& writer() const { return topics_.writer(); }
 
  private:
-  struct Topic {
-    std::uint16_t channel;
-    std::uint32_t sequence;
-  };
-
-  template <typename Record>
-  std::uint16_t schema();
-  template <typename Record>
-  bool write(const std::string& topic, const Record& record, Clock::time_point at,
-             std::optional<std::uint32_t> sequence = {});
-
   RecordClock clock_;
-  McapWriter writer_;
-  std::map<std::string, std::uint16_t> schemas_;
-  std::map<std::string, Topic> topics_;
-  std::string bytes_;
+  TopicWriter topics_;
   Clock::time_point next_close_{};
 };
 

@@ -44,6 +44,8 @@ bool RecordingReader::next(Record& record) {
   take(Record::Kind::kLogLine, record.log_line);
   take(Record::Kind::kPose, record.pose);
   take(Record::Kind::kLosses, record.losses);
+  take(Record::Kind::kValue, record.value);
+  take(Record::Kind::kReception, record.reception);
   if (!is_good) ++unreadable_;
   return true;
 }

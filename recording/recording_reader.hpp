@@ -12,7 +12,7 @@
 namespace swarmtalk::recording {
 
 struct Record {
-  enum class Kind { kHeard, kLogLine, kPose, kLosses, kOther };
+  enum class Kind { kHeard, kLogLine, kPose, kLosses, kValue, kReception, kOther };
   Kind kind = Kind::kOther;
   std::uint64_t time_ns = 0;  // since 1970
   std::string topic;
@@ -21,6 +21,8 @@ struct Record {
   LogLine log_line;
   RobotPose pose;
   ChannelLosses losses;
+  RobotValue value;
+  Reception reception;
 };
 
 class RecordingReader {
@@ -36,6 +38,10 @@ class RecordingReader {
     unreadable_ = 0;
     mcap_.rewind();
   }
+
+  /// Where the last record is to be found again, and the way there.
+  std::uint64_t place() const { return mcap_.place(); }
+  void go_to(std::uint64_t place) { mcap_.go_to(place); }
 
   /// What is not as it should be, one sentence without the file's name; empty: nothing.
   std::string problem() const;

@@ -47,7 +47,7 @@ class Output {
   void survey(const DaemonStatus& daemon, const std::vector<Neighbour>& neighbours) {
     const auto now = Clock::now();
     if (recorder_) {
-      if (daemon.pose) recorder_->own_pose(daemon.node_id, *daemon.pose, now);
+      recorder_->own_pose(daemon.node_id, daemon.pose, now);
       for (const Neighbour& each : neighbours) recorder_->neighbour(each, now);
       for (const ChannelStatus& each : daemon.channels) recorder_->losses(each, now);
       return;

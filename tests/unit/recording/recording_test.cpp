@@ -81,7 +81,7 @@ TEST_F(Recording, KeepsLogLinesPosesAndLosses) {
   channel.number = 12;
   channel.lost.kernel = 4;
   EXPECT_TRUE(recorder.log_line(message_of("battery low"), now));
-  EXPECT_TRUE(recorder.own_pose(3, {1, -1, 0, milliseconds(0)}, now));
+  EXPECT_TRUE(recorder.own_pose(3, swarmtalk::Pose{1, -1, 0, milliseconds(0)}, now));
   EXPECT_TRUE(recorder.neighbour(neighbour, now));
   EXPECT_TRUE(recorder.losses(channel, now));
   ASSERT_TRUE(recorder.finish());
