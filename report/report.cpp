@@ -8,7 +8,14 @@ namespace {
 constexpr char kLook = 'L';
 constexpr char kReport = 'R';
 
-enum Section : std::uint8_t { kPlace = 1, kHears = 2, kChannels = 3, kLost = 4, kPrograms = 5 };
+enum Section : std::uint8_t {
+  kPlace = 1,
+  kHears = 2,
+  kChannels = 3,
+  kLost = 4,
+  kPrograms = 5,
+  kName = 6
+};
 
 constexpr std::size_t kPlaceBytes = 7;
 constexpr std::size_t kHearingBytes = 3;
@@ -122,6 +129,9 @@ bool read_section(std::uint8_t kind, std::string_view content, Facts& facts) {
         facts.programs->emplace_back(reader.take(size));
       }
       return !reader.is_cut();
+    case kName:
+      facts.name = std::string(content);
+      return content.size() <= kMostNameBytes;
     default:
       return true;
   }
@@ -214,6 +224,7 @@ std::string encode_body(const Facts& facts) {
     programs.put8(static_cast<std::uint8_t>(std::min<std::size_t>(name.size(), 255)));
     programs.bytes += name.substr(0, 255);
   }
+  if (facts.name) add_section(body, kName, facts.name->substr(0, kMostNameBytes));
   if (!facts.hears.empty()) add_section(body, kHears, hears.bytes);
   if (!facts.channels.empty()) add_section(body, kChannels, channels.bytes);
   if (facts.programs) add_section(body, kPrograms, programs.bytes);

@@ -17,6 +17,7 @@ inline constexpr std::size_t kMostRoots = 4;
 inline constexpr std::size_t kMostWanted = 4;
 inline constexpr std::size_t kMostBodyBytes = 250;  // of one record
 inline constexpr std::size_t kMostReportBytes = 1200;
+inline constexpr std::size_t kMostNameBytes = 20;  // of a robot's name
 inline constexpr std::uint32_t kAgeStepMs = 250;
 inline constexpr std::uint32_t kAirStepUs = 10;
 
@@ -85,6 +86,7 @@ struct Facts {
   std::vector<ChannelUse> channels;
   std::optional<Losses> lost;
   std::optional<std::vector<std::string>> programs;
+  std::optional<std::string> name;
   bool operator==(const Facts&) const = default;
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 #include "view/foxglove.pb.h"
@@ -19,6 +20,14 @@ constexpr auto kGoneAfter = std::chrono::seconds(3);
 constexpr int kLifetimeSeconds = 2;  // entities that are not sent again disappear
 constexpr double kBodyM = 0.11;      // a Coachbot's diameter
 constexpr double kNameM = 0.09;
+
+/// A string of protobuf is UTF-8: what is beyond ASCII is shown as '?'.
+std::string utf8_of(std::string text) {
+  for (char& each : text) {
+    if (static_cast<unsigned char>(each) >= 0x80) each = '?';
+  }
+  return text;
+}
 
 double seconds_between(Time then, Time now) {
   return std::chrono::duration<double>(now - then).count();
@@ -40,6 +49,13 @@ void set_color(foxglove::Color& to, double r, double g, double b, double a) {
 void set_loss_color(foxglove::Color& to, double loss) {
   const double part = std::clamp(loss / 0.5, 0.0, 1.0);
   set_color(to, 0.2 + 0.6 * part, 0.45 + 0.2 * part - 0.45 * part * part, 0.75 * (1 - part), 0.5);
+}
+
+/// Its number, and what it is called.
+std::string name_of(const SwarmRobot& robot) {
+  std::string text = std::to_string(robot.id);
+  if (!robot.name.empty()) text += " " + utf8_of(robot.name);
+  return text;
 }
 
 void set_heading(foxglove::Quaternion& to, double theta_rad) {
@@ -67,6 +83,12 @@ void add_fact(foxglove::SceneEntity& entity, const char* key, const std::string&
 
 void set_body_color(foxglove::Color& to, const SwarmRobot& robot, Time now) {
   if (is_gone(robot, now)) return set_color(to, 0.6, 0.65, 0.7, 0.8);
+  if (const auto led = robot.values.find("led"); led != robot.values.end()) {
+    unsigned red = 0, green = 0, blue = 0;
+    if (std::sscanf(led->second.c_str(), "#%2x%2x%2x", &red, &green, &blue) == 3) {
+      return set_color(to, red / 255.0, green / 255.0, blue / 255.0, 1);
+    }
+  }
   if (robot.is_self) return set_color(to, 0.85, 0.45, 0.1, 1);
   set_color(to, 0.2, 0.5, 0.8, 1);
 }
@@ -92,7 +114,7 @@ void add_robot(foxglove::SceneUpdate& update, const SwarmRobot& robot, Time now,
   name.set_billboard(true);
   name.set_font_size(kNameM);
   *name.mutable_color() = arrow.color();
-  name.set_text(std::to_string(robot.id));
+  name.set_text(name_of(robot));
   add_fact(entity, "pose age", std::to_string(seconds_between(robot.place->at, now)) + " s");
 }
 
@@ -191,12 +213,6 @@ TopicDescription describe(const char* topic, const char* schema) {
 
 }  // namespace
 
-std::uint64_t wall_ns() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(since_1970).count());
-}
-
 Pictures draw(const Swarm& swarm, Time now, std::uint64_t wall_ns) {
   foxglove::SceneUpdate update;
   foxglove::FrameTransforms transforms;
@@ -217,12 +233,7 @@ std::string encode_log(const LogLine& line, std::uint64_t wall_ns) {
   set_time(*log.mutable_timestamp(), wall_ns);
   log.set_level(foxglove::Log::INFO);
   log.set_name("robot/" + std::to_string(line.robot));
-  // A string of protobuf is UTF-8: what is not is shown as '?'.
-  std::string text = line.text;
-  for (char& each : text) {
-    if (static_cast<unsigned char>(each) >= 0x80) each = '?';
-  }
-  log.set_message(text);
+  log.set_message(utf8_of(line.text));
   return log.SerializeAsString();
 }
 

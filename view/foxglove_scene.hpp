@@ -23,9 +23,6 @@ using Pictures = std::array<std::shared_ptr<const std::string>, kTopics>;
 /// @param wall_ns  wall clock at `now`, since 1970
 Pictures draw(const Swarm& swarm, Time now, std::uint64_t wall_ns);
 
-/// The wall clock now, since 1970.
-std::uint64_t wall_ns();
-
 std::string encode_log(const LogLine& line, std::uint64_t wall_ns);
 
 struct TopicDescription {

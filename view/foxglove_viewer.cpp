@@ -11,8 +11,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr char kMessageData = 1;  // opcode of the protocol
-constexpr int kWarning = 1;       // levels of a status
+constexpr char kMessageData = 1;  // opcodes of the protocol
+constexpr char kTime = 2;
+constexpr std::size_t kTimePlace = FoxgloveViewer::kMostSubscriptions;  // in the queue
+constexpr int kWarning = 1;                                             // levels of a status
 constexpr int kError = 2;
 
 template <typename Unsigned>
@@ -22,11 +24,18 @@ void append_little_endian(std::string& bytes, Unsigned value) {
   }
 }
 
-Outgoing message_data(std::uint32_t subscription, const std::string& payload) {
+Outgoing message_data(std::uint32_t subscription, std::uint64_t wall_ns,
+                      const std::string& payload) {
   std::string bytes(1, kMessageData);
   append_little_endian(bytes, subscription);
-  append_little_endian(bytes, wall_ns());
+  append_little_endian(bytes, wall_ns);
   bytes += payload;
+  return {std::make_shared<const std::string>(std::move(bytes)), true};
+}
+
+Outgoing time_data(std::uint64_t wall_ns) {
+  std::string bytes(1, kTime);
+  append_little_endian(bytes, wall_ns);
   return {std::make_shared<const std::string>(std::move(bytes)), true};
 }
 
@@ -55,9 +64,12 @@ std::string status_json(int level, const std::string& text) {
 }  // namespace
 
 void FoxgloveViewer::begin() {
+  // A recording has a time of its own, which the viewer takes for the present.
+  Json capabilities = Json::array();
+  if (source_.playback() != nullptr) capabilities.push_back("time");
   tell(Json{{"op", "serverInfo"},
             {"name", "swarmtalk-view"},
-            {"capabilities", Json::array()},
+            {"capabilities", capabilities},
             {"metadata", Json::object()}}
            .dump());
   Json channels = Json::array();
@@ -135,10 +147,7 @@ std::string FoxgloveViewer::subscribe(std::uint64_t id, std::uint64_t channel) {
   }
   *free = Subscription{static_cast<std::uint32_t>(id), static_cast<std::size_t>(channel - 1)};
   if (static_cast<Topic>(channel - 1) == Topic::kLog) {
-    for (const LogLine& line : observer_.traffic().lines()) {
-      queue.put_event(message_data((*free)->id, encode_log(line, wall_ns())));
-    }
-    wake();
+    for (const LogLine& line : source_.traffic().lines()) tell_line((*free)->id, line);
   }
   return {};
 }
@@ -151,10 +160,11 @@ bool FoxgloveViewer::wants_pictures() const {
 // Each subscription has a place of its own in the queue, so that a large topic never crowds out a
 // small one.
 void FoxgloveViewer::show(const Scene& scene) {
+  if (source_.playback() != nullptr) queue.put_state(kTimePlace, time_data(scene.wall_ns));
   for (std::size_t i = 0; i < subscriptions_.size(); ++i) {
     if (!subscriptions_[i]) continue;
     const auto& picture = scene.pictures[subscriptions_[i]->topic];
-    if (picture) queue.put_state(i, message_data(subscriptions_[i]->id, *picture));
+    if (picture) queue.put_state(i, message_data(subscriptions_[i]->id, scene.wall_ns, *picture));
   }
   if (!scene.info || queue.events_dropped() == told_dropped_) return;
   told_dropped_ = queue.events_dropped();
@@ -164,10 +174,21 @@ void FoxgloveViewer::show(const Scene& scene) {
 
 void FoxgloveViewer::on_line(const LogLine& line) {
   for (const auto& held : subscriptions_) {
-    if (!held || static_cast<Topic>(held->topic) != Topic::kLog) continue;
-    queue.put_event(message_data(held->id, encode_log(line, wall_ns())));
-    wake();
+    if (held && static_cast<Topic>(held->topic) == Topic::kLog) tell_line(held->id, line);
   }
+}
+
+void FoxgloveViewer::tell_line(std::uint32_t subscription, const LogLine& line) {
+  const auto age = std::chrono::duration_cast<std::chrono::nanoseconds>(source_.now() - line.at);
+  const std::uint64_t at_ns = source_.wall_ns() - static_cast<std::uint64_t>(age.count());
+  queue.put_event(message_data(subscription, at_ns, encode_log(line, at_ns)));
+  wake();
+}
+
+// The time goes back: viewers forget by themselves what is later.
+void FoxgloveViewer::on_jump() {
+  if (source_.playback() != nullptr) queue.put_state(kTimePlace, time_data(source_.wall_ns()));
+  wake();
 }
 
 }  // namespace swarmtalk::view

@@ -13,10 +13,10 @@ namespace swarmtalk::view {
 
 class FoxgloveViewer final : public Viewer {
  public:
-  static constexpr std::size_t kMostSubscriptions = SendQueue::kStates;
+  static constexpr std::size_t kMostSubscriptions = SendQueue::kStates - 1;
   static constexpr unsigned kMostBadRequests = 16;  // then the connection is closed
 
-  explicit FoxgloveViewer(Observer& observer) : observer_(observer) {}
+  explicit FoxgloveViewer(Source& source) : source_(source) {}
 
   void begin() override;
   void on_text(std::string_view text) override;
@@ -24,6 +24,7 @@ class FoxgloveViewer final : public Viewer {
   void show(const Scene& scene) override;
   void on_message(const HeardMessage&) override {}
   void on_line(const LogLine& line) override;
+  void on_jump() override;
   bool wants_pictures() const override;
 
  private:
@@ -36,8 +37,9 @@ class FoxgloveViewer final : public Viewer {
   std::string subscribe(std::uint64_t id, std::uint64_t channel);
   void refuse(const std::string& why);
   void tell(std::string json);
+  void tell_line(std::uint32_t subscription, const LogLine& line);
 
-  Observer& observer_;
+  Source& source_;
   std::array<std::optional<Subscription>, kMostSubscriptions> subscriptions_;
   std::uint64_t told_dropped_ = 0;
   unsigned bad_requests_ = 0;

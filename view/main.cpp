@@ -1,4 +1,4 @@
-// swarmtalk-view: a live map of the swarm in a browser.
+// swarmtalk-view: a map of the swarm in a browser, live or from a recording.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
@@ -16,6 +16,7 @@
 
 #include "usage/usage.hpp"
 #include "view/observer.hpp"
+#include "view/playback.hpp"
 #include "view/server.hpp"
 #include "view/stage.hpp"
 
@@ -24,8 +25,9 @@ namespace {
 
 constexpr const char* kFooter = R"(The socket is --socket PATH, else $SWARMTALK_SOCKET, else
 /run/swarmtalk/swarmtalkd.sock. When the daemon ends, swarmtalk-view waits for the next one.
-Exit codes: 1 failed, as when the port is in use; 2 wrong usage; 3 the daemon cannot be reached
-at the start; 128+N ended by signal N.)";
+With FILE no daemon is asked: the page shows the recording, with play, pause and a timeline.
+Exit codes: 1 failed, as when the port is in use or FILE is no recording; 2 wrong usage; 3 the
+daemon cannot be reached at the start; 128+N ended by signal N.)";
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitNoDaemon = 3;
@@ -34,6 +36,7 @@ constexpr std::size_t kLeastTokenBytes = 8;
 
 struct Arguments {
   ObserverOptions observer;
+  std::string recording;  // empty: live
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;
   std::string token_file;
@@ -95,11 +98,24 @@ int serve(const Arguments& arguments) {
     signal_number = number;
     io.stop();
   });
-  Observer observer(io, arguments.observer);
-  if (const Status status = observer.start(); !status) {
-    return fail(std::string(status.text()), kExitNoDaemon);
+  std::optional<Observer> observer;
+  std::optional<Playback> playback;
+  if (arguments.recording.empty()) {
+    observer.emplace(io, arguments.observer);
+    if (const Status status = observer->start(); !status) {
+      return fail(std::string(status.text()), kExitNoDaemon);
+    }
+  } else {
+    playback.emplace(io);
+    if (const std::string problem = playback->open(arguments.recording); !problem.empty()) {
+      return fail(problem, kExitFailure);
+    }
+    if (!playback->problem().empty()) {
+      fail(arguments.recording + ": " + playback->problem(), kExitFailure);
+    }
   }
-  Stage stage(io, observer, arguments.may_operate);
+  Source& source = playback ? static_cast<Source&>(*playback) : *observer;
+  Stage stage(io, source, arguments.may_operate);
   AccessRules rules;
   rules.port = arguments.port;
   rules.allowed_origins = arguments.origins;
@@ -117,10 +133,14 @@ int serve(const Arguments& arguments) {
 
 int run(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app{"Shows the swarm in a browser: a live map, channels, messages and log lines."};
+  CLI::App app{
+      "Shows the swarm in a browser: a map, channels, messages and log lines; live, or those of a "
+      "recording."};
   app.footer(kFooter);
   usage::prepare(app, "swarmtalk-view " SWARMTALK_VERSION);
-  app.add_option("--socket", arguments.observer.socket_path, "of the daemon");
+  app.add_option("FILE", arguments.recording,
+                 "recording of swarmtalk-cli record, in place of a daemon");
+  auto* const socket = app.add_option("--socket", arguments.observer.socket_path, "of the daemon");
   app.add_option("--listen", arguments.address,
                  "address to listen on; other than this machine's own, a token is needed")
       ->capture_default_str();
@@ -131,12 +151,20 @@ int run(int argc, char** argv) {
          "--allow-origin", arguments.origins,
          "a page from elsewhere that may look, as http://lab:8081; more than one may follow")
       ->take_all();
-  app.add_option("--channel", arguments.observer.channels,
-                 "a channel to listen to, besides those that programs of this robot use")
-      ->take_all();
-  app.add_flag("--operate", arguments.may_operate, "whoever looks may also send messages");
+  auto* const channel =
+      app.add_option("--channel", arguments.observer.channels,
+                     "a channel to listen to, besides those that programs of this robot use")
+          ->take_all();
+  auto* const operate =
+      app.add_flag("--operate", arguments.may_operate, "whoever looks may also send messages");
   try {
     app.parse(argc, argv);
+    for (const auto* option : {socket, channel, operate}) {
+      if (arguments.recording.empty() || option->count() == 0) continue;
+      return fail(option->get_name() + " is for a daemon, and " + arguments.recording +
+                      " is a recording: leave one of them out",
+                  kExitUsage);
+    }
     boost::system::error_code error;
     boost::asio::ip::make_address(arguments.address, error);
     if (error) {

@@ -5,8 +5,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "client_lib/harvest_text.hpp"
-
 namespace swarmtalk::view {
 namespace {
 
@@ -23,12 +21,6 @@ ClientOptions client_options(const ObserverOptions& options) {
   made.socket_path = options.socket_path;
   made.request_timeout = kAnswerWithin;
   return made;
-}
-
-bool is_number(const std::string& name) {
-  return !name.empty() && name.size() <= 5 &&
-         name.find_first_not_of("0123456789") == std::string::npos &&
-         std::atoi(name.c_str()) <= 65535;
 }
 
 }  // namespace
@@ -58,10 +50,11 @@ Observer::~Observer() {
 
 Status Observer::start() {
   if (Status status = client_.connect(); !status) return status;
-  debug_ = client_.channel("debug").subscriber([this](const Message& m) { hear_line(m); },
-                                               Policy::last(kMessagesThatWait));
-  harvest_ = client_.channel("harvest").subscriber([this](const Message& m) { hear_harvest(m); },
-                                                   Policy::last(kMessagesThatWait));
+  debug_ = client_.channel("debug").subscriber(
+      [this](const Message& m) { take_line(m.sender, m.payload, now()); },
+      Policy::last(kMessagesThatWait));
+  harvest_ = client_.channel("harvest").subscriber(
+      [this](const Message& m) { take_harvest(m, now()); }, Policy::last(kMessagesThatWait));
   asker_ = client_.channel("harvest").publisher([](const Status&) {}, Sending::newest(1));
   for (const std::string& name : options_.channels) {
     if (!listen(name)) return Status(StatusCode::kBadChannel, "cannot listen to channel " + name);
@@ -69,6 +62,12 @@ Status Observer::start() {
   tick();
   wait_readable();
   return Status();
+}
+
+std::uint64_t Observer::wall_ns() const {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(since_1970).count());
 }
 
 void Observer::wait_readable() {
@@ -124,7 +123,7 @@ void Observer::ask_status(Time now) {
 }
 
 Channel Observer::channel_called(const std::string& name) {
-  return is_number(name) ? client_.channel(std::atoi(name.c_str())) : client_.channel(name);
+  return is_channel_number(name) ? client_.channel(std::atoi(name.c_str())) : client_.channel(name);
 }
 
 std::optional<std::uint16_t> Observer::listen(const std::string& name) {
@@ -133,7 +132,8 @@ std::optional<std::uint16_t> Observer::listen(const std::string& name) {
   }
   if (named_.size() + by_number_.size() >= Traffic::kMostChannels) return std::nullopt;
   Subscriber subscriber = channel_called(name).subscriber(
-      [this](const Message& message) { hear(message); }, Policy::last(kMessagesThatWait));
+      [this](const Message& message) { take_message(message, now()); },
+      Policy::last(kMessagesThatWait));
   const std::optional<std::uint16_t> number = subscriber.channel_number();
   const Status status = subscriber.status();
   if (!status && status.code() != StatusCode::kDisconnected) return std::nullopt;
@@ -143,7 +143,7 @@ std::optional<std::uint16_t> Observer::listen(const std::string& name) {
       if (held.channel_number() == number) return number;
     }
     if (ChannelTraffic* const known = traffic_.channel(*number);
-        known != nullptr && !is_number(name)) {
+        known != nullptr && !is_channel_number(name)) {
       known->name = name;
     }
   }
@@ -158,9 +158,10 @@ void Observer::listen_to_number(std::uint16_t number) {
   for (const auto& [name, held] : named_) {
     if (held.channel_number() == number) return;
   }
-  by_number_.emplace(number, client_.channel(static_cast<int>(number))
-                                 .subscriber([this](const Message& message) { hear(message); },
-                                             Policy::last(kMessagesThatWait)));
+  by_number_.emplace(
+      number, client_.channel(static_cast<int>(number))
+                  .subscriber([this](const Message& message) { take_message(message, now()); },
+                              Policy::last(kMessagesThatWait)));
 }
 
 Status Observer::publish(const std::string& channel, const std::string& payload) {
@@ -175,36 +176,6 @@ Status Observer::publish(const std::string& channel, const std::string& payload)
     found = publishers_.emplace(channel, std::move(publisher)).first;
   }
   return found->second.send(payload);
-}
-
-void Observer::hear(const Message& message) {
-  const Time now = Clock::now();
-  const std::uint64_t number = traffic_.note_message(message, now);
-  // Sensing is of the last transmitter, which is the sender only where nobody forwarded it.
-  if (message.hops == 0 && !message.local && !message.origin && message.sender_pose) {
-    swarm_.note_place(message.sender, *message.sender_pose, now);
-  }
-  on_message({number, message.channel, message.sender, message.hops, message.local,
-              message.distance_m, message.bearing_rad, message.lost_before, message.payload, now});
-}
-
-void Observer::hear_line(const Message& message) {
-  on_line(traffic_.note_line(message.sender, message.payload, Clock::now()));
-}
-
-// Answers to whoever asked: values of programs are shown wherever they are heard.
-void Observer::hear_harvest(const Message& message) {
-  if (reports_.take(message, swarm_, Clock::now())) return;
-  const std::string& bytes = message.payload;
-  if (bytes.size() < client::kHarvestAnswerHeaderBytes || bytes[0] != 'A') return;
-  std::uint32_t question = 0;
-  for (std::size_t i = 1; i < client::kHarvestAnswerHeaderBytes; ++i) {
-    question = question << 8 | static_cast<unsigned char>(bytes[i]);
-  }
-  client::decode_answer(bytes, question, [&](std::string_view key, std::string_view value) {
-    swarm_.note_value(message.sender, std::string(key.substr(0, 64)),
-                      std::string(value.substr(0, 512)));
-  });
 }
 
 }  // namespace swarmtalk::view

@@ -1,8 +1,10 @@
 #include "view/page_viewer.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "view/playback.hpp"
 #include "view/swarm_json.hpp"
 
 namespace swarmtalk::view {
@@ -24,12 +26,47 @@ std::string channel_name(const Json& request) {
   return found->is_string() ? found->get<std::string>() : std::string();
 }
 
+/// Requests of who looks at a recording. @return none: it is none of them; else as answer()
+std::optional<std::string> move_time(Playback* playback, const Json& request) {
+  const Json& op = request["op"];
+  const bool is_move = op == "play" || op == "pause" || op == "seek" || op == "speed";
+  if (!is_move) return std::nullopt;
+  if (playback == nullptr) return "this is no recording: its time cannot be moved";
+  const auto number = [&](const char* key) {
+    const auto found = request.find(key);
+    return found != request.end() && found->is_number() ? found->get<double>() : -1.0;
+  };
+  if (op == "seek" || op == "speed") {
+    const double value = number(op == "seek" ? "at" : "times");
+    if (!(value >= 0)) return "\"seek\" takes \"at\", milliseconds; \"speed\" takes \"times\"";
+    if (op == "speed") {
+      playback->set_speed(value);
+    } else {
+      const double most = static_cast<double>(playback->length().count());
+      playback->seek(Playback::Milliseconds(static_cast<std::int64_t>(std::min(value, most))));
+    }
+  } else if (op == "play") {
+    playback->play();
+  } else {
+    playback->pause();
+  }
+  return "";
+}
+
 }  // namespace
 
 void PageViewer::begin() {
-  tell(hello_json(may_operate_));
-  const Time now = Clock::now();
-  for (const LogLine& line : observer_.traffic().lines()) tell(line_json(line, now));
+  tell(hello_json(source_, may_operate_));
+  tell_lines();
+}
+
+void PageViewer::tell_lines() {
+  for (const LogLine& line : source_.traffic().lines()) tell(line_json(line, source_.now()));
+}
+
+void PageViewer::on_jump() {
+  tell(jump_json(source_));
+  tell_lines();
 }
 
 void PageViewer::tell(std::string json) {
@@ -67,13 +104,13 @@ std::string PageViewer::answer(std::string_view bytes) {
                          robot->get<std::uint64_t>() <= UINT16_MAX;
     if (!is_good) return "\"card\" takes \"robot\", a node id; 0: none";
     card_ = robot->get<std::uint32_t>();
-    if (card_ != 0) observer_.want_details(card_);
+    if (card_ != 0) source_.want_details(card_);
     return {};
   }
   const std::string channel = channel_name(request);
   if (*op == "watch") {
     if (channel.empty()) return "\"watch\" takes \"channel\", a name or a number";
-    watched_ = observer_.listen(channel);
+    watched_ = source_.listen(channel);
     return watched_ ? "" : "channel " + channel.substr(0, 80) + " cannot be listened to";
   }
   if (*op == "publish") {
@@ -82,18 +119,19 @@ std::string PageViewer::answer(std::string_view bytes) {
     if (channel.empty() || payload == request.end() || !payload->is_string()) {
       return "\"publish\" takes \"channel\" and \"text\"";
     }
-    const Status sent = observer_.publish(channel, payload->get<std::string>());
+    const Status sent = source_.publish(channel, payload->get<std::string>());
     tell(notice_json(sent ? "sent on channel " + channel : std::string(sent.text())));
     return {};
   }
+  if (const auto moved = move_time(source_.playback(), request)) return *moved;
   return "there is no request of that name";
 }
 
 void PageViewer::show(const Scene& scene) {
-  queue.put_state(kState, {scene.state, false});
+  if (scene.state) queue.put_state(kState, {scene.state, false});
   if (!scene.info) return;
   queue.put_state(kInfo, {scene.info, false});
-  if (card_ != 0) queue.put_state(kCard, text(card_json(observer_.swarm(), card_, scene.now)));
+  if (card_ != 0) queue.put_state(kCard, text(card_json(source_.swarm(), card_, scene.now)));
   const std::uint64_t dropped = queue.events_dropped() + queue.states_replaced();
   if (dropped == told_dropped_) return;
   told_dropped_ = dropped;
@@ -105,7 +143,7 @@ void PageViewer::on_message(const HeardMessage& message) {
 }
 
 void PageViewer::on_line(const LogLine& line) {
-  tell(line_json(line, Clock::now()));
+  tell(line_json(line, source_.now()));
 }
 
 }  // namespace swarmtalk::view

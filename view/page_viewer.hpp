@@ -12,8 +12,7 @@ class PageViewer final : public Viewer {
  public:
   static constexpr unsigned kMostBadRequests = 16;  // then the connection is closed
 
-  PageViewer(Observer& observer, bool may_operate)
-      : observer_(observer), may_operate_(may_operate) {}
+  PageViewer(Source& source, bool may_operate) : source_(source), may_operate_(may_operate) {}
 
   void begin() override;
   void on_text(std::string_view text) override;
@@ -21,13 +20,15 @@ class PageViewer final : public Viewer {
   void show(const Scene& scene) override;
   void on_message(const HeardMessage& message) override;
   void on_line(const LogLine& line) override;
+  void on_jump() override;
 
  private:
   std::string answer(std::string_view text);
+  void tell_lines();
   void tell(std::string json);
   void refuse(const std::string& why);
 
-  Observer& observer_;
+  Source& source_;
   bool may_operate_;
   std::optional<std::uint16_t> watched_;  // channel whose messages are shown
   std::uint32_t card_ = 0;                // robot whose card is open; 0: none

@@ -24,7 +24,7 @@ class SendQueue {
  public:
   static constexpr std::size_t kMostEvents = 512;
   static constexpr std::size_t kMostEventBytes = std::size_t{1} << 20;
-  static constexpr std::size_t kStates = 8;
+  static constexpr std::size_t kStates = 9;
 
   /// @param kind  0 to kStates - 1: replaces the state of this kind that still waits
   void put_state(std::size_t kind, Outgoing state) {

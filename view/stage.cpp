@@ -15,31 +15,34 @@ constexpr unsigned kTurnsBetweenInfos = 10;
 
 }  // namespace
 
-Stage::Stage(boost::asio::io_context& io, Observer& observer, bool may_operate)
-    : observer_(observer), may_operate_(may_operate), timer_(io) {
-  observer_.on_message = [this](const HeardMessage& message) {
+Stage::Stage(boost::asio::io_context& io, Source& source, bool may_operate)
+    : source_(source), may_operate_(may_operate), timer_(io) {
+  source_.on_message = [this](const HeardMessage& message) {
     for (Viewer* viewer : viewers_) viewer->on_message(message);
   };
-  observer_.on_line = [this](const LogLine& line) {
+  source_.on_line = [this](const LogLine& line) {
     for (Viewer* viewer : viewers_) viewer->on_line(line);
+  };
+  source_.on_jump = [this] {
+    for (Viewer* viewer : viewers_) viewer->on_jump();
   };
 }
 
 std::unique_ptr<Viewer> Stage::make_viewer(std::string_view subprotocol) {
-  if (subprotocol.starts_with("foxglove.")) return std::make_unique<FoxgloveViewer>(observer_);
-  return std::make_unique<PageViewer>(observer_, may_operate_);
+  if (subprotocol.starts_with("foxglove.")) return std::make_unique<FoxgloveViewer>(source_);
+  return std::make_unique<PageViewer>(source_, may_operate_);
 }
 
 void Stage::add(Viewer& viewer) {
   viewers_.insert(&viewer);
-  observer_.set_watched(true);
+  source_.set_watched(true);
   turns_ = 0;  // a newcomer is shown everything in the next turn
   if (!is_waiting_) wait_turn();
 }
 
 void Stage::remove(Viewer& viewer) {
   viewers_.erase(&viewer);
-  if (viewers_.empty()) observer_.set_watched(false);
+  if (viewers_.empty()) source_.set_watched(false);
 }
 
 // Nobody looks: nothing is made.
@@ -56,14 +59,15 @@ void Stage::wait_turn() {
 
 void Stage::turn() {
   Scene scene;
-  scene.now = Clock::now();
-  scene.state = std::make_shared<const std::string>(state_json(observer_, scene.now));
+  scene.now = source_.now();
+  scene.wall_ns = source_.wall_ns();
+  scene.state = std::make_shared<const std::string>(state_json(source_));
   if (turns_++ % kTurnsBetweenInfos == 0) {
-    scene.info = std::make_shared<const std::string>(info_json(observer_, scene.now));
+    scene.info = std::make_shared<const std::string>(info_json(source_));
   }
   const auto wants = [](const Viewer* viewer) { return viewer->wants_pictures(); };
   if (std::any_of(viewers_.begin(), viewers_.end(), wants)) {
-    scene.pictures = draw(observer_.swarm(), scene.now, wall_ns());
+    scene.pictures = draw(source_.swarm(), scene.now, scene.wall_ns);
   }
   for (Viewer* viewer : viewers_) {
     viewer->show(scene);

@@ -15,7 +15,7 @@ namespace swarmtalk::view {
 class Stage {
  public:
   /// @param may_operate  whether viewers may send messages
-  Stage(boost::asio::io_context& io, Observer& observer, bool may_operate);
+  Stage(boost::asio::io_context& io, Source& source, bool may_operate);
 
   /// @param subprotocol  that was agreed on; empty: our page
   std::unique_ptr<Viewer> make_viewer(std::string_view subprotocol);
@@ -28,7 +28,7 @@ class Stage {
   void wait_turn();
   void turn();
 
-  Observer& observer_;
+  Source& source_;
   bool may_operate_;
   boost::asio::steady_timer timer_;
   std::set<Viewer*> viewers_;

@@ -34,18 +34,29 @@ void Swarm::take_place(SwarmRobot& robot, const Place& place) {
   if (!robot.place || place.at >= robot.place->at) robot.place = place;
 }
 
-void Swarm::note_self(const DaemonStatus& status, Time now) {
-  if (status.node_id != self_) {
+void Swarm::note_own_pose(std::uint32_t id, const std::optional<Pose>& pose, Time now) {
+  if (id != self_) {
     robots_.erase(self_);
-    self_ = status.node_id;
+    self_ = id;
   }
   SwarmRobot* const self = robot(self_);
   if (self == nullptr) return;
   self->is_self = true;
-  self->epoch = status.epoch;
   self->heard_at = now;
   self->place.reset();  // the daemon knows best, also that it does not know any more
-  if (status.pose) self->place = place_of(*status.pose, now);
+  if (pose) self->place = place_of(*pose, now);
+}
+
+void Swarm::note_sign(std::uint32_t id, Time now) {
+  SwarmRobot* const known = robot(id);
+  if (known != nullptr && (!known->heard_at || *known->heard_at < now)) known->heard_at = now;
+}
+
+void Swarm::note_self(const DaemonStatus& status, Time now) {
+  note_own_pose(status.node_id, status.pose, now);
+  SwarmRobot* const self = robot(self_);
+  if (self == nullptr) return;
+  self->epoch = status.epoch;
   std::vector<std::string>& programs = self->programs.emplace();
   for (const ClientStatus& client : status.clients_served) programs.push_back(client.name);
   self->lost = Loss{};
@@ -83,7 +94,9 @@ void Swarm::note_place(std::uint32_t id, const Pose& pose, Time now) {
 
 void Swarm::note_report(std::uint32_t id, const report::Facts& facts, Time said_at) {
   SwarmRobot* const known = robot(id);
-  if (known == nullptr || known->is_self) return;
+  if (known == nullptr) return;
+  if (facts.name) known->name = *facts.name;
+  if (known->is_self) return;  // its daemon itself tells all the rest
   if (known->told_at && *known->told_at >= said_at) return;
   known->told_at = said_at;
   if (facts.place) {
@@ -137,6 +150,13 @@ void Swarm::forget_old(Time now) {
     const bool is_old = !robot.is_self && (!sign || now - *sign > kForgetAfter);
     each = is_old ? robots_.erase(each) : std::next(each);
   }
+}
+
+float loss_after(float loss, std::uint32_t lost_before) {
+  constexpr float kMessages = 32;
+  const auto lost = std::min<std::uint32_t>(lost_before, 1000);
+  for (std::uint32_t i = 0; i < lost; ++i) loss += (1 - loss) / kMessages;
+  return loss - loss / kMessages;
 }
 
 std::optional<Time> last_sign(const SwarmRobot& robot) {

@@ -38,6 +38,7 @@ struct SwarmRobot {
   std::uint32_t epoch = 0;  // of its daemon's start; 0: not known
   bool is_self = false;     // the one whose daemon we ask
   bool has_namesake = false;
+  std::string name;  // that its configuration gives it; empty: not known
   std::optional<Place> place;
   std::optional<Time> heard_at;  // by our daemon itself, the last time
   std::optional<Time> told_at;   // the time for which somebody's report speaks of it
@@ -62,6 +63,10 @@ class Swarm {
 
   /// Our own daemon's answer. Another node id than before: it has changed, and its old entry goes.
   void note_self(const DaemonStatus& status, Time now);
+  /// The same without the rest, as a recording has it. @param pose  none: not known
+  void note_own_pose(std::uint32_t id, const std::optional<Pose>& pose, Time now);
+  /// It was heard by our daemon itself.
+  void note_sign(std::uint32_t id, Time now);
   /// All whom our daemon hears now.
   void note_neighbours(const std::vector<Neighbour>& neighbours, Time now);
   /// A message's last transmitter told where it is. Only what is newer than what is known counts.
@@ -90,6 +95,9 @@ class Swarm {
   std::uint32_t self_ = 0;
   std::uint64_t left_out_ = 0;
 };
+
+/// A link's loss after a message, before which so many were lost; over the last few dozen.
+float loss_after(float loss, std::uint32_t lost_before);
 
 /// When a robot was known to be there: heard, or told of. None: never.
 std::optional<Time> last_sign(const SwarmRobot& robot);

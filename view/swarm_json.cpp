@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "view/playback.hpp"
+
 namespace swarmtalk::view {
 namespace {
 
@@ -43,6 +45,12 @@ void put_place(Json& json, const SwarmRobot& robot, Time now) {
   json["pose_age"] = age_ms(now, robot.place->at);
 }
 
+/// "#ff8000"
+bool is_colour(const std::string& text) {
+  return text.size() == 7 && text[0] == '#' &&
+         text.find_first_not_of("0123456789abcdef", 1) == std::string::npos;
+}
+
 Json robot_json(const SwarmRobot& robot, Time now) {
   Json json{{"id", robot.id}};
   put_place(json, robot, now);
@@ -50,6 +58,10 @@ Json robot_json(const SwarmRobot& robot, Time now) {
   if (robot.heard_at) json["heard_age"] = age_ms(now, *robot.heard_at);
   if (robot.told_at) json["told_age"] = age_ms(now, *robot.told_at);
   if (robot.has_namesake) json["twin"] = true;
+  if (!robot.name.empty()) json["name"] = robot.name;
+  if (const auto led = robot.values.find("led"); led != robot.values.end()) {
+    if (is_colour(led->second)) json["led"] = led->second;
+  }
   return json;
 }
 
@@ -106,9 +118,15 @@ std::string swarm_state_json(const Swarm& swarm, Time now) {
   return text_of(swarm_state(swarm, now));
 }
 
-std::string state_json(const Observer& observer, Time now) {
-  Json json = swarm_state(observer.swarm(), now);
-  if (observer.lost_daemon_at()) json["no_daemon_age"] = age_ms(now, *observer.lost_daemon_at());
+std::string state_json(Source& source) {
+  const Time now = source.now();
+  Json json = swarm_state(source.swarm(), now);
+  if (const auto lost_at = source.lost_daemon_at()) json["no_daemon_age"] = age_ms(now, *lost_at);
+  if (const Playback* const playback = source.playback()) {
+    json["play"] = {{"at", playback->at().count()},
+                    {"playing", playback->is_playing()},
+                    {"speed", playback->speed()}};
+  }
   return text_of(json);
 }
 
@@ -116,9 +134,9 @@ std::string traffic_json(const Traffic& traffic, Time now) {
   return text_of(traffic_list(traffic, now));
 }
 
-std::string info_json(const Observer& observer, Time now) {
-  const DaemonStatus& status = observer.status();
-  const Status questions = observer.questions();
+std::string info_json(const Source& source) {
+  const DaemonStatus& status = source.status();
+  const Status questions = source.questions();
   Json links = Json::array();
   for (const LinkStatus& link : status.links) {
     links.push_back({{"name", link.name},
@@ -129,11 +147,11 @@ std::string info_json(const Observer& observer, Time now) {
                      {"state", link.state}});
   }
   return text_of({{"t", "info"},
-                  {"daemon", observer.daemon_name()},
+                  {"daemon", source.daemon_name()},
                   {"uptime_ms", status.uptime.count()},
                   {"links", links},
                   {"questions", questions ? "" : std::string(questions.text())},
-                  {"channels", traffic_list(observer.traffic(), now)}});
+                  {"channels", traffic_list(source.traffic(), source.now())}});
 }
 
 std::string card_json(const Swarm& swarm, std::uint32_t id, Time now) {
@@ -166,6 +184,7 @@ std::string message_json(const HeardMessage& message) {
   Json json{{"t", "msg"},           {"k", message.number},
             {"n", message.channel}, {"from", message.sender},
             {"hops", message.hops}, {"hex", hex_of(message.payload)}};
+  if (message.unknown_bytes != 0) json["size"] = message.unknown_bytes;
   if (message.is_local) json["local"] = true;
   put_known(json, "d", message.distance_m);
   put_known(json, "b", message.bearing_rad);
@@ -189,8 +208,33 @@ std::string dropped_json(std::uint64_t events, std::uint64_t states) {
   return text_of({{"t", "dropped"}, {"events", events}, {"states", states}});
 }
 
-std::string hello_json(bool may_operate) {
-  return text_of({{"t", "hello"}, {"version", 1}, {"operate", may_operate}});
+std::string hello_json(Source& source, bool may_operate) {
+  Json json{{"t", "hello"}, {"version", 1}, {"operate", may_operate}};
+  if (const Playback* const playback = source.playback()) {
+    const auto at_ns = static_cast<std::int64_t>(source.wall_ns());
+    json["recording"] = {{"file", playback->file()},
+                         {"begin", at_ns / 1'000'000 - playback->at().count()},
+                         {"length", playback->length().count()},
+                         {"problem", playback->problem()},
+                         {"bars", playback->bars()}};
+  }
+  return text_of(json);
+}
+
+std::string jump_json(Source& source) {
+  Json json{{"t", "jump"}, {"at", 0}, {"trail", Json::array()}};
+  if (const Playback* const playback = source.playback()) {
+    json["at"] = playback->at().count();
+    for (const Playback::Step& step : playback->trail()) {
+      Json spots = Json::array();
+      for (const Playback::Spot& spot : step.spots) {
+        spots.push_back({spot.robot, rounded(static_cast<double>(spot.x_m)),
+                         rounded(static_cast<double>(spot.y_m))});
+      }
+      json["trail"].push_back({step.at.count(), std::move(spots)});
+    }
+  }
+  return text_of(json);
 }
 
 }  // namespace swarmtalk::view

@@ -4,17 +4,17 @@
 
 #include <string>
 
-#include "view/observer.hpp"
+#include "view/source.hpp"
 
 namespace swarmtalk::view {
 
 /// Robots, where they are, and who hears whom: what changes ten times a second.
-std::string state_json(const Observer& observer, Time now);
+std::string state_json(Source& source);
 /// The same of a swarm without a daemon, for tests.
 std::string swarm_state_json(const Swarm& swarm, Time now);
 
 /// Channels, links and programs: what changes slowly.
-std::string info_json(const Observer& observer, Time now);
+std::string info_json(const Source& source);
 std::string traffic_json(const Traffic& traffic, Time now);
 
 /// All that is known of one robot; "null" for one that is not known.
@@ -24,6 +24,10 @@ std::string message_json(const HeardMessage& message);
 std::string line_json(const LogLine& line, Time now);
 std::string notice_json(const std::string& text);
 std::string dropped_json(std::uint64_t events, std::uint64_t states);
-std::string hello_json(bool may_operate);
+/// With what there is to say of a recording.
+std::string hello_json(Source& source, bool may_operate);
+/// The recording's time has jumped: what was told of messages and lines does not count any more.
+/// With the places that led to the new time.
+std::string jump_json(Source& source);
 
 }  // namespace swarmtalk::view

@@ -27,7 +27,8 @@ double Rate::per_second(Time now) const {
   const std::int64_t second = whole_seconds(now);
   const auto slots = static_cast<std::int64_t>(in_.size());
   std::uint64_t sum = 0;
-  for (std::int64_t each = second - static_cast<std::int64_t>(kSeconds); each < second; ++each) {
+  const auto first = std::max<std::int64_t>(second - static_cast<std::int64_t>(kSeconds), 0);
+  for (std::int64_t each = first; each < second; ++each) {
     const bool is_kept = each <= second_ && each > second_ - slots;
     if (is_kept) sum += in_[static_cast<std::size_t>(each % slots)];
   }

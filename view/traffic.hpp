@@ -41,6 +41,7 @@ struct HeardMessage {
   Loss lost_before;
   std::string payload;
   Time at{};
+  std::size_t unknown_bytes = 0;  // size of a payload that was not recorded
 };
 
 struct LogLine {

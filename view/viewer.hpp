@@ -9,14 +9,15 @@
 #include <string_view>
 
 #include "view/foxglove_scene.hpp"
-#include "view/observer.hpp"
 #include "view/send_queue.hpp"
+#include "view/source.hpp"
 
 namespace swarmtalk::view {
 
 /// What all viewers of a turn are shown; made once for all of them.
 struct Scene {
-  Time now{};
+  Time now{};                                // of the source: ages are counted to it
+  std::uint64_t wall_ns = 0;                 // at that time, since 1970
   std::shared_ptr<const std::string> state;  // JSON
   Pictures pictures{};                       // for who wants them
   std::shared_ptr<const std::string> info;   // JSON; null: not in this turn
@@ -32,6 +33,8 @@ class Viewer {
   virtual void show(const Scene& scene) = 0;
   virtual void on_message(const HeardMessage& message) = 0;
   virtual void on_line(const LogLine& line) = 0;
+  /// A recording's time has jumped.
+  virtual void on_jump() = 0;
   /// Whether the next scene should have pictures, or else the JSON state.
   virtual bool wants_pictures() const { return false; }
 

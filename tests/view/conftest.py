@@ -1,7 +1,7 @@
 """Labs of real daemons, and swarmtalk-view as a client of one of them.
 
 SWARMTALK_BUILD names the build folder (default: build-test). Labs use the UDP medium, so no root is
-needed. Everything started has ended when a test ends.
+needed, if the test does not say another. Everything started has ended when a test ends.
 """
 import json
 import os
@@ -52,9 +52,9 @@ def one_line(text, *words):
 class Lab:
     """A swarmtalk-lab that is up."""
 
-    def __init__(self, robots, *options):
+    def __init__(self, robots, *options, medium="udp"):
         self.name = f"v{os.getpid()}-{time.monotonic_ns() % 1000000}"
-        done = self.tool("up", robots, "--medium", "udp", *options)
+        done = self.tool("up", robots, "--medium", medium, *options)
         assert done.returncode == 0, done.stderr
         self.state = [json.loads(line) for line in
                       self.tool("status", "--json").stdout.splitlines()]
@@ -114,8 +114,8 @@ class View:
 def make_lab():
     labs = []
 
-    def make(robots, *options):
-        labs.append(Lab(robots, *options))
+    def make(robots, *options, **more):
+        labs.append(Lab(robots, *options, **more))
         return labs[-1]
 
     yield make

@@ -40,6 +40,13 @@ TEST(Rate, OldSecondsAreForgottenWhenItGoesOn) {
   EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(101)), 0.2);
 }
 
+TEST(Rate, IsKnownInTheFirstSecondsOfARecordingThatBeginsAtZero) {
+  Rate rate;
+  for (int i = 0; i < 50; ++i) rate.count(Time{} + milliseconds(20 * i));
+  EXPECT_DOUBLE_EQ(rate.per_second(Time{}), 0.0);
+  EXPECT_DOUBLE_EQ(rate.per_second(Time{} + seconds(1)), 10.0);
+}
+
 TEST(Traffic, KnowsWhoSpeaksOnAChannel) {
   Traffic traffic;
   traffic.note_message(message(7, 3), kBegin);
