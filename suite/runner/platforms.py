@@ -95,6 +95,16 @@ def call(command: list, environment: dict | None = None, last_words=str.strip):
         raise PlatformError(last_words(errors) or f"{name} ended with {process.returncode}")
 
 
+def record(log: pathlib.Path) -> pathlib.Path:
+    """Makes the recording of a run's log, beside it: LOG.mcap. Raises PlatformError if it cannot.
+
+    @return its path
+    """
+    path = log.with_suffix(".mcap")
+    call([program_path("swarmtalk-suite-recording", "suite"), log, path])
+    return path
+
+
 def run_simulated(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None):
     """swarmtalk-sim: virtual time, same seed, same bytes."""
     limits.check_sections(scenario)

@@ -4,11 +4,14 @@ import html
 import io
 import json
 import math
+import os
 import pathlib
 import sys
+import urllib.parse
 
 import judges
 import metrics
+import platforms
 import run_log
 import scenarios
 
@@ -280,8 +283,23 @@ def section(number: int, program: str, logs: dict[str, list[run_log.Log]]) -> st
             f"</figcaption></figure>" + table(numbers))
 
 
-def write(folder: str, output: str) -> int:
-    """Writes the page. Raises ScenarioError when there is nothing to show."""
+def recordings(logs: list[metrics.Log], output: pathlib.Path) -> str:
+    """A list of links to the runs' recordings; those that are missing or older than their log are
+    made."""
+    lines = []
+    for log in logs:
+        path = log.path.with_suffix(".mcap")
+        if not path.exists() or path.stat().st_mtime < log.path.stat().st_mtime:
+            platforms.record(log.path)
+        link = urllib.parse.quote(os.path.relpath(path, output.parent))
+        lines.append(f'<li><a href="{link}">{html.escape(path.name)}</a></li>')
+    return ("<h2>Recordings</h2><p>Open one with <code>swarmtalk-view FILE</code>, Foxglove or "
+            "Lichtblick.</p><ul>" + "".join(lines) + "</ul>")
+
+
+def write(folder: str, output: str, with_recordings: bool = False) -> int:
+    """Writes the page. Raises ScenarioError when there is nothing to show, PlatformError when a
+    recording cannot be made."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -302,12 +320,14 @@ def write(folder: str, output: str) -> int:
     for program in FIGURES:
         if program in logs:
             sections.append(section(len(sections) + 1, program, columns(logs[program])))
+    recorded = recordings([log for program in FIGURES for log in logs[program]],
+                          pathlib.Path(output)) if with_recordings else ""
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
             f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
             "<p>Programs, each from one source for all platforms. A column is of runs that "
             "differ by nothing but their seed; figures show the first of them, tables give means "
             "of all, and their 95 % confidence intervals if there are several.</p>"
-            + "".join(sections) + "</body></html>\n")
+            + "".join(sections) + recorded + "</body></html>\n")
     pathlib.Path(output).write_text(page, encoding="utf-8")
     print(f"{output}: {sum(map(len, logs.values()))} runs")
     return 0

@@ -2,6 +2,7 @@
 import collections
 import json
 import math
+import pathlib
 
 
 class LogError(Exception):
@@ -13,6 +14,7 @@ class Log:
 
     def __init__(self, path: str):
         """Raises LogError when it is none."""
+        self.path = pathlib.Path(path)
         try:
             with open(path, encoding="utf-8") as file:
                 self.scenario = json.loads(file.readline())
