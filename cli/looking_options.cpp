@@ -74,12 +74,14 @@ void add_ping(CLI::App& app, Common& common, Verb& verb) {
   auto arguments = std::make_shared<PingArguments>();
   auto* command = app.add_subcommand(
       "ping", "Ask a robot for answers, over some hops: round trip, and losses there and back");
-  auto* robot = command->add_option("ROBOT", arguments->robot, "its node id; it runs ping --answer")
+  auto* robot = command->add_option("ROBOT", arguments->robot, "its node id")
                     ->check(whole_number())
                     ->check(CLI::Range(1, 65534));
   command
       ->add_flag("--answer", arguments->answers, "answer questions for this robot, until a signal")
       ->excludes(robot);
+  command->add_flag("--by-hop", arguments->is_by_hop,
+                    "ask the robots on the way as well: round trip and losses of each hop");
   command->add_flag("--json", common.is_json, "one JSON object a question");
   command->add_option("-C,--count", arguments->count, "end after so many questions")
       ->check(whole_number())

@@ -1,5 +1,6 @@
 #include "daemon/daemon.hpp"
 
+#include <boost/asio/post.hpp>
 #include <chrono>
 #include <csignal>
 #include <limits>
@@ -101,9 +102,17 @@ void Daemon::start_answering() {
     for (const ipc::ClientStatus& client : clients) names.push_back(client.name());
     return names;
   });
+  answerer_->set_name(parsed_.config.node.name);
   answerer_->set_hook([this](Answerer::Time at) { wait_for_report(at); });
   if (const auto refusal = answerer_->start()) {
     log_of("daemon")->info("this robot reports to nobody (report under [reserved]): {}",
+                           refusal->text);
+  }
+  ping_answerer_.emplace(hub_, identity_, counters_);
+  ping_answerer_->set_hook(
+      [this] { boost::asio::post(io_, [this] { ping_answerer_->answer(); }); });
+  if (const auto refusal = ping_answerer_->start()) {
+    log_of("daemon")->info("this robot answers no ping (report under [reserved]): {}",
                            refusal->text);
   }
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/answer/answerer.hpp"
+#include "daemon/answer/ping_answerer.hpp"
 #include "daemon/config/config_parser.hpp"
 #include "daemon/host/listening_socket.hpp"
 #include "daemon/host/service_manager.hpp"
@@ -66,7 +67,8 @@ class Daemon {
   ListeningSocket socket_;
   std::optional<PoseSocket> pose_socket_;  // none: not configured
   Clients clients_;
-  std::optional<Answerer> answerer_;  // none: reserved.report is off
+  std::optional<Answerer> answerer_;           // none: reserved.report is off
+  std::optional<PingAnswerer> ping_answerer_;  // the same
   MetricsFile metrics_;
   Capture capture_;
   Operator operator_;

@@ -37,6 +37,7 @@ struct PingArguments {
   std::uint64_t count = 0;  // 0: until a signal
   double period_s = 1;      // between questions; the answer must come within
   std::uint32_t ttl = 4;    // hops after the first, there and back
+  bool is_by_hop = false;   // ask the robots on the way as well
 };
 
 struct ScreenArguments {

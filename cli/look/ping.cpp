@@ -1,5 +1,6 @@
 // `swarmtalk-cli ping`: questions and answers are lines of text on the ordinary channel "ping"
-// (docs/wire-format.md), so a robot that answers runs `ping --answer`, or any program of its own.
+// (docs/wire-format.md). Daemons that report answer by themselves; on other robots `ping --answer`
+// does, or any program of their own.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -39,14 +40,24 @@ std::optional<std::array<std::uint32_t, kCount>> numbers_behind(const std::strin
   return payload.empty() ? std::make_optional(numbers) : std::nullopt;
 }
 
+/// What is known of one robot that is asked.
+struct Asked {
+  std::uint64_t sent = 0, answered = 0, heard_there = 0;
+  bool is_answered = false;  // the last question
+  std::uint32_t via = 0;     // from whom it has its last question; 0: not known
+  std::vector<double> round_trips_ms;
+};
+
 class Pinger {
  public:
+  static constexpr std::size_t kMostHops = 16;
+
   Pinger(const Common& common, const PingArguments& arguments, Client& client)
       : common_(common), arguments_(arguments), client_(client), run_(std::random_device{}()) {
     ChannelOptions options;
     options.ttl = arguments.ttl;
     Channel channel = client.channel(kPingChannel, options);
-    publisher_ = channel.publisher([](const Status&) {}, Sending::newest(4));
+    publisher_ = channel.publisher([](const Status&) {}, Sending::newest(kMostHops));
     subscriber_ = channel.subscriber([this](const Message& message) { hear(message); });
   }
   Status status() const {
@@ -57,49 +68,108 @@ class Pinger {
   int run() {
     auto next = Clock::now();
     while (written_ == kExitOk && caught_signal() == 0 &&
-           (arguments_.count == 0 || sent_ < arguments_.count)) {
-      ++sent_;
-      is_answered_ = false;
+           (arguments_.count == 0 || sequence_ < arguments_.count)) {
+      ++sequence_;
       asked_at_ = Clock::now();
-      const Status status =
-          publisher_.send("ping " + std::to_string(run_) + " " + std::to_string(sent_) + " " +
-                          std::to_string(arguments_.robot) + " " + std::to_string(arguments_.ttl));
-      if (!status && status.code() != StatusCode::kDisconnected) return fail(status);
+      round_ = path();
+      for (const std::uint32_t robot : round_) {
+        if (const Status status = ask(robot); !status) return fail(status);
+      }
       next = after(next, seconds(arguments_.period_s));
-      const bool is_last = sent_ == arguments_.count;
-      while (caught_signal() == 0 && Clock::now() < next && !(is_last && is_answered_)) {
+      const bool is_last = sequence_ == arguments_.count;
+      while (caught_signal() == 0 && Clock::now() < next && !(is_last && is_round_answered())) {
         client_.run_once(next - Clock::now());
       }
-      if (!is_answered_ && (caught_signal() == 0)) tell(nullptr, 0, {});
+      if (!asked_[arguments_.robot].is_answered && (caught_signal() == 0)) tell(nullptr, 0, {});
     }
     return end();
   }
 
  private:
+  /// The robots that are asked, the nearest first: the one that is meant, and with --by-hop those
+  /// from whom it and they have heard our questions.
+  std::vector<std::uint32_t> path() {
+    std::vector<std::uint32_t> robots{arguments_.robot};
+    while (arguments_.is_by_hop && robots.size() < kMostHops) {
+      const std::uint32_t via = asked_[robots.back()].via;
+      const bool is_end = via == 0 || via == client_.node_id() ||
+                          std::find(robots.begin(), robots.end(), via) != robots.end();
+      if (is_end) break;
+      robots.push_back(via);
+    }
+    std::reverse(robots.begin(), robots.end());
+    return robots;
+  }
+
+  Status ask(std::uint32_t robot) {
+    Asked& asked = asked_[robot];
+    ++asked.sent;
+    asked.is_answered = false;
+    const Status status =
+        publisher_.send("ping " + std::to_string(run_) + " " + std::to_string(sequence_) + " " +
+                        std::to_string(robot) + " " + std::to_string(arguments_.ttl));
+    return status.code() == StatusCode::kDisconnected ? Status() : status;
+  }
+
+  bool is_round_answered() {
+    return std::all_of(round_.begin(), round_.end(),
+                       [this](std::uint32_t robot) { return asked_[robot].is_answered; });
+  }
+
   void hear(const Message& message) {
-    const auto answer = numbers_behind<4>("pong", message.payload);
-    if (!answer || (*answer)[0] != run_ || message.sender != arguments_.robot) return;
-    heard_there_ = std::max<std::uint64_t>(heard_there_, (*answer)[2]);
-    if ((*answer)[1] != sent_ || is_answered_) return;  // came late: it was told as lost
-    is_answered_ = true;
-    ++answered_;
-    tell(&message, (*answer)[3], message.received_at.value_or(Clock::now()) - asked_at_);
+    auto answer = numbers_behind<5>("pong", message.payload);
+    if (!answer) {  // of a program that does not tell from whom it has the question
+      const auto shorter = numbers_behind<4>("pong", message.payload);
+      if (!shorter) return;
+      answer.emplace();
+      std::copy(shorter->begin(), shorter->end(), answer->begin());
+    }
+    const auto found = asked_.find(message.sender);
+    if ((*answer)[0] != run_ || found == asked_.end()) return;
+    Asked& asked = found->second;
+    asked.heard_there = std::max<std::uint64_t>(asked.heard_there, (*answer)[2]);
+    if ((*answer)[1] != sequence_ || asked.is_answered) return;  // came late: it was told as lost
+    asked.is_answered = true;
+    asked.via = (*answer)[4];
+    ++asked.answered;
+    const auto round_trip = message.received_at.value_or(Clock::now()) - asked_at_;
+    asked.round_trips_ms.push_back(std::chrono::duration<double, std::milli>(round_trip).count());
+    if (message.sender == arguments_.robot) tell(&message, (*answer)[3], round_trip);
+  }
+
+  static std::optional<double> median(std::vector<double> values) {
+    if (values.empty()) return std::nullopt;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+
+  Json hops_json() {
+    Json hops = Json::array();
+    if (!arguments_.is_by_hop) return hops;
+    for (const std::uint32_t robot : path()) {
+      const Asked& asked = asked_[robot];
+      const auto ms = median(asked.round_trips_ms);
+      hops.push_back({{"robot", robot},
+                      {"sent", asked.sent},
+                      {"heard_there", asked.heard_there},
+                      {"answered", asked.answered},
+                      {"median_ms", ms ? number_of(*ms) : Json()}});
+    }
+    return hops;
   }
 
   void tell(const Message* answer, std::uint32_t hops_there, Clock::duration round_trip) {
     const double ms = std::chrono::duration<double, std::milli>(round_trip).count();
-    Json json{{"robot", arguments_.robot},
-              {"sequence", sent_},
-              {"round_trip_ms", nullptr},
-              {"hops_there", nullptr},
-              {"hops_back", nullptr},
-              {"distance_m", nullptr},
-              {"sent", sent_},
-              {"heard_there", heard_there_},
-              {"answered", answered_}};
-    std::string line = "robot " + std::to_string(arguments_.robot) + ": " + std::to_string(sent_) +
-                       "  no answer within " + std::to_string(arguments_.period_s).substr(0, 4) +
-                       " s";
+    const Asked& asked = asked_[arguments_.robot];
+    Json json{{"robot", arguments_.robot},  {"sequence", sequence_},
+              {"round_trip_ms", nullptr},   {"hops_there", nullptr},
+              {"hops_back", nullptr},       {"distance_m", nullptr},
+              {"sent", asked.sent},         {"heard_there", asked.heard_there},
+              {"answered", asked.answered}, {"hops", hops_json()}};
+    std::string line = "robot " + std::to_string(arguments_.robot) + ": " +
+                       std::to_string(sequence_) + "  no answer within " +
+                       std::to_string(arguments_.period_s).substr(0, 4) + " s";
     if (answer != nullptr) {
       json["round_trip_ms"] = number_of(ms);
       if (hops_there != Message::kHopsUnknown) json["hops_there"] = hops_there;
@@ -107,26 +177,42 @@ class Pinger {
       json["distance_m"] = cli::number(answer->distance_m);
       std::ostringstream text;
       text.precision(2);
-      text << std::fixed << "robot " << arguments_.robot << ": " << sent_ << "  " << ms
+      text << std::fixed << "robot " << arguments_.robot << ": " << sequence_ << "  " << ms
            << " ms  hops there " << json["hops_there"] << " back " << json["hops_back"];
       line = text.str();
     }
     written_ = print((common_.is_json ? json.dump() : line) + "\n");
   }
 
+  static std::string counts(const Asked& asked) {
+    const std::uint64_t back =
+        asked.heard_there > asked.answered ? asked.heard_there - asked.answered : 0;
+    return std::to_string(asked.sent) + " sent, " + std::to_string(asked.answered) +
+           " answered; lost on the way there " +
+           std::to_string(asked.sent - std::min(asked.sent, asked.heard_there)) + ", back " +
+           std::to_string(back);
+  }
+
   int end() {
     if (written_ != kExitOk) return written_;
-    const std::uint64_t lost_back = heard_there_ > answered_ ? heard_there_ - answered_ : 0;
-    if (!common_.is_json && sent_ > 0) {
-      written_ = print(std::to_string(sent_) + " sent, " + std::to_string(answered_) +
-                       " answered; lost on the way there " +
-                       std::to_string(sent_ - std::min(sent_, heard_there_)) + ", back " +
-                       std::to_string(lost_back) + "\n");
+    const Asked& asked = asked_[arguments_.robot];
+    if (!common_.is_json && sequence_ > 0) {
+      std::string text;
+      std::size_t hop = 0;
+      for (const std::uint32_t robot : path()) {
+        if (!arguments_.is_by_hop) break;
+        std::ostringstream line;
+        line.precision(2);
+        line << std::fixed << "hop " << ++hop << "  robot " << robot << ": ";
+        if (const auto ms = median(asked_[robot].round_trips_ms)) line << *ms << " ms  ";
+        text += line.str() + counts(asked_[robot]) + "\n";
+      }
+      written_ = print(arguments_.is_by_hop ? text : counts(asked) + "\n");
     }
-    if (answered_ == 0 && caught_signal() == 0) {
+    if (asked.answered == 0 && caught_signal() == 0) {
       return fail("robot " + std::to_string(arguments_.robot) +
-                  " has not answered: it is out of reach, or `swarmtalk-cli ping --answer` does "
-                  "not run there");
+                  " has not answered: it is out of reach, or neither `report = true` under "
+                  "[reserved] nor `swarmtalk-cli ping --answer` is on there");
     }
     return caught_signal() == 0 ? written_ : kExitSignal + caught_signal();
   }
@@ -137,10 +223,9 @@ class Pinger {
   const std::uint32_t run_;  // tells our answers from others'
   Publisher publisher_;
   Subscriber subscriber_;
-  std::uint64_t sent_ = 0;
-  std::uint64_t answered_ = 0;
-  std::uint64_t heard_there_ = 0;
-  bool is_answered_ = false;
+  std::map<std::uint32_t, Asked> asked_;  // by robot
+  std::vector<std::uint32_t> round_;      // asked with this sequence number
+  std::uint64_t sequence_ = 0;
   Clock::time_point asked_at_{};
   int written_ = kExitOk;
 };
@@ -149,7 +234,7 @@ class Pinger {
 int answer_pings(Client& client) {
   struct Question {
     std::array<std::uint32_t, 4> numbers;  // run, sequence, robot, TTL
-    std::uint32_t sender, hops;
+    std::uint32_t sender, hops, via;
   };
   std::vector<Question> questions;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> heard;  // by sender and run
@@ -159,7 +244,7 @@ int answer_pings(Client& client) {
   Subscriber subscriber = channel.subscriber([&](const Message& message) {
     const auto numbers = numbers_behind<4>("ping", message.payload);
     if (numbers && questions.size() < kMaxQuestions) {
-      questions.push_back({*numbers, message.sender, message.hops});
+      questions.push_back({*numbers, message.sender, message.hops, message.transmitter});
     }
   });
   if (const Status status = subscriber.status(); !status) return fail(status);
@@ -172,10 +257,11 @@ int answer_pings(Client& client) {
       const std::pair key(each.sender, each.numbers[0]);
       if (heard.size() >= kMaxRuns && !heard.contains(key)) heard.clear();
       const std::uint32_t count = ++heard[key];
-      const Status status = publisher.send(
-          "pong " + std::to_string(each.numbers[0]) + " " + std::to_string(each.numbers[1]) + " " +
-              std::to_string(count) + " " + std::to_string(each.hops),
-          std::min<std::uint32_t>(each.numbers[3], 255));
+      const Status status =
+          publisher.send("pong " + std::to_string(each.numbers[0]) + " " +
+                             std::to_string(each.numbers[1]) + " " + std::to_string(count) + " " +
+                             std::to_string(each.hops) + " " + std::to_string(each.via),
+                         std::min<std::uint32_t>(each.numbers[3], 255));
       if (!status && status.code() != StatusCode::kDisconnected) fail(status);
     }
     questions.clear();

@@ -25,6 +25,9 @@ class Answerer final : public HubClient {
            DaemonCounters& counters, std::function<std::vector<std::string>()> programs);
   ~Answerer() override;
 
+  /// What the robot is called; empty: nothing.
+  void set_name(std::string name) { record_.set_name(std::move(name)); }
+
   /// Begins to listen. @return why it cannot; the daemon runs all the same
   std::optional<Refusal> start();
 

@@ -36,6 +36,7 @@ std::string OwnRecord::body(bool with_details, Time now) {
   add_place(facts, now);
   add_hearings(facts, now);
   add_channels(facts, now);
+  if (!name_.empty() && (records_++ % kNameEvery == 0 || with_details)) facts.name = name_;
   if (with_details) {
     std::vector<std::string>& programs = facts.programs.emplace();
     for (const std::string& name : programs_()) {

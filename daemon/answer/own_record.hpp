@@ -24,11 +24,15 @@ class OwnRecord {
   static constexpr std::size_t kMostChannels = 10;
   static constexpr std::size_t kMostPrograms = 6;
   static constexpr std::size_t kMostNameBytes = 20;
+  static constexpr unsigned kNameEvery = 4;
 
   /// Both outlive it. @param programs  names of the programs that are served
   OwnRecord(const Hub& hub, const PoseKeeper& poses,
             std::function<std::vector<std::string>()> programs)
       : hub_(hub), poses_(poses), programs_(std::move(programs)) {}
+
+  /// What the robot is called; empty: nothing. Told in one of kNameEvery records, and in details.
+  void set_name(std::string name) { name_ = std::move(name); }
 
   std::string body(bool with_details, Time now);
 
@@ -43,6 +47,8 @@ class OwnRecord {
   const Hub& hub_;
   const PoseKeeper& poses_;
   std::function<std::vector<std::string>()> programs_;
+  std::string name_;
+  unsigned records_ = 0;
   std::size_t first_hearing_ = 0;
   std::size_t first_channel_ = 0;
   std::map<std::uint16_t, std::uint64_t> received_before_;

@@ -28,6 +28,8 @@ drivers::Counters DaemonCounters::list() const {
       {"reports_sent", reports_sent},
       {"reports_received", reports_received},
       {"reports_unreadable", reports_unreadable},
+      {"pings_answered", pings_answered},
+      {"pings_unanswered", pings_unanswered},
       {"reserved_too_fast", reserved_too_fast},
       {"copies_sent", copies_sent},
       {"messages_received", messages_received},

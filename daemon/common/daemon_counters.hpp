@@ -29,7 +29,9 @@ struct DaemonCounters {
   std::uint64_t messages_too_fast = 0;        // refused: over limits.publish_rate_hz
   std::uint64_t reports_sent = 0;             // of this robot, while somebody looks
   std::uint64_t reports_received = 0;
-  std::uint64_t reports_unreadable = 0;    // damaged, of another version, or forwarded
+  std::uint64_t reports_unreadable = 0;  // damaged, of another version, or forwarded
+  std::uint64_t pings_answered = 0;
+  std::uint64_t pings_unanswered = 0;      // too many, or no link could take the answer
   std::uint64_t reserved_too_fast = 0;     // refused: over reserved.rate_hz
   std::uint64_t copies_sent = 0;           // repeats of important messages
   std::uint64_t messages_received = 0;     // whole messages from links, for a local subscription

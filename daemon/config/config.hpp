@@ -64,6 +64,7 @@ struct NodeConfig {
   std::string id_interface;                  // kAddress; empty: the only one
   std::optional<FixedPose> pose;             // none: unknown until a client sets it
   std::string pose_socket;                   // of datagrams with poses; empty: none
+  std::string name;                          // told in reports; empty: none
   std::uint32_t pose_max_age_ms = 2000;  // an older pose is unknown; 0: a pose never gets too old
 };
 

@@ -10,10 +10,13 @@ namespace {
 constexpr std::array<std::string_view, 6> kSections{"node.", "channels.", "limits.",
                                                     "log.",  "metrics.",  "reserved."};
 // Of these sections what is used up at start.
-constexpr std::array<std::string_view, 6> kAtStartOnly{
-    "limits.tracked_senders",     "limits.requests_per_user_hz",
-    "limits.changes_per_user_hz", "limits.changes_burst",
-    "node.pose_socket",           "reserved.report"};
+constexpr std::array<std::string_view, 7> kAtStartOnly{"limits.tracked_senders",
+                                                       "limits.requests_per_user_hz",
+                                                       "limits.changes_per_user_hz",
+                                                       "limits.changes_burst",
+                                                       "node.name",
+                                                       "node.pose_socket",
+                                                       "reserved.report"};
 constexpr std::array<std::string_view, 12> kLinkKeys{
     "rate_hz",       "burst_frames",    "jitter_us",
     "beacon_ms",     "air_rate_mbps",   "key_file",

@@ -26,6 +26,7 @@ namespace {
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 constexpr std::size_t kMaxChannelNames = 1024;
+constexpr std::size_t kMaxNodeNameBytes = 20;
 
 void read_node_id(const TableReader& table, NodeConfig& node) {
   table.read_integer("id_offset", kNodeIdOffsetLimits, node.id_offset);
@@ -48,7 +49,8 @@ void read_node_id(const TableReader& table, NodeConfig& node) {
 }
 
 void read_node(const TableReader& table, NodeConfig& node) {
-  table.expect_keys({"id", "id_offset", "id_interface", "pose", "pose_socket", "pose_max_age_ms"});
+  table.expect_keys(
+      {"id", "id_offset", "id_interface", "name", "pose", "pose_socket", "pose_max_age_ms"});
   read_node_id(table, node);
   if (table.has("pose")) {
     const auto numbers = table.read_numbers("pose", 3, "[x_m, y_m, theta_rad]");
@@ -65,6 +67,17 @@ void read_node(const TableReader& table, NodeConfig& node) {
     table.read_text("pose_socket", node.pose_socket);
     const auto problem = socket_path_problem(node.pose_socket);
     if (!problem.empty()) table.fail("pose_socket", problem);
+  }
+  if (table.has("name")) {
+    table.read_text("name", node.name);
+    if (node.name.empty() || node.name.size() > kMaxNodeNameBytes) {
+      table.fail("name", "has " + std::to_string(node.name.size()) +
+                             " bytes; a robot's name has 1 to " +
+                             std::to_string(kMaxNodeNameBytes));
+    }
+    if (!is_legal_name(node.name)) {
+      table.fail("name", "has characters that cannot be shown");
+    }
   }
   table.read_integer("pose_max_age_ms", kPoseMaxAgeMsLimits, node.pose_max_age_ms);
 }

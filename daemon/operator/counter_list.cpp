@@ -31,6 +31,8 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "reports_sent", "reports of this robot, while somebody looks"},
     {kDaemon, "reports_received", "reports of other robots"},
     {kDaemon, "reports_unreadable", "reports that are damaged, of another version, or forwarded"},
+    {kDaemon, "pings_answered", "questions of swarmtalk-cli ping to this robot"},
+    {kDaemon, "pings_unanswered", "questions that were too many, or that no link could answer"},
     {kDaemon, "reserved_too_fast", "messages refused for reserved.rate_hz"},
     {kDaemon, "copies_sent", "repeats of messages that are sent several times"},
     {kDaemon, "messages_received", "whole messages from links that a local program subscribes to"},

@@ -84,6 +84,32 @@ def test_ping_tells_round_trips_and_who_does_not_answer(lab):
     one_line(done.stderr, "robot 3 is this one")
 
 
+def test_daemons_that_report_answer_ping_and_every_hop_is_told(udp_lab, tmp_path):
+    """A row of four robots, each of which hears the next alone; no program runs on them."""
+    config = tmp_path / "row.toml"
+    config.write_text("[links.wifi]\nvirtual_range_m = 0.6\n[reserved]\nreport = true\n")
+    lab = udp_lab(4, "--config", config)
+    for robot in range(1, 5):
+        assert lab.cli(robot, "pose", "set", robot * 0.5, 0, 0).returncode == 0
+    done = lab.cli(1, "ping", "4", "-C", "6", "--period", "0.4", "--by-hop", "--json")
+    assert done.returncode == 0, done.stderr
+    last = json.loads(done.stdout.splitlines()[-1])
+    assert last["hops_there"] == last["hops_back"] == 2
+    assert [hop["robot"] for hop in last["hops"]] == [2, 3, 4]
+    assert last["hops"][2]["answered"] == last["answered"] >= 4
+    assert all(hop["answered"] and hop["median_ms"] > 0 for hop in last["hops"])
+    text = lab.cli(1, "ping", "3", "-C", "4", "--period", "0.4", "--by-hop").stdout
+    assert re.search(r"^hop 1  robot 2: \d+\.\d\d ms  \d sent, ", text, re.M), text
+    assert re.search(r"^hop 2  robot 3: \d+\.\d\d ms  4 sent, ", text, re.M), text
+
+
+def test_a_daemon_that_does_not_report_answers_no_ping(udp_lab):
+    lab = udp_lab(2)
+    done = lab.cli(1, "ping", "2", "-C", "1", "--period", "0.5")
+    assert done.returncode == 1
+    one_line(done.stderr, "report = true", "ping --answer")
+
+
 def test_pub_sends_a_message_a_line(udp_lab, tmp_path):
     lab = udp_lab(2)
     sub = lab.start_sub(2, "a", "--json", "-C", "3")

@@ -305,7 +305,8 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
     """Robots half a metre apart that hear 0.6 m far: the last one is four hops away."""
     base = tmp_path / "base.toml"
     base.write_text("[links.wifi]\nbeacon_ms = 200\nvirtual_range_m = 0.6\n"
-                    "[reserved]\nreport = true\nharvest = true\n")
+                    "[reserved]\nreport = true\nharvest = true\n"
+                    "[node]\nname = \"scout\"\n")
     lab = make_lab(9, "--config", base)
     view = make_view(lab.socket(1))
     running = lab.start_cli(9, "sub", "alarm")
@@ -323,6 +324,8 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
         card = message_where(viewer, lambda m: m["t"] == "card" and "programs" in m, 30.0,
                              "programs, which are told for an open card only")
         assert card["programs"] == ["swarmtalk-cli"]
+        message_where(viewer, lambda m: m["t"] == "state" and all(
+            robots_of(m)[number].get("name") == "scout" for number in (1, 9)), 30.0, "their names")
 
 
 def test_where_robots_cannot_be_asked_the_page_says_why(make_lab, make_view):

@@ -24,6 +24,7 @@ Facts some_facts() {
   facts.channels = {{0x8001, 1, 2, 95}};
   facts.lost = Losses{1, 2, 3, 70000};
   facts.programs = {{"wander", ""}};
+  facts.name = "scout";
   return facts;
 }
 
@@ -59,6 +60,13 @@ TEST(Report, BodyIsAsThePageSays) {
 TEST(Report, FactsComeBackAsTheyWere) {
   EXPECT_EQ(decode_body(encode_body(some_facts())), some_facts());
   EXPECT_EQ(decode_body(""), Facts{});
+}
+
+TEST(Report, ANameThatIsTooLongIsCutAndNotBelieved) {
+  Facts facts;
+  facts.name = std::string(21, 'x');
+  EXPECT_EQ(decode_body(encode_body(facts))->name, std::string(20, 'x'));
+  EXPECT_FALSE(decode_body("\x06\x15" + *facts.name));
 }
 
 TEST(Report, NoProgramsIsSomethingElseThanNothingSaidOfThem) {

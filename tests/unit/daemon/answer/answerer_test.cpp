@@ -95,6 +95,22 @@ TEST_F(AnswererTest, ReportsWhileAProgramHereLooks) {
   EXPECT_FALSE(facts->place) << "there is no pose, so none is told";
 }
 
+TEST_F(AnswererTest, TellsItsNameNowAndThenAndWithDetails) {
+  answerer_.set_name("scout");
+  say_here(report::encode(report::Look{60, {7}}));
+  std::size_t named = 0, sent = 0;
+  while (sent < 8 && due_) {
+    const Time now = *std::exchange(due_, std::nullopt);
+    answerer_.report(now);
+    if (!station_.busy.contains(channel_)) continue;
+    ++sent;
+    named += report::decode_body(last_sent()->records.at(0).body)->name == "scout" ? 1 : 0;
+    station_.leave(channel_);
+  }
+  EXPECT_EQ(sent, 8u);
+  EXPECT_EQ(named, 2u);
+}
+
 TEST_F(AnswererTest, TellsProgramsOnlyWhenTheyAreWanted) {
   say_here(report::encode(report::Look{60, {7}}));
   run(seconds(5));

@@ -110,6 +110,8 @@ const Wrong kWrong[] = {
     {"text_without_quotes", "[links.w]\ntype = udp\n",
      "f.toml:2: not TOML: Error while parsing value: could not determine value type; put text in "
      "double quotes, and see https://toml.io for the format"},
+    {"long_node_name", std::string(kLink) + "[node]\nname = \"a name of 21 letters!\"\n",
+     "f.toml:4: key 'node.name': has 21 bytes; a robot's name has 1 to 20"},
     {"relative_pose_socket", std::string(kLink) + "[node]\npose_socket = \"pose\"\n",
      "f.toml:4: key 'node.pose_socket': is not absolute; begin it with '/'"},
     {"channel_out_of_range", std::string(kLink) + "[channels]\na = 70000\n",
@@ -255,7 +257,7 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
       "port = 4000\nrate_hz = 12.5\njitter_us = 300\n"
       "virtual_range_m = 1.5\nvirtual_range_unknown = \"drop\"\n"
       "max_forward_ttl = 3\nmax_forward_wait_ms = 700\n"
-      "[node]\nid = 17\npose = [1, -2.5, 0.5]\npose_max_age_ms = 500\n"
+      "[node]\nid = 17\nname = \"scout\"\npose = [1, -2.5, 0.5]\npose_max_age_ms = 500\n"
       "[socket]\npath = \"/tmp/s\"\nmode = \"666\"\ngroup = \"robots\"\n"
       "[channels]\nhello = 1\n\"two words\" = 0xFFFF\n"
       "[limits]\nclients = 3\nqueue_messages_max = 10\n");
@@ -268,6 +270,7 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(config.links[0].forwarding.max_ttl, 3);
   EXPECT_EQ(config.links[0].forwarding.max_wait_ms, 700u);
   EXPECT_EQ(config.node.id, 17);
+  EXPECT_EQ(config.node.name, "scout");
   EXPECT_DOUBLE_EQ(config.node.pose->y_m, -2.5);
   EXPECT_EQ(config.node.pose_max_age_ms, 500u);
   EXPECT_EQ(config.socket.mode, 0666u);
