@@ -81,7 +81,8 @@ class WebSocket:
         return taken
 
     def frame(self):
-        """Opcode and bytes of the next frame, put together where it comes in parts."""
+        """Opcode and bytes of the next frame, put together where it comes in parts. A ping between
+        the parts is answered."""
         whole = b""
         first = None
         while True:
@@ -91,7 +92,11 @@ class WebSocket:
                 size, = struct.unpack(">H", self._take(2))
             elif size == 127:
                 size, = struct.unpack(">Q", self._take(8))
-            whole += self._take(size)
+            body = self._take(size)
+            if first and start & 0x0F == 9:
+                self.send(body, 10)
+                continue
+            whole += body
             first = first or start & 0x0F
             if start & 0x80:
                 return first, whole

@@ -62,7 +62,9 @@ class PlaybackOfAFile : public ::testing::Test {
       line.set_robot(2);
       line.set_text("second " + std::to_string(second));
       topics.write("/log", line, at_ns + 1);
-      if (second % 5 == 4) ASSERT_TRUE(topics.writer().close_chunk());
+      if (second % 5 == 4) {
+        ASSERT_TRUE(topics.writer().close_chunk());
+      }
     }
     ASSERT_TRUE(topics.writer().finish());
   }

@@ -1,0 +1,68 @@
+"""The first promise of the map on a medium that loses and moves: 36 robots, 12 of them moving, and
+a link that loses 30 % of its messages. Needs a lab with `--medium radio`."""
+import contextlib
+import math
+import os
+import time
+
+import browser
+import pytest
+from browser import Browser
+from conftest import program, run, wait_for
+from test_page import config, keep, shown
+
+MOVING = range(2, 14)
+PUBLISHED = 600
+
+
+def has_radio():
+    return "radio" in run(program("swarmtalk-lab"), "up", "--help").stdout
+
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(browser.find() is None, reason="no chromium: run tools/setup test")]
+
+
+@pytest.fixture(name="lab")
+def fixture_lab(make_lab, tmp_path):
+    if not has_radio():
+        pytest.skip("swarmtalk-lab has no --medium radio here")
+    if os.geteuid() != 0:
+        pytest.skip("network namespaces need root")
+    return make_lab(36, *config(tmp_path), medium="radio")
+
+
+def test_positions_are_right_and_a_links_loss_is_shown(lab, make_view):
+    with contextlib.ExitStack() as stack:
+        for robot in range(2, 37):
+            talking = lab.start_cli(robot, "pub", "state", "x" * 20, "--repeat", "0", "--rate",
+                                    "10")
+            stack.callback(lambda process=talking: (process.kill(), process.wait()))
+        done = lab.tool("link", 20, 1, "--loss", "0.3", "--one-way")
+        assert done.returncode == 0, done.stderr
+        view = make_view(lab.socket(1), "--channel", "state")
+        with Browser(f"http://localhost:{view.port}/", 1440, 900) as page:
+            page.wait_for("window.swarmtalk !== undefined")
+            start = time.monotonic()
+            shown(page, 36)
+            assert time.monotonic() - start < 3
+            for step in range(10):
+                angle = step / 10 * 2 * math.pi
+                places = {}
+                for robot in MOVING:
+                    x, y = lab.place(robot)
+                    places[robot] = x + 0.2 * math.cos(angle), y + 0.2 * math.sin(angle)
+                    done = lab.tool("move", robot, *(f"{value:.3f}" for value in places[robot]))
+                    assert done.returncode == 0, done.stderr
+                for robot, (x, y) in places.items():
+                    page.wait_for(f"(() => {{ const r = swarmtalk.shown().byId.get({robot}); "
+                                  f"return Math.hypot(r.x - {x:.3f}, r.y - {y:.3f}) < 0.002; "
+                                  "})()", 3)
+            # Robot 20's ten messages a second, heard by robot 1: 600 of them take a minute.
+            start = time.monotonic()
+            wait_for(lambda: time.monotonic() - start > PUBLISHED / 10, PUBLISHED / 10 + 5, "600")
+            loss = page.ask("swarmtalk.shown().links.find(l => l[0] === 20 && l[1] === 1)[2]")
+            print(f"loss shown {loss * 100:.1f} %")
+            assert 0.25 <= loss <= 0.35
+            keep(page, "radio36.png")
