@@ -100,12 +100,9 @@ void save(const State& state) {
                       {"rate_mbps", state.radio.rate_mbps},
                       {"control_socket", state.control_socket},
                       {"processes", processes}};
-  const json object = {{"medium", state.medium},
-                       {"radio", radio},
-                       {"wifi_mode", state.wifi_mode},
-                       {"hub_namespace", state.hub_namespace},
-                       {"keeper", to_json(state.keeper)},
-                       {"robots", robots}};
+  const json object = {{"medium", state.medium},          {"radio", radio},
+                       {"wifi_mode", state.wifi_mode},    {"hub_namespace", state.hub_namespace},
+                       {"keeper", to_json(state.keeper)}, {"robots", robots}};
   const auto folder = folder_of(state.name);
   std::filesystem::create_directories(folder);
   const auto part = folder / "lab.json.part";

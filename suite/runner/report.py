@@ -283,7 +283,7 @@ def section(number: int, program: str, logs: dict[str, list[run_log.Log]]) -> st
             f"</figcaption></figure>" + table(numbers))
 
 
-def recordings(logs: list[metrics.Log], output: pathlib.Path) -> str:
+def recordings(logs: list[run_log.Log], output: pathlib.Path) -> str:
     """A list of links to the runs' recordings; those that are missing or older than their log are
     made."""
     lines = []
