@@ -15,6 +15,7 @@
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/station_factory.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -155,7 +156,9 @@ void Daemon::run() {
     if (problem) log_of("daemon")->warn("{}", *problem);
   }
   service_manager_.ready();
-  io_.run();
+  loop::Loop& loop = loop::Loop::of(io_);
+  loop.set_busy_poll(std::chrono::microseconds(parsed_.config.loop.busy_poll_us));
+  loop.run();
 }
 
 void Daemon::wait_signal() {

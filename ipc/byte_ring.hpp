@@ -84,6 +84,9 @@ class RingReader {
   /// @pre the memory's descriptor is open
   std::optional<std::size_t> read(std::span<std::uint8_t> room);
 
+  /// Whether there seems to be something to read.
+  bool has_bytes() const { return memory_.header().written.load() != read_; }
+
   /// From now on the writer rings the bell. @return false: there is something to read, stay awake
   bool sleep();
 

@@ -11,7 +11,10 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr int kReadsOfBells = 4;  // more wake us again
+constexpr int kReadsOfBells = 4;  // more are heard later
+// A socket takes 200 bells, and a client rings once for each frame at most. One that rings more
+// often is held up until Clients has all heard.
+constexpr std::size_t kFramesUnheard = 100;
 
 }  // namespace
 
@@ -50,22 +53,34 @@ ClientInput::Result ClientInput::read_socket(int socket, std::span<std::uint8_t>
   }
 }
 
-// What the client wrote into the ring before its end is still read.
-ClientInput::Result ClientInput::wake(int socket) {
+ClientInput::Result ClientInput::wake(int socket, bool must_hear) {
   if (!ring_) return Result::kNothing;
+  has_unheard_ = !must_hear && frames_since_bell_ < kFramesUnheard && ring_->has_bytes();
+  return has_unheard_ ? Result::kNothing : hear(socket, must_hear);
+}
+
+// What the client wrote into the ring before its end is still read.
+ClientInput::Result ClientInput::hear(int socket, bool to_its_end) {
+  has_unheard_ = false;
+  frames_since_bell_ = 0;
   std::array<std::uint8_t, 256> bells;
   for (int i = 0; i < kReadsOfBells && end_reason_.empty(); ++i) {
     std::size_t got = 0;
     if (read_socket(socket, bells, got) != Result::kBytes) break;
     const auto is_bell = [](std::uint8_t byte) { return byte == ipc::kBell; };
-    if (!std::all_of(bells.begin(), bells.begin() + got, is_bell)) return Result::kBroken;
-    if (got < bells.size()) break;
+    if (!std::all_of(bells.begin(), bells.begin() + got, is_bell)) {
+      has_bad_bell_ = true;
+      return Result::kBroken;
+    }
+    if (got < bells.size() && !to_its_end) return Result::kNothing;
+    has_unheard_ = i + 1 == kReadsOfBells;
   }
   return Result::kNothing;
 }
 
 ClientInput::Result ClientInput::read(int socket, std::span<std::uint8_t> room, std::size_t& got) {
   if (!ring_) return read_socket(socket, room, got);
+  if (has_bad_bell_) return Result::kBroken;
   const std::optional<std::size_t> count = ring_->read(room);
   if (!count) return Result::kBroken;  // leave() looks whose fault it is
   got = *count;
@@ -73,8 +88,11 @@ ClientInput::Result ClientInput::read(int socket, std::span<std::uint8_t> room, 
   return end_reason_.empty() ? Result::kNothing : Result::kEnded;
 }
 
-bool ClientInput::sleep() {
-  return !ring_ || (end_reason_.empty() && ring_->sleep());
+// Whoever is held up by unread bells would not ring again.
+bool ClientInput::sleep(int socket) {
+  if (!ring_) return true;
+  if (has_unheard_ && frames_since_bell_ >= kFramesUnheard) hear(socket, false);
+  return end_reason_.empty() && !has_bad_bell_ && ring_->sleep();
 }
 
 }  // namespace swarmtalk::daemon

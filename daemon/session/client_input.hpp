@@ -36,14 +36,22 @@ class ClientInput {
   /// It could not be passed: all comes through the socket as before.
   void withdraw_ring() { end_ring(true); }
 
-  /// The socket has become readable. @return kNothing, or kBroken
-  Result wake(int socket);
+  /// The socket has become readable. While the ring has something, its bells stay there unread, but
+  /// not more than a client may have out without being held up.
+  /// @param must_hear  read it in any case: it may have come to its end. @return kNothing, kBroken
+  Result wake(int socket, bool must_hear);
+  /// One frame of what was read. There are not many more bells than frames.
+  void note_frame() { ++frames_since_bell_; }
+  /// Whether something was left there. It may hide descriptors, which are not to stay for long.
+  bool has_unheard() const { return has_unheard_; }
+  /// Whether it is for that that something was kBroken.
+  bool has_bad_bell() const { return has_bad_bell_; }
 
   /// @param got  bytes taken, at most the room's, when kBytes
   Result read(int socket, std::span<std::uint8_t> room, std::size_t& got);
 
   /// Before waiting for the socket. @return false: there is more to read, or the end
-  bool sleep();
+  bool sleep(int socket);
 
   /// Whether the client has to be told that its ring has room; once each time.
   bool take_waiting_writer() { return ring_ && ring_->take_waiting_writer(); }
@@ -55,13 +63,17 @@ class ClientInput {
 
  private:
   void end_ring(bool has_left);
+  Result hear(int socket, bool to_its_end);
   Result read_socket(int socket, std::span<std::uint8_t> room, std::size_t& got);
 
   RingPool& rings_;
   const ClientIdentity& client_;
   std::optional<ipc::RingReader> ring_;
   bool is_passed_ = false;
-  std::string end_reason_;  // not empty: nothing more comes through the socket
+  bool has_unheard_ = false;           // bells in the socket
+  bool has_bad_bell_ = false;          // something else came through it
+  std::size_t frames_since_bell_ = 0;  // out of the ring, since bells were read
+  std::string end_reason_;             // not empty: nothing more comes through the socket
 };
 
 }  // namespace swarmtalk::daemon

@@ -37,6 +37,8 @@ class Clients final : public SessionHost {
   void fill(google::protobuf::RepeatedPtrField<ipc::ClientStatus>& statuses) const;
 
   void schedule_flush(const std::shared_ptr<Session>& session) override;
+  void schedule_next_flush(const std::shared_ptr<Session>& session) override;
+  void hear_bells_later() override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
 
  private:
@@ -44,6 +46,7 @@ class Clients final : public SessionHost {
   void on_acceptable();
   void retry_accept_later();
   void flush_all();
+  void hear_bells();
   void watch_silent();
   void close_silent();
 
@@ -51,14 +54,18 @@ class Clients final : public SessionHost {
   boost::asio::posix::stream_descriptor listener_;
   boost::asio::steady_timer accept_timer_;
   boost::asio::steady_timer silence_timer_;
+  boost::asio::steady_timer bell_timer_;
+  loop::Deferred flush_;
+  loop::Deferred next_flush_;
   std::unordered_map<Session*, std::shared_ptr<Session>> sessions_;
   std::size_t refused_ = 0;  // of sessions_: those that still read why
   std::vector<std::shared_ptr<Session>> to_flush_;
+  std::vector<std::shared_ptr<Session>> to_flush_next_;
   std::vector<std::shared_ptr<Session>> flushing_;
   LogLimiter malformed_log_;
   LogLimiter refused_log_;
   LogLimiter accept_log_;
-  bool is_flush_posted_ = false;
+  bool is_bell_timer_armed_ = false;
   bool is_watching_silent_ = false;
 };
 

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -20,6 +19,7 @@
 #include "daemon/session/client_output.hpp"
 #include "daemon/session/client_requests.hpp"
 #include "ipc/framing.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -35,6 +35,10 @@ class SessionHost {
 
   /// Calls session.flush() at the end of this turn of the event loop.
   virtual void schedule_flush(const std::shared_ptr<Session>& session) = 0;
+  /// The same in the next turn, behind what else is ready.
+  virtual void schedule_next_flush(const std::shared_ptr<Session>& session) = 0;
+  /// Calls hear_bells() of all sessions within a second.
+  virtual void hear_bells_later() = 0;
   /// The session is closed; drop it. @param is_malformed  for what it sent
   virtual void on_closed(Session& session, const std::string& reason, bool is_malformed) = 0;
 
@@ -61,6 +65,8 @@ class Session final : public std::enable_shared_from_this<Session> {
 
   void start();
   void flush();
+  /// Takes what the client has rung from its socket, where it may hide an end or a descriptor.
+  void hear_bells();
   /// Removes the client from the hub and closes its socket. May be called again.
   void close(const std::string& reason, bool is_malformed = false);
   /// Refuses the connection as a whole: the failure is written, and what the client still sends is
@@ -78,10 +84,10 @@ class Session final : public std::enable_shared_from_this<Session> {
 
  private:
   // session_input.cpp: bytes to envelopes
-  void wait_readable();
-  void on_readable();
-  void read_turn();
-  void go_on_reading(bool has_read);
+  void on_events(std::uint32_t events);
+  void read_turn(bool may_look_again);
+  void go_on_reading(bool has_read, bool may_look_again);
+  void watch();
   enum class Read { kNothing, kSome, kAllRoom };  // kAllRoom: more may wait
   Read read_once();
   void parse_all();
@@ -98,7 +104,9 @@ class Session final : public std::enable_shared_from_this<Session> {
   void withdraw_ring();
 
   SessionHost& host_;
-  boost::asio::posix::stream_descriptor socket_;
+  loop::Loop& loop_;
+  loop::Descriptor socket_;
+  loop::Deferred reading_;  // goes on
   ClientIdentity client_;
   ClientInput input_;
   ipc::FrameReader reader_;
@@ -113,6 +121,8 @@ class Session final : public std::enable_shared_from_this<Session> {
   bool is_closed_ = false;
   bool is_refused_ = false;       // as a whole
   bool is_input_closed_ = false;  // no more requests are read
+  bool is_streaming_ = false;     // more than one request came at once
+  bool is_discarding_ = false;    // what still comes is thrown away
   bool closes_when_written_ = false;
   bool is_flush_scheduled_ = false;
   bool is_waiting_writable_ = false;

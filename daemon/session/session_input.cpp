@@ -2,7 +2,6 @@
 #include <sys/socket.h>
 
 #include <array>
-#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
 
@@ -16,6 +15,7 @@ namespace {
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;
+constexpr int kLooksAtOneRequest = 3;  // before it is read, at it, behind it
 
 constexpr const char* kNoFrame =
     "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
@@ -29,7 +29,9 @@ constexpr const char* kBrokenRing = "the ring's count of written bytes is imposs
 
 Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
     : host_(host),
-      socket_(io, descriptor),
+      loop_(loop::Loop::of(io)),
+      socket_(loop_, [this](std::uint32_t events) { on_events(events); }),
+      reading_(loop_, [this] { read_turn(false); }),
       input_(host.rings, client_),
       output_(host.limits, host.counters, [this] { on_output(); }),
       answers_(host.forms, output_, host.counters),
@@ -38,6 +40,7 @@ Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
       requests_(host.status, host.poses, host.limits, host.hub.shares(), host.counters, client_,
                 input_, answers_, channels_, operations_),
       connected_at_(std::chrono::steady_clock::now()) {
+  socket_.own(descriptor);
   ucred peer{};
   socklen_t size = sizeof peer;
   if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return;
@@ -46,36 +49,55 @@ Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
 }
 
 void Session::start() {
-  wait_readable();
+  watch();
 }
 
 void Session::close(const std::string& reason, bool is_malformed) {
   if (std::exchange(is_closed_, true)) return;
+  loop_.keep(shared_from_this());  // we are inside one of our own functions
   output_.close();
   operations_.leave();
   channels_.leave();
-  boost::system::error_code ignored;
-  socket_.close(ignored);
+  socket_.close();
   input_.leave();
   host_.on_closed(*this, reason, is_malformed);
 }
 
-void Session::wait_readable() {
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [self = shared_from_this()](const boost::system::error_code& error) {
-                       if (!error) self->on_readable();
-                     });
+// What comes through a ring is told once, when it begins: bells may stay where they are, unread.
+void Session::watch() {
+  if (is_closed_) return;
+  std::uint32_t events = is_waiting_writable_ ? std::uint32_t{EPOLLOUT} : 0;
+  if (!is_input_closed_ || is_discarding_) events |= EPOLLIN;
+  if (input_.has_ring() && !is_input_closed_) events |= EPOLLRDHUP | EPOLLET;
+  socket_.watch(events);
 }
 
-void Session::on_readable() {
-  if (is_closed_) return;
-  if (input_.wake(socket_.native_handle()) == ClientInput::Result::kBroken) {
+void Session::on_events(std::uint32_t events) {
+  constexpr std::uint32_t kEnd = EPOLLRDHUP | EPOLLHUP | EPOLLERR;
+  if (is_waiting_writable_ && (events & (EPOLLOUT | kEnd)) != 0) {
+    is_waiting_writable_ = false;
+    watch();
+    flush();
+  }
+  if (is_closed_ || (events & (EPOLLIN | kEnd)) == 0) return;
+  if (is_discarding_) return discard_input();
+  if (is_input_closed_) return;
+  if (input_.wake(socket_.fd(), (events & kEnd) != 0) == ClientInput::Result::kBroken) {
     return fail_malformed(kNoBell);
   }
-  read_turn();
+  if (input_.has_unheard()) host_.hear_bells_later();
+  if (!reading_.is_due()) read_turn(true);
 }
 
-void Session::read_turn() {
+void Session::hear_bells() {
+  if (is_closed_ || is_input_closed_ || !input_.has_unheard()) return;
+  if (input_.wake(socket_.fd(), true) == ClientInput::Result::kBroken) {
+    return fail_malformed(kNoBell);
+  }
+  if (!reading_.is_due()) read_turn(true);
+}
+
+void Session::read_turn(bool may_look_again) {
   if (is_closed_ || is_input_closed_) return;
   requests_left_ = kRequestsPerTurn;
   parse_all();  // what the last turn left
@@ -86,29 +108,35 @@ void Session::read_turn() {
     has_read = has_read || read != Read::kNothing;
     if (read != Read::kAllRoom) break;
   }
-  if (!is_closed_ && !is_input_closed_) go_on_reading(has_read);
+  if (is_closed_) return;
+  is_streaming_ = is_streaming_ || kRequestsPerTurn - requests_left_ > kLooksAtOneRequest;
+  watch();
+  if (!is_input_closed_) go_on_reading(has_read, may_look_again);
 }
 
 // Behind the others that have something to do, if there may be more. A client with a ring writes on
 // without waking us until we sleep, so that is done as late as possible: when what has been read is
 // on its way and nothing has come meanwhile.
-void Session::go_on_reading(bool has_read) {
-  const bool may_sleep = requests_left_ > 0 && !(input_.has_ring() && has_read);
-  if (may_sleep && input_.sleep()) return wait_readable();
-  boost::asio::post(socket_.get_executor(), [self = shared_from_this()] { self->read_turn(); });
+void Session::go_on_reading(bool has_read, bool may_look_again) {
+  if (requests_left_ == 0) return reading_.next_turn();
+  if (!input_.has_ring()) return;  // the socket tells
+  if (has_read && may_look_again) return reading_.at_end();
+  // One that writes many has the next ready soon, and saves both of us a bell.
+  const bool may_sleep = !has_read && !std::exchange(is_streaming_, false);
+  if (!may_sleep || !input_.sleep(socket_.fd())) reading_.next_turn();
 }
 
 Session::Read Session::read_once() {
   const std::span<std::uint8_t> room = reader_.prepare(kReadBytes);
   std::size_t got = 0;
-  switch (input_.read(socket_.native_handle(), room, got)) {
+  switch (input_.read(socket_.fd(), room, got)) {
     case ClientInput::Result::kNothing:
       return Read::kNothing;
     case ClientInput::Result::kEnded:
       close(input_.end_reason());
       return Read::kNothing;
     case ClientInput::Result::kBroken:
-      fail_malformed(kBrokenRing);
+      fail_malformed(input_.has_bad_bell() ? kNoBell : kBrokenRing);
       return Read::kNothing;
     case ClientInput::Result::kBytes:
       break;
@@ -132,6 +160,7 @@ void Session::parse_all() {
     if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
       return fail_malformed(kNoFrame);
     }
+    input_.note_frame();
   }
 }
 
@@ -158,6 +187,7 @@ void Session::end_stream(const StreamEnd& end) {
   is_input_closed_ = true;
   closes_when_written_ = true;
   doom_ = end.text;
+  watch();
   answers_.refuse({end.code, end.text, std::nullopt});
 }
 
@@ -165,14 +195,12 @@ void Session::end_stream(const StreamEnd& end) {
 void Session::discard_input() {
   std::array<char, 4096> bytes;
   for (int i = 0; i < kReadsPerTurn; ++i) {
-    const ssize_t got = recv(socket_.native_handle(), bytes.data(), bytes.size(), 0);
+    const ssize_t got = recv(socket_.fd(), bytes.data(), bytes.size(), 0);
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
     if (got <= 0 && !(got < 0 && errno == EINTR)) return close(doom_);
   }
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                     [self = shared_from_this()](const boost::system::error_code& error) {
-                       if (!error && !self->is_closed_) self->discard_input();
-                     });
+  is_discarding_ = true;
+  watch();
 }
 
 void Session::refuse_connection(const Refusal& refusal) {

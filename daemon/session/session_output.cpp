@@ -36,12 +36,12 @@ void Session::flush() {
   }
   if (output_.unwritten().empty() && closes_when_written_) {
     if (!is_refused_) return close(doom_, is_malformed_);
-    shutdown(socket_.native_handle(), SHUT_WR);
+    shutdown(socket_.fd(), SHUT_WR);
     return discard_input();
   }
   if (output_.is_empty()) return;
   is_flush_scheduled_ = true;
-  host_.schedule_flush(shared_from_this());
+  host_.schedule_next_flush(shared_from_this());
 }
 
 // The ring's memory goes with the first byte of all, which is that of our hello.
@@ -49,10 +49,10 @@ ssize_t Session::write_some() {
   const int descriptor = input_.descriptor_to_pass();
   const std::string_view bytes = output_.unwritten();
   if (descriptor < 0) {
-    return send(socket_.native_handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   }
   const ssize_t sent =
-      ipc::send_with_descriptor(socket_.native_handle(), bytes.data(), bytes.size(), descriptor);
+      ipc::send_with_descriptor(socket_.fd(), bytes.data(), bytes.size(), descriptor);
   if (sent > 0) input_.descriptor_is_passed();
   return sent;
 }
@@ -64,6 +64,7 @@ void Session::withdraw_ring() {
   log_of("client")->debug("{}: no ring, it cannot be passed: {}", client_.who(),
                           std::strerror(errno));
   input_.withdraw_ring();
+  watch();
   const std::string_view frames = output_.unwritten();
   const std::size_t size = ipc::frame_bytes(frames.data());
   ipc::Envelope& hello = answers_.make_notice();
@@ -96,11 +97,7 @@ bool Session::write_once() {
 
 void Session::wait_writable() {
   is_waiting_writable_ = true;
-  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_write,
-                     [self = shared_from_this()](const boost::system::error_code& error) {
-                       self->is_waiting_writable_ = false;
-                       if (!error) self->flush();
-                     });
+  watch();
 }
 
 }  // namespace swarmtalk::daemon

@@ -1,10 +1,10 @@
 #include "drivers/socket/socket_link.hpp"
 
 #include <algorithm>
-#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
 #include <random>
+#include <utility>
 
 #include "drivers/link/link_log.hpp"
 
@@ -39,13 +39,15 @@ bool is_link_error(int error) {
 SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
                        std::size_t max_packet_bytes, const PacerConfig& pacer,
                        std::size_t network_header_bytes)
-    : io_(io),
-      watch_(io),
+    : watch_(io),
       max_packet_bytes_(max_packet_bytes),
       pacer_(pacer, std::random_device{}()),
       builder_(profile, max_packet_bytes),
       receiver_(profile),
       airtime_(network_header_bytes),
+      receive_socket_(loop::Loop::of(io), [this](std::uint32_t events) { on_events(events); }),
+      send_socket_(loop::Loop::of(io), [this](std::uint32_t) { on_writable(); }),
+      flush_(loop::Loop::of(io), [this] { flush(); }),
       timer_(io),
       beacon_(0ms, 1),
       beacon_timer_(io),
@@ -56,34 +58,25 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       }) {}
 
 void SocketLink::use_receive_socket(int socket) {
-  receive_descriptor_ = socket;
-  receive_socket_.emplace(io_, socket);
-  if (!send_socket_) send_descriptor_ = socket;
+  receive_socket_.own(socket);
 }
 
 void SocketLink::use_send_socket(int socket) {
-  send_descriptor_ = socket;
-  send_socket_.emplace(io_, socket);
+  send_socket_.own(socket);
 }
 
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
   watch_.start([this] { refresh(); });
   refresh();
-  wait_readable();
+  receive_socket_.watch(EPOLLIN);
   if (beacon_.is_on()) arm_beacon();
   use_keys();
   wake();
 }
 
 void SocketLink::wake() {
-  if (user_ == nullptr || is_flush_posted_) return;
-  is_flush_posted_ = true;
-  boost::asio::post(io_, [this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.expired()) return;
-    is_flush_posted_ = false;
-    flush();
-  });
+  if (user_ != nullptr && !is_filling_) flush_.at_end();
 }
 
 void SocketLink::set_pacing(const PacerConfig& pacing) {
@@ -200,20 +193,15 @@ void SocketLink::set_state(bool is_up, const std::string& text) {
   if (is_up) wake();
 }
 
-void SocketLink::wait_readable() {
-  receive_socket_->async_wait(Descriptor::wait_read, [this, alive = std::weak_ptr<bool>(alive_)](
-                                                         const boost::system::error_code& error) {
-    if (alive.expired() || error) return;
-    receive();
-    // Behind what this has brought about: a message is on its way before the next is waited for.
-    boost::asio::post(io_, [this, alive] {
-      if (!alive.expired()) wait_readable();
-    });
-  });
+void SocketLink::on_events(std::uint32_t events) {
+  if (is_waiting_writable_ && send_socket_.fd() < 0 && (events & (EPOLLOUT | EPOLLERR)) != 0) {
+    on_writable();
+  }
+  if ((events & ~std::uint32_t{EPOLLOUT}) != 0) receive();
 }
 
 void SocketLink::receive() {
-  const int count = batch_.read(receive_descriptor_);
+  const int count = batch_.read(receive_socket_.fd());
   if (count < 0) {
     if (is_link_error(errno)) refresh();
     return;
@@ -251,9 +239,11 @@ void SocketLink::flush() {
   counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
   if (!queue_.is_empty()) transmit(now);  // nothing more is built before the kernel has these
   if (!queue_.is_empty()) return;
+  is_filling_ = true;
   const bool more_waits = fill_queue(now);
+  is_filling_ = false;
   transmit(now);
-  if (more_waits) wake();  // the next turn goes on, after what else is ready
+  if (more_waits) flush_.next_turn();  // after what else is ready
 }
 
 bool SocketLink::fill_queue(MonotonicTime now) {
@@ -277,7 +267,8 @@ bool SocketLink::fill_queue(MonotonicTime now) {
 }
 
 void SocketLink::transmit(MonotonicTime now) {
-  while (const int error = queue_.send(send_descriptor_, counters_)) {
+  const int socket = send_socket_.fd() >= 0 ? send_socket_.fd() : receive_socket_.fd();
+  while (const int error = queue_.send(socket, counters_)) {
     if (error == EAGAIN || error == EWOULDBLOCK) {
       ++counters_.send_retries;
       return wait_writable();
@@ -311,15 +302,19 @@ void SocketLink::on_send_error(int error, MonotonicTime now) {
 }
 
 void SocketLink::wait_writable() {
-  if (is_waiting_writable_) return;
-  is_waiting_writable_ = true;
-  Descriptor& socket = send_socket_ ? *send_socket_ : *receive_socket_;
-  socket.async_wait(Descriptor::wait_write, [this, alive = std::weak_ptr<bool>(alive_)](
-                                                const boost::system::error_code& error) {
-    if (alive.expired() || error) return;
-    is_waiting_writable_ = false;
-    flush();
-  });
+  if (std::exchange(is_waiting_writable_, true)) return;
+  if (send_socket_.fd() >= 0) return send_socket_.watch(EPOLLOUT);
+  receive_socket_.watch(EPOLLIN | EPOLLOUT);
+}
+
+void SocketLink::on_writable() {
+  is_waiting_writable_ = false;
+  if (send_socket_.fd() >= 0) {
+    send_socket_.watch(0);
+  } else {
+    receive_socket_.watch(EPOLLIN);
+  }
+  flush();
 }
 
 void SocketLink::flush_after(std::chrono::steady_clock::duration delay) {

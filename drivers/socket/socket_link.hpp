@@ -4,7 +4,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -25,6 +24,7 @@
 #include "drivers/socket/interface_watch.hpp"
 #include "drivers/socket/receive_batch.hpp"
 #include "drivers/socket/transmit_queue.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -91,9 +91,8 @@ class SocketLink : public Link, public Tappable {
   TransmitQueue& transmit_queue() { return queue_; }
 
  private:
-  using Descriptor = boost::asio::posix::stream_descriptor;
-
-  void wait_readable();
+  void on_events(std::uint32_t events);
+  void on_writable();
   void receive();
   void receive(const Datagram& datagram);
   void flush();
@@ -110,7 +109,6 @@ class SocketLink : public Link, public Tappable {
   std::string seal_remark() const;
   void flush_after(std::chrono::steady_clock::duration delay);
 
-  boost::asio::io_context& io_;
   InterfaceWatch watch_;
   std::size_t max_packet_bytes_;
   Pacer pacer_;
@@ -124,11 +122,10 @@ class SocketLink : public Link, public Tappable {
   LinkUser* user_ = nullptr;
   FrameTap* tap_ = nullptr;
 
-  int receive_descriptor_ = -1;
-  int send_descriptor_ = -1;
-  std::optional<Descriptor> receive_socket_;
-  std::optional<Descriptor> send_socket_;  // none: the receiving one
-  boost::asio::steady_timer timer_;        // pacing, and short waits after a full queue
+  loop::Descriptor receive_socket_;
+  loop::Descriptor send_socket_;     // none: the receiving one
+  loop::Deferred flush_;             // at the end of a turn
+  boost::asio::steady_timer timer_;  // pacing, and short waits after a full queue
 
   Beacon beacon_;
   boost::asio::steady_timer beacon_timer_;
@@ -144,7 +141,7 @@ class SocketLink : public Link, public Tappable {
   std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
   std::size_t frame_limit_bytes_ = 0;
   std::size_t frames_at_once_ = TransmitQueue::kFrames;  // fewer after the kernel's queue was full
-  bool is_flush_posted_ = false;
+  bool is_filling_ = false;  // what wakes us meanwhile is pulled as well
   bool is_timer_armed_ = false;
   bool is_waiting_writable_ = false;
   MonotonicTime last_error_log_{};

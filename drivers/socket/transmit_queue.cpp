@@ -35,10 +35,18 @@ void TransmitQueue::push(std::size_t frame_bytes, std::size_t packets, Monotonic
   ++end_;
 }
 
+/// @return frames taken; -1: errno says why not even one
+int TransmitQueue::send_some(int socket) {
+  if (end_ - first_ > 1) {
+    return sendmmsg(socket, messages_.data() + first_, static_cast<unsigned>(end_ - first_),
+                    MSG_DONTWAIT);
+  }
+  return sendmsg(socket, &messages_[first_].msg_hdr, MSG_DONTWAIT) < 0 ? -1 : 1;
+}
+
 int TransmitQueue::send(int socket, LinkCounters& counters) {
   while (!is_empty()) {
-    const int sent = sendmmsg(socket, messages_.data() + first_,
-                              static_cast<unsigned>(end_ - first_), MSG_DONTWAIT);
+    const int sent = send_some(socket);
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0) return errno;
     for (int i = 0; i < sent; ++i) {

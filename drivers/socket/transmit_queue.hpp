@@ -49,6 +49,8 @@ class TransmitQueue {
  private:
   static constexpr std::size_t kHeadroomBytes = 14;
 
+  int send_some(int socket);
+
   struct QueuedFrame {
     std::vector<std::uint8_t> bytes;  // headroom, frame, slack; grows to the largest ever needed
     std::size_t size_bytes = 0;       // of the frame

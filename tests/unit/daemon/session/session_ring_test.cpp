@@ -2,9 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/capability.h>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+
+#include <algorithm>
+#include <chrono>
 
 #include "ipc/byte_ring.hpp"
 #include "ipc/pass_descriptor.hpp"
@@ -292,6 +297,45 @@ TEST_F(SessionRing, AThousandBellsWithoutBytesDoNothing) {
   write(frame(publication(publisher, 1, 3)));
   step();
   EXPECT_EQ(counters_.messages_published, 1u);
+}
+
+TEST_F(SessionRing, BellsAreLeftUnreadAndHoldNoWriterUp) {
+  greet();
+  const auto publisher = advertise_with_queue(10);
+  step();
+  int unread = 0;
+  int most_unread = 0;
+  for (std::uint64_t i = 1; i <= 1000; ++i) {
+    ASSERT_TRUE(write(frame(publication(publisher, i, 1)))) << "it sleeps after each";
+    step();
+    ASSERT_EQ(counters_.messages_published, i);
+    peer->receive();
+    station_.leave(1);
+    step();
+    ASSERT_EQ(ioctl(socket, SIOCOUTQ, &unread), 0);
+    most_unread = std::max(most_unread, unread);
+  }
+  EXPECT_GT(most_unread, 0) << "each was read: a system call more for each message";
+  EXPECT_LT(most_unread, 150 * 1024) << "bytes of the kernel's memory";
+}
+
+// A bell may carry its connection's own other end, which then lives as long as it is not read.
+TEST_F(SessionRing, AConnectionEndsWhoseOtherEndIsInABell) {
+  greet();
+  const auto publisher = advertise_with_queue(10);
+  ASSERT_EQ(ring->write(frame(publication(publisher, 1, 1))),
+            frame(publication(publisher, 1, 1)).size());
+  ASSERT_TRUE(ring->take_sleeping_reader());
+  const char bell = static_cast<char>(ipc::kBell);
+  ASSERT_EQ(ipc::send_with_descriptor(socket, &bell, 1, socket), 1);
+  peer->hang_up();
+  step();
+  EXPECT_EQ(counters_.messages_published, 1u);
+  for (int i = 0; i < 100 && clients_.size() > 0; ++i) {
+    io_.restart();
+    io_.run_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_EQ(clients_.size(), 0u);
 }
 
 }  // namespace
