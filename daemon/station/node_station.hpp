@@ -18,6 +18,7 @@
 #include "daemon/pose/ranging.hpp"
 #include "daemon/station/last_messages.hpp"
 #include "daemon/station/node_identity.hpp"
+#include "daemon/station/range_once.hpp"
 #include "daemon/station/station.hpp"
 #include "swarmtalk/swarmtalk.hpp"
 
@@ -290,6 +291,9 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::uint8_t hops_of(const core::Reception<P>& reception) const;
   std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
   Range range_of(const drivers::FrameReception& frame) const;
+  const Range& range_once(const drivers::FrameReception& frame) {
+    return range_.of(frame, [this](const auto& each) { return range_of(each); });
+  }
   bool is_out_of_range(const Range& range) const;
 
   std::string name_;
@@ -306,7 +310,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::optional<drivers::MonotonicTime> pulled_at_;  // while a packet is pulled
   Entry* sent_ = nullptr;                            // whose message the pull in hand ended
   drivers::MonotonicTime latest_{};                  // that the node was told
-  Range range_ = Range::unknown();                   // of its transmitter
+  RangeOnce range_;                                  // of its transmitter
   std::uint64_t bad_origins_ = 0;
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;
@@ -328,15 +332,15 @@ Range NodeStation<P>::range_of(const drivers::FrameReception& frame) const {
 template <class P>
 void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
                                const drivers::FrameReception& frame) {
-  range_ = range_of(frame);
-  if (is_out_of_range(range_)) {
-    ++(std::isnan(range_.distance_m) ? packets_unknown_distance_ : packets_too_far_);
+  const Range& range = range_once(frame);
+  if (is_out_of_range(range)) {
+    ++(std::isnan(range.distance_m) ? packets_unknown_distance_ : packets_too_far_);
     return;
   }
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
   node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
-                   sensing_of<typename P::Sensing>(range_));
+                   sensing_of<typename P::Sensing>(range));
   frame_ = nullptr;
   if (node_->has_packet()) link_->wake();  // one to forward
   if (node_->counters().id_collisions == collisions) return;
@@ -346,7 +350,8 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
 
 template <class P>
 void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
-  const Range range = range_of(frame);
+  const Range range = range_once(frame);
+  range_.end();
   const auto found = neighbours_.heard(frame, range, is_out_of_range(range));
   if (found.older != nullptr) user_.on_duplicate(*this, *found.older, *found.younger);
   const bool is_told = std::exchange(is_namesake_told_, false);
@@ -396,8 +401,8 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
   head.sender = reception.node;
   head.epoch = reception.epoch;
   head.number = reception.message;
-  head.distance_m = range_.distance_m;
-  head.bearing_rad = range_.bearing_rad;
+  head.distance_m = range_.last().distance_m;
+  head.bearing_rad = range_.last().bearing_rad;
   head.sender_pose = frame_->pose;
   head.hops = hops_of(reception);
   if (frame_->transmitter != reception.node) head.transmitter = frame_->transmitter;
