@@ -60,6 +60,7 @@ int receive(const Run& run, int fd) {
 
 int main(int argc, char** argv) {
   const Run run = parse(argc, argv);
+  if (run.is_swarm) return 2;  // is not measured
   const char* interface = std::getenv("BARE_INTERFACE");
   const int fd = socket(AF_PACKET, SOCK_DGRAM | SOCK_CLOEXEC, htons(kBareType));
   const sockaddr_ll address = broadcast(interface != nullptr ? interface : "");

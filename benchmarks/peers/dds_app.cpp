@@ -20,6 +20,7 @@ class Sender {
   }
   void wait(std::uint32_t us) { usleep(us); }
   void flush() {}
+  void listen(std::uint32_t us) { usleep(us); }  // a thread of the library hears
 
  private:
   dds_entity_t writer_;
@@ -35,7 +36,8 @@ bool wait_for_reader(dds_entity_t writer) {
   return false;
 }
 
-void on_data(dds_entity_t reader, void* receiver) {
+template <class Ear>
+void on_data(dds_entity_t reader, void* ear) {
   void* samples[64] = {};
   dds_sample_info_t infos[64];
   for (;;) {
@@ -44,10 +46,19 @@ void on_data(dds_entity_t reader, void* receiver) {
     for (int i = 0; i < count; ++i) {
       if (!infos[i].valid_data) continue;
       const auto* message = static_cast<const peers_DdsMessage*>(samples[i]);
-      static_cast<Receiver*>(receiver)->on_message(message->bytes._buffer, message->bytes._length);
+      static_cast<Ear*>(ear)->on_message(message->bytes._buffer, message->bytes._length);
     }
     dds_return_loan(reader, samples, count);
   }
+}
+
+int swarm(const Run& run, dds_entity_t participant, dds_entity_t topic, dds_qos_t* qos) {
+  SwarmEar ear(run);
+  dds_listener_t* listener = dds_create_listener(&ear);
+  dds_lset_data_available(listener, &on_data<SwarmEar>);
+  dds_create_reader(participant, topic, qos, listener);
+  Sender robot(dds_create_writer(participant, topic, qos, nullptr));
+  return run_swarm(run, ear, robot);
 }
 
 }  // namespace
@@ -60,6 +71,7 @@ int main(int argc, char** argv) {
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 4096);
   const dds_entity_t topic =
       dds_create_topic(participant, &peers_DdsMessage_desc, "peers", nullptr, nullptr);
+  if (run.is_swarm) return swarm(run, participant, topic, qos);
   if (run.is_sender) {
     const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);
     if (!wait_for_reader(writer)) return 1;
@@ -68,7 +80,7 @@ int main(int argc, char** argv) {
   }
   Receiver receiver(run);
   dds_listener_t* listener = dds_create_listener(&receiver);
-  dds_lset_data_available(listener, &on_data);
+  dds_lset_data_available(listener, &on_data<Receiver>);
   receiver.ready();
   dds_create_reader(participant, topic, qos, listener);
   while (!receiver.is_complete() && !receiver.has_stalled()) usleep(20'000);

@@ -18,6 +18,12 @@ class Sender {
     return mosquitto_publish(client_, nullptr, "peers", static_cast<int>(size), bytes, 0, false) ==
            MOSQ_ERR_SUCCESS;
   }
+  void listen(std::uint32_t us) {
+    const std::int64_t end_ns = now_ns() + std::int64_t{us} * 1000;
+    for (std::int64_t now = now_ns(); now < end_ns; now = now_ns()) {
+      mosquitto_loop(client_, static_cast<int>((end_ns - now) / 1'000'000) + 1, 1);
+    }
+  }
   void wait(std::uint32_t us) {
     mosquitto_loop_misc(client_);
     usleep(us);
@@ -38,6 +44,21 @@ void on_subscribe(mosquitto*, void* receiver, int, int, const int*) {
   static_cast<Receiver*>(receiver)->ready();
 }
 
+void on_swarm_message(mosquitto*, void* ear, const mosquitto_message* message) {
+  static_cast<SwarmEar*>(ear)->on_message(message->payload,
+                                          static_cast<std::size_t>(message->payloadlen));
+}
+
+int swarm(const Run& run, mosquitto* client) {
+  SwarmEar ear(run);
+  mosquitto_user_data_set(client, &ear);
+  mosquitto_message_callback_set(client, &on_swarm_message);
+  for (int i = 0; i < 20; ++i) mosquitto_loop(client, 10, 1);
+  mosquitto_subscribe(client, nullptr, "peers", 0);
+  Sender robot(client);
+  return run_swarm(run, ear, robot);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -52,6 +73,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "no broker at MQTT_HOST\n");
     return 1;
   }
+  if (run.is_swarm) return swarm(run, client);
   if (run.is_sender) {
     for (int i = 0; i < 20; ++i) mosquitto_loop(client, 10, 1);
     Sender sender(client);

@@ -21,9 +21,10 @@ class Sender {
     return publisher_.send(std::string_view(bytes, size)).ok();
   }
   void wait(std::uint32_t us) { robot_.run_for(std::chrono::microseconds(us)); }
+  void listen(std::uint32_t us) { wait(us); }
   void flush() {
     // The queue goes with its program.
-    for (int i = 0; i < 200 && run_.shared->received.load() < run_.count; ++i) {
+    for (int i = 0; i < 200 && run_.slowest() < run_.count; ++i) {
       robot_.run_for(10ms);
     }
   }
@@ -53,12 +54,23 @@ int receive(swarmtalk::Client& robot, const Run& run) {
   return receiver.report();
 }
 
+int swarm(swarmtalk::Client& robot, const Run& run) {
+  SwarmEar ear(run);
+  auto subscriber = robot.channel("peers").subscriber([&](const swarmtalk::Message& message) {
+    ear.on_message(message.payload.data(), message.payload.size());
+  });
+  auto publisher = robot.channel("peers").publisher();
+  Sender sender(robot, publisher, run);
+  return run_swarm(run, ear, sender);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const Run run = parse(argc, argv);
   try {
     auto robot = swarmtalk::Client::connected("peers");
+    if (run.is_swarm) return swarm(robot, run);
     return run.is_sender ? send(robot, run) : receive(robot, run);
   } catch (const swarmtalk::Error& error) {
     std::fprintf(stderr, "swarmtalk_app: %s\n", error.what());
