@@ -3,6 +3,7 @@
 // Session, on the daemon's one thread.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -36,8 +37,8 @@ class ClientInput {
   /// It could not be passed: all comes through the socket as before.
   void withdraw_ring() { end_ring(true); }
 
-  /// The socket has become readable. While the ring has something, its bells stay there unread, but
-  /// not more than a client may have out without being held up.
+  /// The socket has become readable. While the ring has something, bells of a client that rings
+  /// often stay there unread, but not more than a client may have out without being held up.
   /// @param must_hear  read it in any case: it may have come to its end. @return kNothing, kBroken
   Result wake(int socket, bool must_hear);
   /// One frame of what was read. There are not many more bells than frames.
@@ -70,8 +71,9 @@ class ClientInput {
   const ClientIdentity& client_;
   std::optional<ipc::RingReader> ring_;
   bool is_passed_ = false;
-  bool has_unheard_ = false;           // bells in the socket
-  bool has_bad_bell_ = false;          // something else came through it
+  bool has_unheard_ = false;   // bells in the socket
+  bool has_bad_bell_ = false;  // something else came through it
+  std::chrono::steady_clock::time_point woken_at_{};
   std::size_t frames_since_bell_ = 0;  // out of the ring, since bells were read
   std::string end_reason_;             // not empty: nothing more comes through the socket
 };
