@@ -211,9 +211,10 @@ class Daemons:
         """Share delivered, air a message in us, duplicates."""
         path = pathlib.Path(self._folder.name, "message")
         path.write_bytes(payload)
-        hearers = [subprocess.Popen(self._cli(number, "sub", "c", "--json"), text=True,
-                                    stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-                   for number in range(2, 2 + self.HEARERS)]
+        files = [tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(self.HEARERS)]
+        hearers = [subprocess.Popen(self._cli(number, "sub", "c", "--json"), stdout=file,
+                                    stderr=subprocess.DEVNULL)  # a pipe holds few messages
+                   for number, file in enumerate(files, 2)]
         deadline = time.monotonic() + 30
         while not all(self._status(number)["channels"] for number in range(2, 2 + self.HEARERS)):
             if time.monotonic() > deadline:
@@ -225,10 +226,12 @@ class Daemons:
         time.sleep(1)
         after = self._status(1)["links"][0]["counters"]
         heard = duplicates = 0
-        for hearer in hearers:
+        for hearer, file in zip(hearers, files):
             hearer.send_signal(signal.SIGTERM)
-            out, _ = hearer.communicate(timeout=60)
-            numbers = [json.loads(line)["message_number"] for line in out.splitlines()]
+            hearer.wait(timeout=60)
+            file.seek(0)
+            numbers = [json.loads(line)["message_number"] for line in file]
+            file.close()
             heard += len(set(numbers))
             duplicates += len(numbers) - len(set(numbers))
         return (heard / (messages * self.HEARERS),

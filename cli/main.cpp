@@ -43,6 +43,16 @@ CLI::Validator distance() {
   return CLI::Validator(check, "");
 }
 
+CLI::Validator redundancy() {
+  const auto check = [](const std::string& word) {
+    const bool is_number = is_digits(word) && word.size() <= 2;
+    const int number = is_number ? std::stoi(word) : 0;
+    const bool is_good = word == "auto" || (number >= 1 && number <= 12);
+    return is_good ? std::string() : "redundancy is auto, or 1 to 12, not " + word;
+  };
+  return CLI::Validator(check, "");
+}
+
 /// What CLI11 does not say: a word that begins with - needs help to be DATA.
 std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
   // The name of an ExtrasError is the subcommand's.
@@ -126,6 +136,10 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
       ->check(whole_number())
       ->check(above_zero())
       ->capture_default_str();
+  command
+      ->add_option("--redundancy", arguments.redundancy,
+                   "repair packets of each message, 1 to 12, or auto: as the loss around demands")
+      ->check(redundancy());
   command->add_flag("--timestamped", arguments.is_timestamped, "carry the buffering delay");
   command->add_option("-W,--timeout", arguments.timeout_s, "seconds to wait for each to leave")
       ->check(above_zero())

@@ -79,6 +79,7 @@ swarmtalk::Sending cpp_sending(const swarmtalk_sending& from) {
   if (from.queue != 0) sending.queue = from.queue;
   if (from.queue == SWARMTALK_NO_QUEUE) sending.queue = 0;
   sending.drop_oldest = from.drop_oldest != 0;
+  sending.redundancy = from.redundancy;
   if (from.copies != 0) sending.copies = from.copies;
   if (from.copy_interval_ms != 0) {
     sending.copy_interval = std::chrono::milliseconds(from.copy_interval_ms);

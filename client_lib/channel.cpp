@@ -69,6 +69,12 @@ std::size_t Publisher::max_message_bytes() const {
   return state_->id != 0 ? state_->max_message_bytes : 0;
 }
 
+bool Publisher::has_redundancy() const {
+  if (!state_) return false;
+  const auto lock = lock_state(*state_);
+  return state_->id != 0 && state_->has_redundancy;
+}
+
 std::optional<std::uint16_t> Publisher::channel_number() const {
   if (!state_) return std::nullopt;
   const auto lock = lock_state(*state_);

@@ -64,6 +64,11 @@ void Handles::register_one(const std::shared_ptr<PublisherState>& publisher) {
     body.set_copy_interval_ms(static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(sending.copy_interval->count(), 0, UINT32_MAX)));
   }
+  if (sending.redundancy == Sending::kAutoRedundancy) {
+    body.set_auto_redundancy(true);
+  } else if (sending.redundancy != 0) {
+    body.set_redundancy(sending.redundancy);
+  }
   requests_.send([this, publisher](const ipc::Envelope* reply, const Status& status) {
     if (reply != nullptr) {
       const ipc::Advertised& advertised = reply->advertised();
@@ -75,6 +80,7 @@ void Handles::register_one(const std::shared_ptr<PublisherState>& publisher) {
         publisher->channel = static_cast<std::uint16_t>(advertised.channel());
         publisher->max_message_bytes = advertised.max_message_bytes();
         publisher->max_ttl = advertised.max_ttl();
+        publisher->has_redundancy = advertised.has_redundancy();
         publisher->tells_time = !advertised.has_timestamped() || advertised.timestamped();
         publishers_by_id_[publisher->id] = publisher;
       }

@@ -43,6 +43,7 @@ struct PublisherState : HandleState {
   Sending sending;
   std::size_t max_message_bytes = 0;
   std::uint32_t max_ttl = 0;
+  bool has_redundancy = false;          // the daemon sends repair packets, as asked
   bool tells_time = true;               // the daemon wants to know when each message was sent
   std::uint32_t sent_every = 1;         // the daemon tells of so many messages at once
   std::uint64_t publish_number = 0;     // of the last accepted message

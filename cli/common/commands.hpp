@@ -40,6 +40,7 @@ struct PubArguments {
   std::optional<std::uint32_t> ttl;
   bool is_timestamped = false;
   std::uint32_t copies = 1;   // each message is sent so often
+  std::string redundancy;     // repair packets of each message, or "auto"; empty: none
   double timeout_s = 5;       // for each message
   bool is_lines = false;      // each line is a message
   std::string file;           // instead of the payload; empty: none

@@ -32,9 +32,15 @@ class Sender {
     ChannelOptions options;
     options.ttl = arguments.ttl;
     if (arguments.is_timestamped) options.timestamped = true;
+    Sending sending = Sending::one_at_a_time().repeated(arguments.copies);
+    if (!arguments.redundancy.empty()) {
+      const bool is_auto = arguments.redundancy == "auto";
+      sending =
+          sending.redundant(is_auto ? Sending::kAutoRedundancy
+                                    : static_cast<std::uint32_t>(std::stoul(arguments.redundancy)));
+    }
     publisher_ = open_channel(client, arguments.channel, options)
-                     .publisher([this](const Status& status) { sent_ = status; },
-                                Sending::one_at_a_time().repeated(arguments.copies));
+                     .publisher([this](const Status& status) { sent_ = status; }, sending);
   }
 
   const Publisher& publisher() const { return publisher_; }
@@ -144,6 +150,10 @@ int pub(const Common& common, const PubArguments& arguments) {
   if (arguments.repeat == 0) tell_connection(client);
   Sender sender(client, arguments);
   if (const Status status = sender.publisher().status(); !status) return fail(status);
+  if (!arguments.redundancy.empty() && !sender.publisher().has_redundancy()) {
+    fail("messages leave without repair packets: no link of channel " + arguments.channel +
+         " has profile \"wifi\", or swarmtalkd is an older one; use --copies");
+  }
   if (input.is_cut()) {
     return fail((arguments.file.empty() ? "standard input" : arguments.file) + " has more than " +
                 std::to_string(PubInput::kMaxBytes) + " bytes; channel " + arguments.channel +

@@ -607,8 +607,10 @@ class Publisher(_Handle):
     """One end of a channel. Made by Client.advertise()."""
 
     def __init__(self, client, channel, ttl, timestamped, queue, drop_oldest, repeat,
-                 repeat_interval, sent):
+                 repeat_interval, sent, redundancy=0):
         _Handle.__init__(self, client, channel, timestamped)
+        self._redundancy = (redundancy if redundancy == "auto"
+                            else _number(redundancy, "redundancy", 0, 12))
         self._ttl = None if ttl is None else _number(ttl, "ttl")
         self._queue = _number(queue, "queue")
         self._drop_oldest = bool(drop_oldest) and self._queue > 0
@@ -631,6 +633,7 @@ class Publisher(_Handle):
         self._told_busy_at = None
         self._untold_busy = 0
         self.max_message_bytes = 0  # the longest that send() takes
+        self.has_redundancy = False  # messages get the repair packets that were asked for
 
     def send(self, data, ttl=None):
         """Hands one message to the daemon and returns at once. Any thread.
@@ -698,6 +701,10 @@ class Publisher(_Handle):
             body += _uint(7, self._interval_ms)
         if self._sent_every > 1:
             body += _uint(8, self._sent_every)
+        if self._redundancy == "auto":
+            body += _uint(10, 1)
+        elif self._redundancy:
+            body += _uint(9, self._redundancy)
         return _bytes(8, body)
 
     def _registered(self, reply):
@@ -706,6 +713,7 @@ class Publisher(_Handle):
         self.max_message_bytes = told.get(3, 0)
         self.channel_number = told.get(2, 0)
         self._tells_time = bool(told.get(5, 1))
+        self.has_redundancy = bool(told.get(6, 0))
         self._head = _uint(1, told.get(1, 0))
         self._id = told.get(1, 0)
 
@@ -1743,18 +1751,20 @@ class Client(_Session):
 
     @_owned
     def advertise(self, channel, ttl=None, timestamped=None, queue=DEFAULT_QUEUE,
-                  drop_oldest=False, repeat=1, repeat_interval=None, sent=None):
+                  drop_oldest=False, repeat=1, repeat_interval=None, sent=None, redundancy=0):
         """A Publisher on a channel, by name or number.
 
         ttl: hops after the first. queue: so many messages wait behind the one on its way; then
         send() is refused, or with drop_oldest the oldest that waits is dropped. repeat: each
-        message is sent so often, repeat_interval seconds apart, and heard once. timestamped:
+        message is sent so often, repeat_interval seconds apart, and heard once. redundancy: each
+        message arrives though any so many of its packets are lost, at most 12; "auto": as many as
+        the loss around demands; the publisher's has_redundancy says whether it is so. timestamped:
         carries its delay; all programs of the channel must agree. sent(error): called for each
         message, with None when it has left, else with the Error why it never will; True: needed
         for async_send().
         """
         return self._add(Publisher(self, channel, ttl, timestamped, queue, drop_oldest, repeat,
-                                   repeat_interval, sent))
+                                   repeat_interval, sent, redundancy))
 
     @_owned
     def subscribe(self, channel, receive=None, within=None, known_distance_only=False,

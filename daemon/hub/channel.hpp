@@ -18,6 +18,7 @@ struct ChannelLimits {
   std::uint8_t ttl = 0;
   std::uint16_t least_message_bytes = 0;
   bool is_timestamped = false;
+  bool has_redundancy = false;  // on one of them at least
 };
 
 /// One channel on one station.

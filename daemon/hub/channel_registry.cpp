@@ -213,6 +213,7 @@ ChannelLimits ChannelRegistry::limits_of(std::uint16_t channel, bool is_timestam
     least.message_bytes = std::min(least.message_bytes, own.message_bytes(is_timestamped));
     least.ttl = std::min(least.ttl, own.max_ttl);
     least.least_message_bytes = std::max(least.least_message_bytes, own.min_message_bytes);
+    least.has_redundancy = least.has_redundancy || station->has_redundancy();
   }
   return least;
 }

@@ -72,6 +72,7 @@ struct Publisher {
   bool drops_oldest = false;           // when they do; else the new one is refused
   std::uint32_t copies = 1;            // of each message on the air
   std::uint32_t copy_interval_ms = 0;  // between them
+  std::uint8_t redundancy = 0;         // repair packets of each message: Station::protect_next()
   std::uint32_t sent_every = 1;        // the client is told of so many at once
   bool is_daemons_own = false;         // [reserved] is for programs; it has a pace of its own
   std::uint32_t untold_sent = 0;

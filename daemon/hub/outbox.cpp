@@ -44,6 +44,7 @@ void Outbox::publish(Publisher& publisher, Channel& channel, std::uint64_t numbe
   if (channel.is_timestamped) publication.sent_at_ns = sent_at_ns.value_or(monotonic_ns());
   publication.copies = publisher.copies;
   publication.copy_interval_ms = publisher.copy_interval_ms;
+  publication.redundancy = publisher.redundancy;
   ++counters_.messages_published;
   take_on(publication, channel);
   if (publisher.in_flight != nullptr) {
@@ -176,6 +177,7 @@ void Outbox::feed(std::size_t station, Channel& channel) {
     std::uint32_t number = next.air_number;
     const std::uint64_t waited_us = channel.is_timestamped ? next.waited_us() : 0;
     const GatewayOrigin* const origin = next.origin ? &*next.origin : nullptr;
+    if (next.redundancy != 0) stations_[station].protect_next(next.redundancy);
     const SendResult result =
         stations_[station].send(channel.number, next.bytes(), next.ttl, origin, waited_us, number);
     if (result == SendResult::kBusy) return;

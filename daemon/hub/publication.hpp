@@ -22,6 +22,7 @@ struct PublicationHead {
   UserShare* user = nullptr;   // whose share it is in; none: a gateway rule's
   std::uint64_t number = 0;    // the client's
   std::uint8_t ttl = 0;
+  std::uint8_t redundancy = 0;
   std::uint64_t sent_at_ns = 0;  // monotonic: when the app called send()
   std::uint32_t copies = 1;
   std::uint32_t copy_interval_ms = 0;

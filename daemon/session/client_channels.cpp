@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/common/monotonic_ns.hpp"
+#include "daemon/message/redundancy.hpp"
 #include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
@@ -121,6 +122,11 @@ std::optional<Refusal> ClientChannels::check_sending(const ipc::Advertise& reque
                        " milliseconds",
                    kLongestCopyIntervalMs};
   }
+  if (request.redundancy() > kMostRedundancy) {
+    return Refusal{ipc::ERROR_LIMIT,
+                   "a message has at most " + std::to_string(kMostRedundancy) + " repair packets",
+                   kMostRedundancy};
+  }
   return std::nullopt;
 }
 
@@ -138,6 +144,8 @@ void ClientChannels::advertise(const ipc::Advertise& request) {
   publisher->copies = request.has_copies() ? request.copies() : 1;
   publisher->copy_interval_ms =
       request.has_copy_interval_ms() ? request.copy_interval_ms() : limits_.copy_interval_ms;
+  publisher->redundancy =
+      request.auto_redundancy() ? kAutoRedundancy : static_cast<std::uint8_t>(request.redundancy());
   publisher->sent_every = std::clamp(request.sent_every(), 1u, request.queue() + 1);
   publisher->client = this;
   publisher->id = ++last_id_;
@@ -150,6 +158,7 @@ void ClientChannels::advertise(const ipc::Advertise& request) {
   reply.set_max_message_bytes(limits.message_bytes);
   reply.set_max_ttl(limits.ttl);
   reply.set_timestamped(limits.is_timestamped);
+  if (publisher->redundancy != 0 && limits.has_redundancy) reply.set_has_redundancy(true);
   publishers_.emplace(publisher->id, std::move(publisher));
   answers_.send();
 }

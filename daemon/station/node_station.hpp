@@ -18,33 +18,13 @@
 #include "daemon/pose/ranging.hpp"
 #include "daemon/station/last_messages.hpp"
 #include "daemon/station/node_identity.hpp"
+#include "daemon/station/node_words.hpp"
 #include "daemon/station/range_once.hpp"
+#include "daemon/station/repairing.hpp"
 #include "daemon/station/station.hpp"
 #include "swarmtalk/swarmtalk.hpp"
 
 namespace swarmtalk::daemon {
-
-/// What core is told of a range. The hub gets the range itself: some profiles know no bearing, and
-/// count in millimetres.
-template <class Sensing>
-Sensing sensing_of(const Range& range);
-template <>
-inline core::PoseSensing sensing_of(const Range& range) {
-  return {range.distance_m, range.bearing_rad, 0};
-}
-template <>
-inline core::DistanceSensing sensing_of(const Range& range) {
-  return {range.distance_mm()};
-}
-template <>
-inline core::RangeBearingSensing sensing_of(const Range& range) {
-  return {range.distance_mm(), range.bearing_rad};
-}
-
-inline std::uint64_t nanoseconds(drivers::MonotonicTime time) {
-  const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch());
-  return static_cast<std::uint64_t>(since.count());
-}
 
 template <class P>
 class NodeStation final : public Station, public drivers::LinkUser {
@@ -71,16 +51,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   const StationLimits& limits() const override { return kLimits; }
   bool is_up() const override { return link_->is_up(); }
   std::size_t message_bytes_that_fit(bool is_timestamped) const override {
-    const std::size_t packet_bytes = link_->packet_limit_bytes();
-    if (packet_bytes >= W::kMtuBytes) {
-      return kLimits.message_bytes(is_timestamped);
-    }
-    if (P::kPadded) return 0;  // every packet has its full length
-    // All packets of a message but the last are of the profile's full length, so only a message of
-    // one packet fits.
-    const std::size_t around =
-        W::kHeaderBytes + W::kChecksumBytes + (is_timestamped ? W::kTimestampBytes : 0);
-    return packet_bytes < around ? 0 : packet_bytes - around;
+    return daemon::message_bytes_that_fit<P>(link_->packet_limit_bytes(), is_timestamped);
   }
   drivers::Link& link() override { return *link_; }
   drivers::Counters counters() const override;
@@ -99,6 +70,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
 
   void close_channel(std::uint16_t number) override {
+    repairing_.forget(number);
     node_->remove_channel(entries_[number]->channel);
     entries_[number].reset();
   }
@@ -120,6 +92,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   SendResult send(std::uint16_t number, std::span<const std::uint8_t> payload, std::uint8_t ttl,
                   const GatewayOrigin* origin, std::uint64_t waited_us,
                   std::uint32_t& message_number) override {
+    const std::uint8_t redundancy = repairing_.take_wanted();
     Entry& entry = *entries_[number];
     const bool is_marked = origin != nullptr && kLimits.marks_gateways;
     if (is_marked) {
@@ -141,13 +114,21 @@ class NodeStation final : public Station, public drivers::LinkUser {
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
     message_number = ++last;
+    if (redundancy != 0) {
+      repairing_.protect(number, last, payload.size(), entry.is_timestamped, redundancy,
+                         neighbours_);
+    }
     link_->wake();
     return SendResult::kSent;
   }
 
+  bool has_redundancy() const override { return Repairing<P>::kIsThere; }
+  void protect_next(std::uint8_t redundancy) override { repairing_.want(redundancy); }
+
   bool send_again(std::uint16_t number) override {
     if (!entries_[number]->has_sent) return false;  // a new channel since
     if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
+    repairing_.repeats(number);
     link_->wake();
     return true;
   }
@@ -155,6 +136,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   void cancel(std::uint16_t number) override {
     Entry& entry = *entries_[number];
     if (!entry.channel->is_busy()) return;
+    repairing_.forget(number);
     // Nobody has heard of the number: skipping it would look like a loss.
     if (entry.channel->is_unbegun() && numbers_[number] > 0) --numbers_[number];
     reattach(entry);
@@ -169,24 +151,18 @@ class NodeStation final : public Station, public drivers::LinkUser {
     const std::uint64_t wait_us = std::uint64_t{forwarding.max_wait_ms} * 1000;
     node_->limit_forwarding(forwarding.is_on ? forwarding.max_ttl : std::uint8_t{0},
                             static_cast<Ticks>((wait_us + kTickUs<P> - 1) / kTickUs<P>));
+    repairing_.limit_forwarding(forwarding);
   }
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    if (!node_->has_packet()) return 0;
-    pulled_at_ = std::chrono::steady_clock::now();
-    const std::size_t next_bytes = next_packet_bytes();
-    std::size_t size_bytes = 0;
-    if (next_bytes != 0 && next_bytes <= out.size()) {
-      size_bytes = node_->pull_packet(out.data());
-      if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
-    }
-    pulled_at_.reset();
-    return size_bytes;
+    if (repairing_.is_idle()) return pull_from_node(out);
+    return repairing_.pull(node_bytes(), out, *link_,
+                           [this](std::span<std::uint8_t> room) { return pull_from_node(room); });
   }
   std::size_t next_packet_bytes() override {
-    node_->drop_late_forwards();
-    return node_->next_packet_bytes();
+    const std::size_t bytes = node_bytes();
+    return repairing_.is_idle() ? bytes : repairing_.waiting_bytes(bytes, *link_);
   }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
@@ -199,6 +175,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     return header.epoch == identity_.epoch() && identity_.was(header.node);
   }
   frame::FrameHeader frame_header() override {
+    repairing_.begin_frame();
     frame::FrameHeader header;
     header.profile = profile_.id;
     header.node = identity_.id();
@@ -222,6 +199,24 @@ class NodeStation final : public Station, public drivers::LinkUser {
     core::Publisher<P>* publisher = nullptr;
     std::uint32_t* left = nullptr;  // its place in left_, once a message has left
   };
+
+  std::size_t node_bytes() {
+    node_->drop_late_forwards();
+    return node_->next_packet_bytes();
+  }
+  std::size_t pull_from_node(std::span<std::uint8_t> out) {
+    if (!node_->has_packet()) return 0;
+    pulled_at_ = std::chrono::steady_clock::now();
+    const std::size_t next_bytes = node_bytes();
+    std::size_t size_bytes = 0;
+    if (next_bytes != 0 && next_bytes <= out.size()) {
+      size_bytes = node_->pull_packet(out.data());
+      if (!repairing_.is_idle()) repairing_.sent(out.first(size_bytes));  // before the next message
+      if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
+    }
+    pulled_at_.reset();
+    return size_bytes;
+  }
 
   static constexpr StationLimits kLimits = limits_of_profile<P>();
   using Distance = typename P::Sensing::Distance;
@@ -287,9 +282,15 @@ class NodeStation final : public Station, public drivers::LinkUser {
                               const core::Reception<P>& reception) {
     static_cast<Entry*>(context)->station->hand_up(bytes, size, reception);
   }
+  core::Error give_to_node(std::span<const std::uint8_t> packet) {
+    return node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
+                            sensing_of<typename P::Sensing>(range_.last()));
+  }
+  bool is_listening(std::uint16_t channel) const {
+    const std::unique_ptr<Entry>* const entry = entries_.find(channel);
+    return entry != nullptr && *entry != nullptr && (*entry)->is_listening;
+  }
   void hand_up(const std::uint8_t* bytes, std::uint16_t size, const core::Reception<P>& reception);
-  std::uint8_t hops_of(const core::Reception<P>& reception) const;
-  std::optional<std::uint32_t> delay_us(const core::Reception<P>& reception) const;
   Range range_of(const drivers::FrameReception& frame) const;
   const Range& range_once(const drivers::FrameReception& frame) {
     return range_.of(frame, [this](const auto& each) { return range_of(each); });
@@ -314,6 +315,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::uint64_t bad_origins_ = 0;
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;
+  [[no_unique_address]] Repairing<P> repairing_;
   VirtualRange virtual_range_;
   std::uint64_t packets_too_far_ = 0;
   std::uint64_t packets_unknown_distance_ = 0;
@@ -339,8 +341,13 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
   }
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
-  node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
-                   sensing_of<typename P::Sensing>(range));
+  const core::Error result = give_to_node(packet);
+  if (Repairing<P>::concerns(packet)) {
+    repairing_.receive(
+        packet, result, identity_, [this](std::uint16_t channel) { return is_listening(channel); },
+        [this](std::span<const std::uint8_t> known) { give_to_node(known); });
+    if (!repairing_.is_idle()) link_->wake();
+  }
   frame_ = nullptr;
   if (node_->has_packet()) link_->wake();  // one to forward
   if (node_->counters().id_collisions == collisions) return;
@@ -404,7 +411,7 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
   head.distance_m = range_.last().distance_m;
   head.bearing_rad = range_.last().bearing_rad;
   head.sender_pose = frame_->pose;
-  head.hops = hops_of(reception);
+  head.hops = hops_of(reception, frame_->transmitter);
   if (frame_->transmitter != reception.node) head.transmitter = frame_->transmitter;
   head.ttl = reception.ttl;
   head.received_at_ns = nanoseconds(frame_->received_at);
@@ -415,45 +422,16 @@ void NodeStation<P>::hand_up(const std::uint8_t* bytes, std::uint16_t size,
   user_.on_message(*this, head, payload);
 }
 
-// Where packets count no hops, one that its origin transmitted is all that can be told.
-template <class P>
-std::uint8_t NodeStation<P>::hops_of(const core::Reception<P>& reception) const {
-  const bool is_direct = reception.hops == core::kHopsUnknown && P::kHopsBits == 0 &&
-                         frame_->transmitter != 0 && frame_->transmitter == reception.node;
-  return is_direct ? std::uint8_t{0} : reception.hops;
-}
-
-// Until the kernel's stamp; what has passed since, whoever hands the message on adds.
-template <class P>
-std::optional<std::uint32_t> NodeStation<P>::delay_us(const core::Reception<P>& reception) const {
-  if (!reception.has_delay) return std::nullopt;
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(std::uint64_t{reception.delay_ticks} * kTickUs<P>, UINT32_MAX));
-}
-
 template <class P>
 drivers::Counters NodeStation<P>::counters() const {
-  const core::Counters<P>& c = node_->counters();
-  return {
-      {"node_packets_forwarded", c.packets_forwarded},
-      {"node_messages_sent", c.messages_sent},
-      {"node_messages_received", c.messages_received},
-      {"node_bad_packets", c.bad_packets},
-      {"node_bad_checksums", c.bad_checksums},
-      {"node_unknown_channels", c.unknown_channels},
-      {"node_duplicates", c.duplicates},
-      {"node_own_echoes", c.own_echoes},
-      {"node_forward_queue_full", c.forward_queue_full},
-      {"node_forwards_too_late", node_->forwards_too_late()},
-      {"node_no_memory", c.no_memory},
-      {"node_aged_out", c.aged_out},
-      {"node_contradictions", c.contradictions},
-      {"node_id_collisions", c.id_collisions},
-      {"node_bad_origins", bad_origins_},
-      {"neighbours_evicted", neighbours_.evicted()},
-      {"packets_too_far", packets_too_far_},
-      {"packets_unknown_distance", packets_unknown_distance_},
-  };
+  drivers::Counters counters = node_counters<P>(node_->counters(), repairing_.received());
+  counters.insert(counters.end(), {{"node_forwards_too_late", node_->forwards_too_late()},
+                                   {"node_bad_origins", bad_origins_},
+                                   {"neighbours_evicted", neighbours_.evicted()},
+                                   {"packets_too_far", packets_too_far_},
+                                   {"packets_unknown_distance", packets_unknown_distance_}});
+  repairing_.add_counters(counters);
+  return counters;
 }
 
 }  // namespace swarmtalk::daemon

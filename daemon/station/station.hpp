@@ -88,6 +88,11 @@ class Station {
   virtual SendResult send(std::uint16_t channel, std::span<const std::uint8_t> payload,
                           std::uint8_t ttl, const GatewayOrigin* origin, std::uint64_t waited_us,
                           std::uint32_t& number) = 0;
+  /// Whether messages can have repair packets here (docs/redundancy.md).
+  virtual bool has_redundancy() const { return false; }
+  /// The message that send() is given next gets so many, at most 12, or as many as the loss around
+  /// demands (kAutoRedundancy). Where it cannot have them it goes without.
+  virtual void protect_next(std::uint8_t /*redundancy*/) {}
   /// Sends the message that has left last on this channel once more; on_sent() follows. @pre there
   /// was one since the channel was opened. @return false: it cannot
   virtual bool send_again(std::uint16_t channel) = 0;

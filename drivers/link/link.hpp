@@ -95,6 +95,10 @@ class Link {
   /// Something waits to be pulled. Cheap, may be called for every message.
   virtual void wake() = 0;
 
+  /// The same at this time, at the latest; may be called for every packet. A link that does not
+  /// know how wakes when something else does.
+  virtual void wake_at(MonotonicTime /*time*/) {}
+
   /// From now on frames are sealed with this key, and only such are taken; null: none. Frames of a
   /// link that has no room for a seal stay as they are; the configuration refuses keys there.
   virtual void set_key(std::shared_ptr<const frame::SwarmKey> /*key*/) {}

@@ -21,6 +21,7 @@
 #include "drivers/link/link_state.hpp"
 #include "drivers/link/pacer.hpp"
 #include "drivers/link/unreadable_frames.hpp"
+#include "drivers/link/wake_timer.hpp"
 #include "drivers/socket/interface_watch.hpp"
 #include "drivers/socket/receive_batch.hpp"
 #include "drivers/socket/transmit_queue.hpp"
@@ -36,6 +37,7 @@ class SocketLink : public Link, public Tappable {
  public:
   void start(LinkUser& user) override;
   void wake() override;
+  void wake_at(MonotonicTime time) override { wake_timer_.arm(time, *this); }
   void set_tap(FrameTap* tap) override { tap_ = tap; }
   void set_pacing(const PacerConfig& pacing) override;
   void set_beacon(std::chrono::milliseconds interval) override;
@@ -126,6 +128,8 @@ class SocketLink : public Link, public Tappable {
   loop::Descriptor send_socket_;     // none: the receiving one
   loop::Deferred flush_;             // at the end of a turn
   boost::asio::steady_timer timer_;  // pacing, and short waits after a full queue
+
+  WakeTimer wake_timer_;
 
   Beacon beacon_;
   boost::asio::steady_timer beacon_timer_;

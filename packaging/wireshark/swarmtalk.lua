@@ -40,6 +40,8 @@ local f = {
   sender_epoch = ProtoField.uint16("swarmtalk.sender_epoch", "Sender's epoch", base.HEX),
   is_timestamped = ProtoField.bool("swarmtalk.timestamped", "Timestamped"),
   crossed_gateway = ProtoField.bool("swarmtalk.crossed_gateway", "Crossed a gateway"),
+  parities = ProtoField.uint8("swarmtalk.parities", "Parity packets of the message"),
+  is_parity = ProtoField.bool("swarmtalk.is_parity", "Parity packet"),
   delay = ProtoField.uint32("swarmtalk.delay_us", "Time in buffers (us)"),
   payload = ProtoField.bytes("swarmtalk.payload", "Payload"),
   checksum = ProtoField.uint8("swarmtalk.checksum", "Checksum", base.HEX),
@@ -103,6 +105,13 @@ local function wifi_packet(buffer, tree)
   tree:add(f.sender_epoch, buffer(14, 2))
   tree:add(f.is_timestamped, buffer(16, 1), is_timestamped)
   tree:add(f.crossed_gateway, buffer(16, 1), crossed)
+  local parities = math.floor(flags % 64 / 4)
+  local full = is_timestamped and 1379 or 1383
+  local is_parity = parities > 0 and sequence >= math.ceil(buffer(12, 2):uint() / full)
+  if parities > 0 then
+    tree:add(f.parities, buffer(16, 1), parities)
+    tree:add(f.is_parity, buffer(6, 2), is_parity)
+  end
   local rest = buffer:len() - 17
   if is_timestamped and rest >= 4 then
     rest = rest - 4
@@ -111,7 +120,8 @@ local function wifi_packet(buffer, tree)
   if rest > 0 then tree:add(f.payload, buffer(17, rest)) end
   return string.format("robot %d, channel %d, message %d%s", buffer(0, 2):uint(),
     buffer(8, 2):uint(), buffer(2, 4):uint(),
-    (is_end and sequence == 0) and "" or string.format(", fragment %d", sequence))
+    is_parity and ", parity" or (is_end and sequence == 0) and ""
+      or string.format(", fragment %d", sequence))
 end
 
 local function small_packet(buffer, tree, has_checksum)

@@ -6,10 +6,14 @@ are this process's own, and everything is removed whatever happens.
 import itertools
 import json
 import os
+import pathlib
 import subprocess
+import sys
 import tempfile
 
 from conftest import program, run, wait_for
+
+LOSSY = str(pathlib.Path(__file__).resolve().parents[1] / "support/lossy_wire.py")
 
 _count = itertools.count()
 
@@ -75,6 +79,18 @@ class Wires:
         _ip("-n", full, "link", "set", port, "master", "hub0")
         _ip("-n", full, "link", "set", port, "up")
         _ip("-n", robot.namespace, "link", "set", f"{wire}0", "up")
+
+    def lose(self, wire, share, seed=1):
+        """From now on each frame on this wire is lost at each receiver by itself, so often."""
+        full = f"{self._prefix}{wire}"
+        links = json.loads(run("ip", "-n", full, "-j", "link", "show", "type", "veth").stdout)
+        ports = [link["ifname"] for link in links]
+        for port in ports:
+            _ip("-n", full, "link", "set", port, "nomaster")
+        relay = self.keep(subprocess.Popen(
+            ["ip", "netns", "exec", full, sys.executable, LOSSY, str(share), str(seed), *ports],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=10)[1]
 
     def file(self, name):
         """Path of a file that goes with the wires."""
@@ -153,16 +169,20 @@ class Robot:
         """Starts `swarmtalk-cli sub --json`; returns it once it is subscribed."""
         return self.listen("sub", "--json", *arguments)
 
-    def listen(self, *arguments):
-        """Starts a subcommand of swarmtalk-cli that subscribes; returns it once it has."""
+    def listen(self, *arguments, file=False):
+        """Starts a subcommand of swarmtalk-cli that subscribes; returns it once it has.
+
+        With `file`, what it prints goes to a file, for written(): a pipe holds few messages.
+        """
         def subscribers():
             return sum(channel["subscribers"] for channel in self.status()["channels"])
 
         before = subscribers()
         words = self._words(program("swarmtalk-cli"), "--socket", self.socket, *arguments)
+        out = tempfile.TemporaryFile("w+", encoding="utf-8") if file else subprocess.PIPE
         process = self._wires.keep(subprocess.Popen(
-            words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE))
+            words, text=True, stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.PIPE))
+        process.file = out if file else None
         wait_for(lambda: subscribers() > before or process.poll() is not None, what="subscription")
         return process
 
@@ -182,3 +202,9 @@ def heard(process, timeout=20):
     """What a subscriber printed until its end."""
     out, _ = process.communicate(timeout=timeout)
     return [json.loads(line) for line in out.splitlines()]
+
+
+def written(process):
+    """What a subscriber has written to its file."""
+    process.file.seek(0)
+    return [json.loads(line) for line in process.file]

@@ -51,6 +51,7 @@ void print_requests() {
   offered.set_drop_oldest(true);
   offered.set_copies(3);
   offered.set_copy_interval_ms(150);
+  offered.set_redundancy(12);
   print("advertise", advertise);
 
   Envelope plain = request(3);
@@ -59,7 +60,12 @@ void print_requests() {
   plain.mutable_advertise()->set_sent_every(4);
   print("advertise_plain", plain);
 
-  Envelope pose = request(4);
+  Envelope follows = request(4);
+  follows.mutable_advertise()->mutable_channel()->set_number(1);
+  follows.mutable_advertise()->set_auto_redundancy(true);
+  print("advertise_auto", follows);
+
+  Envelope pose = request(5);
   pose.mutable_set_pose()->set_x_m(-1.25f);
   pose.mutable_set_pose()->set_y_m(2);
   pose.mutable_set_pose()->set_theta_rad(3.1415927f);

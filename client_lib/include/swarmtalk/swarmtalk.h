@@ -97,6 +97,9 @@ typedef struct swarmtalk_policy {
 /* For swarmtalk_sending.queue: one message is on its way at a time. */
 #define SWARMTALK_NO_QUEUE UINT32_MAX
 
+/* For swarmtalk_sending.redundancy: as many as the loss demands that is measured around. */
+#define SWARMTALK_AUTO_REDUNDANCY UINT32_MAX
+
 /* What becomes of messages that are sent faster than they leave. */
 typedef struct swarmtalk_sending {
   size_t struct_bytes;       /* as in swarmtalk_policy */
@@ -106,6 +109,7 @@ typedef struct swarmtalk_sending {
   uint32_t copies;           /* each message is sent that many times, delivered once; 0: once */
   uint32_t copy_interval_ms; /* 0: the daemon's default */
   int timestamped;
+  uint32_t redundancy; /* repair packets of each message, at most 12; 0: none */
 } swarmtalk_sending;
 
 /* Called with each message. */

@@ -151,6 +151,23 @@ TEST_F(ClientPolicy, APublisherOfTheNewestIsNeverBusyWhileTheDaemonReads) {
   EXPECT_EQ(daemon.count(is_it), 1);
 }
 
+TEST_F(ClientPolicy, APublisherAsksForRedundancy) {
+  const auto three = client.advertise("hello", Sending::queued(4).redundant(3));
+  const auto automatic = client.advertise("auto", Sending::queued(4).redundant());
+  const auto none = client.advertise("none", Sending::queued(4));
+  const auto count = [&](std::uint32_t repairs, bool is_auto) {
+    return daemon.count([&](const ipc::Envelope& envelope) {
+      const ipc::Advertise& asked = envelope.advertise();
+      return envelope.has_advertise() && asked.redundancy() == repairs &&
+             asked.auto_redundancy() == is_auto;
+    });
+  };
+  EXPECT_EQ(count(3, false), 1);
+  EXPECT_EQ(count(0, true), 1);
+  EXPECT_EQ(count(0, false), 1);
+  EXPECT_FALSE(three.has_redundancy()) << "an older daemon does not say so";
+}
+
 TEST_F(ClientPolicy, AnyThreadMaySend) {
   constexpr int kThreads = 4;
   constexpr int kMessages = 200;

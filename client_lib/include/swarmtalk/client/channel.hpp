@@ -74,11 +74,15 @@ class SWARMTALK_NODISCARD("it is unregistered when it is destroyed: keep it") Pu
     return send(std::string_view(reinterpret_cast<const char*>(&value), sizeof(T)), ttl);
   }
 
-  /// Whether send() would answer kBusy. Any thread, as the three below.
+  /// Whether send() would answer kBusy. Any thread, as the four below.
   bool busy() const;
 
   /// Longest message of this channel, 0 while not registered.
   std::size_t max_message_bytes() const;
+
+  /// Whether messages get the repair packets that Sending asks for. If not, the daemon is an older
+  /// one, or the channel's links have none (only the profile `wifi` does).
+  bool has_redundancy() const;
 
   /// Number of the channel, once the daemon has told it.
   std::optional<std::uint16_t> channel_number() const;

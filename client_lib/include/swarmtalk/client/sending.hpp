@@ -18,6 +18,9 @@ struct Sending {
   std::uint32_t copies = 1;             // each message is sent that many times and delivered once
   std::optional<std::chrono::milliseconds> copy_interval =
       std::nullopt;  // unset: the daemon's default
+  /// For redundancy: as many as the loss demands that is measured around the robot.
+  static constexpr std::uint32_t kAutoRedundancy = UINT32_MAX;
+  std::uint32_t redundancy = 0;  // repair packets of each message, at most 12
 
   /// The paper's rule: nothing waits, and send() answers kBusy until the message before has left.
   /// For state of which only the newest counts.
@@ -41,6 +44,13 @@ struct Sending {
     Sending sending = *this;
     sending.copies = times;
     sending.copy_interval = interval;
+    return sending;
+  }
+  /// Each message arrives though any `repairs` of its packets are lost: so many more leave behind
+  /// it. Those of a message of one packet ride in frames that leave anyway. See docs/redundancy.md.
+  Sending redundant(std::uint32_t repairs = kAutoRedundancy) const {
+    Sending sending = *this;
+    sending.redundancy = repairs;
     return sending;
   }
 };

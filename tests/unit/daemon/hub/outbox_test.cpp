@@ -47,6 +47,19 @@ class OutboxAlone : public testing::Test {
   Channel* channel_ = nullptr;
 };
 
+TEST_F(OutboxAlone, AsksEachStationForTheRedundancyOfItsPublisher) {
+  publish(1, "x");
+  EXPECT_TRUE(a_.protections.empty());
+  publisher_.redundancy = 3;
+  publish(2, "y");
+  a_.leave(1);
+  b_.leave(1);
+  outbox_.on_sent(0, 1);
+  outbox_.on_sent(1, 1);
+  EXPECT_EQ(a_.protections, (std::vector<std::uint8_t>{3}));
+  EXPECT_EQ(b_.protections, (std::vector<std::uint8_t>{3}));
+}
+
 TEST_F(OutboxAlone, TellsThePublisherWhenTheLastStationHasSent) {
   publish(1, "x");
   EXPECT_EQ(outgoing_.heard,

@@ -44,6 +44,26 @@ TEST_F(Channels, AnswerASubscriptionAndQueueWhatItHears) {
   EXPECT_EQ(told[0].deliver().payload(), "x");
 }
 
+TEST_F(Channels, SayWhetherMessagesHaveTheRedundancyThatWasAskedFor) {
+  std::uint32_t channel = 0;
+  const auto ask = [&](std::uint32_t repairs, bool is_auto) {
+    ipc::Advertise request;
+    request.mutable_channel()->set_number(++channel);
+    if (repairs != 0) request.set_redundancy(repairs);
+    if (is_auto) request.set_auto_redundancy(true);
+    channels_.advertise(request);
+    return parts_.told().at(0);
+  };
+  EXPECT_FALSE(ask(3, false).advertised().has_redundancy()) << "this link has none";
+  station_.repairs = true;
+  EXPECT_FALSE(ask(0, false).advertised().has_redundancy()) << "nobody asked";
+  EXPECT_TRUE(ask(3, false).advertised().has_redundancy());
+  EXPECT_TRUE(ask(0, true).advertised().has_redundancy());
+  const ipc::Failure refused = ask(13, false).failure();
+  EXPECT_EQ(refused.code(), ipc::ERROR_LIMIT);
+  EXPECT_EQ(refused.limit(), 12u);
+}
+
 TEST_F(Channels, TellWhatBecameOfAMessage) {
   advertise();
   const std::uint32_t id = parts_.told().at(0).advertised().publisher_id();

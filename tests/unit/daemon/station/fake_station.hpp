@@ -113,6 +113,8 @@ class FakeStation final : public Station {
     sent.push_back(sent.back());
     return true;
   }
+  bool has_redundancy() const override { return repairs; }
+  void protect_next(std::uint8_t wanted) override { protections.push_back(wanted); }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
   void set_virtual_range(const VirtualRange& to) override { virtual_range = to; }
   void adopt_node_id() override { node_id = identity().id(); }
@@ -131,6 +133,8 @@ class FakeStation final : public Station {
 
   std::size_t capacity = 64;
   bool refuses = false;
+  bool repairs = false;                   // it has redundancy
+  std::vector<std::uint8_t> protections;  // that were asked for
   std::size_t fits = 1000;
   std::set<std::uint16_t> open, listening, busy;
   std::set<std::uint16_t> kept;  // channels whose last message can be sent again: as core has it
