@@ -156,9 +156,20 @@ class NodeStation final : public Station, public drivers::LinkUser {
 
   // LinkUser
   std::size_t pull_packet(std::span<std::uint8_t> out) override {
-    if (repairing_.is_idle()) return pull_from_node(out);
-    return repairing_.pull(node_bytes(), out, *link_,
-                           [this](std::span<std::uint8_t> room) { return pull_from_node(room); });
+    if (!repairing_.is_idle()) {
+      if (const auto repair = repairing_.pull(node_bytes(), out, *link_)) return *repair;
+    }
+    if (!node_->has_packet()) return 0;
+    pulled_at_ = std::chrono::steady_clock::now();
+    const std::size_t next_bytes = node_bytes();
+    std::size_t size_bytes = 0;
+    if (next_bytes != 0 && next_bytes <= out.size()) {
+      size_bytes = node_->pull_packet(out.data());
+      if (!repairing_.is_idle()) repairing_.sent(out.first(size_bytes), *link_);
+      if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
+    }
+    pulled_at_.reset();
+    return size_bytes;
   }
   std::size_t next_packet_bytes() override {
     const std::size_t bytes = node_bytes();
@@ -203,19 +214,6 @@ class NodeStation final : public Station, public drivers::LinkUser {
   std::size_t node_bytes() {
     node_->drop_late_forwards();
     return node_->next_packet_bytes();
-  }
-  std::size_t pull_from_node(std::span<std::uint8_t> out) {
-    if (!node_->has_packet()) return 0;
-    pulled_at_ = std::chrono::steady_clock::now();
-    const std::size_t next_bytes = node_bytes();
-    std::size_t size_bytes = 0;
-    if (next_bytes != 0 && next_bytes <= out.size()) {
-      size_bytes = node_->pull_packet(out.data());
-      if (!repairing_.is_idle()) repairing_.sent(out.first(size_bytes));  // before the next message
-      if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
-    }
-    pulled_at_.reset();
-    return size_bytes;
   }
 
   static constexpr StationLimits kLimits = limits_of_profile<P>();
@@ -282,10 +280,6 @@ class NodeStation final : public Station, public drivers::LinkUser {
                               const core::Reception<P>& reception) {
     static_cast<Entry*>(context)->station->hand_up(bytes, size, reception);
   }
-  core::Error give_to_node(std::span<const std::uint8_t> packet) {
-    return node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
-                            sensing_of<typename P::Sensing>(range_.last()));
-  }
   bool is_listening(std::uint16_t channel) const {
     const std::unique_ptr<Entry>* const entry = entries_.find(channel);
     return entry != nullptr && *entry != nullptr && (*entry)->is_listening;
@@ -341,11 +335,13 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
   }
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
-  const core::Error result = give_to_node(packet);
+  const core::Error result =
+      node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
+                       sensing_of<typename P::Sensing>(range_.last()));
   if (Repairing<P>::concerns(packet)) {
     repairing_.receive(
         packet, result, identity_, [this](std::uint16_t channel) { return is_listening(channel); },
-        [this](std::span<const std::uint8_t> known) { give_to_node(known); });
+        [&](std::span<const std::uint8_t> known) { on_packet(known, frame); });
     if (!repairing_.is_idle()) link_->wake();
   }
   frame_ = nullptr;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -39,11 +40,10 @@ class Repairing {
   static void limit_forwarding(const Forwarding&) {}
   static void begin_frame() {}
   static std::size_t waiting_bytes(std::size_t node_bytes, drivers::Link&) { return node_bytes; }
-  template <class Pull>
-  static std::size_t pull(std::size_t, std::span<std::uint8_t> out, drivers::Link&, Pull pull) {
-    return pull(out);
+  static std::optional<std::size_t> pull(std::size_t, std::span<std::uint8_t>, drivers::Link&) {
+    return std::nullopt;
   }
-  static void sent(std::span<std::uint8_t>) {}
+  static void sent(std::span<std::uint8_t>, drivers::Link&) {}
   static constexpr bool concerns(std::span<const std::uint8_t>) { return false; }
   template <class Node, class IsListening>
   static void receive(std::span<const std::uint8_t>, core::Error, const NodeIdentity&, IsListening,
@@ -94,19 +94,20 @@ class Repairing<core::Wifi> {
     settle(link);
     return bytes;
   }
-  /// The next packet of the frame in hand. @param pull  gives the node's next packet
-  template <class Pull>
-  std::size_t pull(std::size_t node_bytes, std::span<std::uint8_t> out, drivers::Link& link,
-                   Pull pull) {
+  /// The next packet of the frame in hand. @return none: it is the node's turn
+  SWARMTALK_ASIDE std::optional<std::size_t> pull(std::size_t node_bytes,
+                                                  std::span<std::uint8_t> out,
+                                                  drivers::Link& link) {
     const redundancy::Repairs::Next next = repairs_.choose(node_bytes, out.size(), now_us());
-    const bool is_nodes = next == redundancy::Repairs::Next::kNode;
-    const std::size_t bytes = is_nodes ? pull(out) : repairs_.take(next, out, now_us());
+    if (next == redundancy::Repairs::Next::kNode) return std::nullopt;
+    const std::size_t bytes = repairs_.take(next, out, now_us());
     settle(link);
     return bytes;
   }
   /// The node has given this packet.
-  void sent(std::span<std::uint8_t> packet) {
+  SWARMTALK_ASIDE void sent(std::span<std::uint8_t> packet, drivers::Link& link) {
     repairs_.take(redundancy::Repairs::Next::kNode, packet, now_us());
+    settle(link);
   }
 
   static bool concerns(std::span<const std::uint8_t> packet) {
