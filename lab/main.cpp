@@ -51,6 +51,7 @@ State load_or_throw(const std::string& name) {
                              ", or start one of your own: swarmtalk-lab up 9 --medium udp");
   }
   if (const std::string why = last_word(name); !why.empty()) {
+    forget_word(name);  // it is told once
     throw std::runtime_error("the lab '" + name + "' was taken down: " + why +
                              "; start it anew with `swarmtalk-lab up N`");
   }

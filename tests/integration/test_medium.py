@@ -147,6 +147,8 @@ def test_a_run_that_is_killed_takes_its_medium_with_it():
     process.wait()
     process.stdout.close()
     wait_for(lambda: not leftovers(name), what="the lab to be taken down")
+    one_line(run(TOOL, "--name", name, "down").stderr, "taken down: the run .* was killed")
+    one_line(run(TOOL, "--name", name, "down").stderr, "no lab called")
 
 
 @needs_root
@@ -211,12 +213,9 @@ def test_mistakes_with_the_medium_get_one_line(radio_lab, udp_lab):
 
 
 @pytest.mark.long
-@needs_root
-@pytest.mark.parametrize("robots, seconds", [
-    (100, float(os.environ.get("SWARMTALK_RADIO_SECONDS", "600")))])
-def test_a_hundred_robots_for_ten_minutes_and_the_medium_keeps_its_time(radio_lab, tmp_path, robots,
-                                                                        seconds):
+def test_a_hundred_robots_for_ten_minutes_and_the_medium_keeps_its_time(radio_lab, tmp_path):
     """Ten neighbours each, 8 messages a second. Prints what it took."""
+    robots, seconds = 100, float(os.environ.get("SWARMTALK_RADIO_SECONDS", "600"))
     base = tmp_path / "base.toml"
     base.write_text("[log]\nlevel = \"warning\"\n")
     lab = radio_lab(robots, "--range", "1.01", "--config", base)

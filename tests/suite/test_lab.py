@@ -42,18 +42,25 @@ def test_nine_robots_count_hops_on_a_radio_with_a_range_of_its_own(tmp_path):
     assert "real time" in suite(tmp_path, "replay", result["log"]).stderr
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "firefly"])
+def test_thirty_six_robots_do_on_the_radio_what_they_do_in_the_lab(tmp_path, program):
+    """By the suite's own criteria, for as long as the suite runs it."""
+    done = suite(tmp_path, "run", program, *RADIO, timeout=480)
+    assert done.returncode == 0, done.stdout + done.stderr
+    print(done.stdout)
+
+
 def test_the_radio_is_told_where_the_bodies_are(tmp_path):
-    """Robots of a lab stand on a grid of 0.5 m until they are told otherwise; at 2 m, and with a
-    range of 0.75 m, nobody hears anybody."""
-    (tmp_path / "s.toml").write_text("program = 'hop_count'\nspacing_mm = 2000\n")
-    done = suite(tmp_path, "run", "--scenario", "s.toml", *RADIO, "--robots", 4, "--seconds", 3)
-    log = (tmp_path / "suite-logs/hop_count-coachbot-radio-4-s-1.jsonl").read_text()
-    events = [json.loads(line)["event"] for line in log.splitlines()[1:]]
-    assert "sent" in events and "received" not in events, done.stderr
-    (tmp_path / "s.toml").write_text("program = 'hop_count'\nradio.loss = 1.0\n")
-    suite(tmp_path, "run", "--scenario", "s.toml", *RADIO, "--robots", 4, "--seconds", 3)
-    assert '"received"' not in pathlib.Path(
-        tmp_path / "suite-logs/hop_count-coachbot-radio-4-s-1.jsonl").read_text()
+    """Robots of a lab stand on a grid of 0.5 m until they are told otherwise, and would not hear
+    each other at a range of 0.3 m."""
+    radio = "program = 'hop_count'\nspacing_mm = 200\n[radio]\nrange_mm = 300\n"
+    log = tmp_path / "suite-logs/hop_count-coachbot-radio-4-s-1.jsonl"
+    for loss, hears in (("", True), ("loss = 1.0\n", False)):
+        (tmp_path / "s.toml").write_text(radio + loss)
+        done = suite(tmp_path, "run", "--scenario", "s.toml", *RADIO, "--robots", 4, "--seconds", 3)
+        events = [json.loads(line)["event"] for line in log.read_text().splitlines()[1:]]
+        assert "sent" in events and ("received" in events) == hears, done.stderr
 
 
 def test_followers_move_and_their_daemons_know_where(tmp_path):

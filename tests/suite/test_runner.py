@@ -16,10 +16,10 @@ SUITE = ROOT / "suite/swarmtalk-suite"
 ENVIRONMENT = os.environ | {"SWARMTALK_BUILD": str(BUILD), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-def suite(folder, *arguments):
+def suite(folder, *arguments, timeout=250):
     """Runs swarmtalk-suite in a folder."""
     return subprocess.run([SUITE, *map(str, arguments)], cwd=folder, env=ENVIRONMENT,
-                          capture_output=True, text=True, timeout=250)
+                          capture_output=True, text=True, timeout=timeout)
 
 
 def results(process) -> list[dict]:
