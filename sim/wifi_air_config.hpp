@@ -33,7 +33,7 @@ struct WifiAirConfig {
   uint32_t window_slots = 15;  // backoff is drawn from 0 to this; a broadcast never doubles it
   uint32_t detection_us = 4;   // a carrier is noticed so long after it began
   double detection_db = 4;     // above noise and all others, to notice a preamble
-  double payload_db = 3;       // the same, to read the rest of the frame at 6 Mb/s
+  double payload_db = 1;       // the same, to read the rest of the frame at 6 Mb/s
   double noise_db = -12;       // beside the weakest power that is received
   double energy_busy_db = 20;  // what is not recognised as a frame keeps others silent from here
   double unheard_db = -9;      // weaker ones neither arrive nor disturb

@@ -20,7 +20,7 @@ def heard(lab, sender, receivers, messages=1, rate=50, channel="hello"):
     subs = [lab.start_sub(each, channel, "--format", "%n\\n") for each in receivers]
     done = lab.cli(sender, "pub", channel, "x", "--repeat", messages, "--rate", rate)
     assert done.returncode == 0, done.stderr
-    time.sleep(0.2)  # what is on the air arrives within milliseconds
+    time.sleep(0.4)  # what is on the air arrives within milliseconds
     counts = []
     for sub in subs:
         sub.send_signal(signal.SIGINT)
