@@ -2,7 +2,7 @@
 """The table of docs/wifi.md: what arrives in each mode of 802.11, at which rate, with how many
 transmissions; unmodified daemons in a Wi-Fi guest. One boot for all runs.
 
-    benchmarks/wifi_modes.py [--runs N] [--messages N] [--loss SHARE]
+    benchmarks/wifi_modes.py [--runs N] [--messages N] [--loss SHARE] [--modes MODE...]
 
 Each run sends messages from one robot to two others, first over the kernel's own medium, which
 loses nothing, then over ours, which loses SHARE of all frames on each way. With several runs,
@@ -54,19 +54,20 @@ def run(machine, mode: str, messages: int) -> dict:
     """One run of one mode. @return the share that arrived in percent, transmissions a frame,
     rates"""
     address = machine.check("r1", "cat /sys/class/net/wlan0/address").strip()
-    before = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
     with guest.Capture(machine, "", "hwsim0") as air:
+        before = machine.stats("r1")["links"][0]["counters"]["frames_sent"]
         accounts = machine.exchange("r1", list(LISTENERS), messages, RATE_HZ,
                                     expected=mode != "ap-isolated")
+        sent = machine.stats("r1")["links"][0]["counters"]["frames_sent"] - before
     # The sender is the third address of what an access point repeats, the fourth in a mesh.
-    frames = air.frames(f"type data and (wlan addr2 {address} or wlan addr3 {address} "
-                        f"or wlan addr4 {address})")
-    group = [frame for frame in frames if "DA:ff:ff" in frame or "RA:ff:ff" in frame]
-    sent = machine.stats("r1")["links"][0]["counters"]["frames_sent"] - before
+    of_robot = (f"type data and (wlan addr2 {address} or wlan addr3 {address} "
+                f"or wlan addr4 {address})")
+    frames = air.frames(of_robot)
+    group = air.frames(f"{of_robot} and wlan addr1 ff:ff:ff:ff:ff:ff")
     shares = [100 * account.heard / account.sent for account in accounts.values()]
     return {"arrived": statistics.fmean(shares),
             "unaccounted": sum(abs(account.unaccounted) for account in accounts.values()),
-            "air": len(frames) / sent, "rates": rates_of(group or frames)}
+            "air": len(frames) / sent, "rates": rates_of(group)}
 
 
 def measure(machine, mode: str, options, share: float) -> dict:
@@ -98,6 +99,7 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--messages", type=int, default=100)
     parser.add_argument("--loss", type=float, default=0.2)
+    parser.add_argument("--modes", nargs="+", choices=MODES, default=MODES)
     options = parser.parse_args()
     reason = guest.wifi_guest.missing()
     if reason:
@@ -107,7 +109,7 @@ def main() -> int:
           f"{100 * options.loss:.0f} % loss, % |\n|---|---|---|---|---|", flush=True)
     with guest.Guest(radios=3, access_points=1) as machine:
         machine.check("", "ip link set hwsim0 up")
-        for mode in MODES:
+        for mode in options.modes:
             clear = measure(machine, mode, options, 0)
             lossy = measure(machine, mode, options, options.loss)
             unaccounted += sum(clear["unaccounted"]) + sum(lossy["unaccounted"])
