@@ -118,8 +118,8 @@ void Session::read_turn(bool may_look_again) {
 // without waking us until we sleep, so that is done as late as possible: when what has been read is
 // on its way and nothing has come meanwhile.
 void Session::go_on_reading(bool has_read, bool may_look_again) {
-  if (requests_left_ == 0) return reading_.next_turn();
-  if (!input_.has_ring()) return;  // the socket tells
+  if (requests_left_ <= 0) return reading_.next_turn();  // some count as many
+  if (!input_.has_ring()) return;                        // the socket tells
   if (has_read && may_look_again) return reading_.at_end();
   // One that writes many has the next ready soon, and saves both of us a bell.
   const bool may_sleep = !has_read && !std::exchange(is_streaming_, false);
