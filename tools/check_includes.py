@@ -26,7 +26,7 @@ def read_table():
     allowed = {}
     for line in table.group(1).splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
-        if len(cells) == 2 and re.fullmatch(r"[a-z_/]+", cells[0]) and cells[0] != "folder":
+        if len(cells) == 2 and re.fullmatch(r"[a-z0-9_/]+", cells[0]) and cells[0] != "folder":
             allowed[cells[0]] = {name.strip() for name in cells[1].split(",") if name.strip()}
     return allowed
 
