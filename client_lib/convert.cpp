@@ -148,6 +148,7 @@ void convert(const ipc::Neighbours& from, std::vector<Neighbour>& to) {
     made.loss = each.loss();
     made.duplicate_id = each.duplicate_id();
     made.out_of_range = each.out_of_range();
+    if (each.has_signal_dbm()) made.signal_dbm = each.signal_dbm();
   }
 }
 

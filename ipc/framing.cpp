@@ -96,7 +96,7 @@ int count_bodies(const Envelope& envelope) {
          envelope.has_kilobot_cancel() + envelope.has_reload() + envelope.has_reloaded() +
          envelope.has_set_log_level() + envelope.has_log_levels() + envelope.has_set_node_id() +
          envelope.has_get_metrics() + envelope.has_metrics() + envelope.has_capture() +
-         envelope.has_captured();
+         envelope.has_captured() + envelope.has_check_configuration();
 }
 
 }  // namespace swarmtalk::ipc

@@ -115,6 +115,20 @@ std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& r
   return std::nullopt;
 }
 
+std::optional<Refusal> Operator::check_configuration(ipc::Reloaded& reply) {
+  ConfigChanges changes;
+  try {
+    const ParsedConfig fresh = load_();
+    load_keys(fresh.config, fresh.lines);
+    changes = compare(parts_.config.lines, fresh.lines);
+  } catch (const std::exception& error) {
+    return Refusal{ipc::ERROR_CONFIGURATION, error.what(), std::nullopt};
+  }
+  for (const std::string& key : changes.applied) reply.add_applied(key);
+  for (const std::string& key : changes.need_restart) reply.add_needs_restart(key);
+  return std::nullopt;
+}
+
 // Who asks for changes all the time must not fill the disk with them.
 bool Operator::log_change(LogLimiter& limiter, const std::string& who, const std::string& what,
                           spdlog::level::level_enum level) {

@@ -61,6 +61,7 @@ class Operator final : public Operations {
   void reload_on_signal();
 
   std::optional<Refusal> reload(const std::string& who, ipc::Reloaded& reply) override;
+  std::optional<Refusal> check_configuration(ipc::Reloaded& reply) override;
   std::optional<Refusal> set_log_level(const std::string& who,
                                        const ipc::SetLogLevel& request) override;
   void fill_log_levels(ipc::LogLevels& reply) override;

@@ -24,16 +24,30 @@ std::uint64_t whole_ms(std::chrono::steady_clock::duration duration) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(ms, 0));
 }
 
+void fill_settings(const drivers::Link& link, ipc::LinkStatus& entry) {
+  const drivers::LinkSettings settings = link.settings();
+  entry.set_interface(text::plain(settings.interface));
+  entry.set_ethertype(settings.ethertype);
+  entry.set_sealed(settings.is_sealed);
+  entry.set_air_rate_mbps(settings.air_rate_mbps);
+  if (settings.asked_buffer_bytes) entry.set_asked_buffer_bytes(*settings.asked_buffer_bytes);
+  entry.set_given_buffer_bytes(settings.given_buffer_bytes);
+  entry.set_packet_limit_bytes(link.packet_limit_bytes());
+}
+
 constexpr int kMostUsersTold = 32;  // in a status, so that it fits a frame
 
 void fill_neighbour(Station& station, const Neighbour& from, Neighbour::Time now,
-                    ipc::Neighbour& to) {
+                    const drivers::Signals& signals, ipc::Neighbour& to) {
   const std::uint64_t age_ms = whole_ms(now - from.last_heard);
   to.set_link(station.name());
   to.set_node_id(from.node);
   to.set_epoch(from.epoch);
   if (from.hardware != 0) to.set_address(station.link().hardware_text(from.hardware));
   to.set_age_ms(age_ms);
+  const auto signal = std::find_if(signals.begin(), signals.end(),
+                                   [&](const auto& each) { return each.first == from.hardware; });
+  if (signal != signals.end()) to.set_signal_dbm(signal->second);
   if (!std::isnan(from.range.distance_m)) to.set_distance_m(from.range.distance_m);
   if (!std::isnan(from.range.bearing_rad)) to.set_bearing_rad(from.range.bearing_rad);
   if (from.pose && !from.pose->is_stale()) {
@@ -120,9 +134,12 @@ void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
   const auto now = std::chrono::steady_clock::now();
   std::uint32_t left_out = 0;
   for (Station* station : hub_.stations()) {
-    for (const Neighbour& each : station->neighbours(now)) {
+    const std::vector<Neighbour> heard = station->neighbours(now);
+    drivers::Signals signals;
+    if (!heard.empty()) signals = station->link().signals();
+    for (const Neighbour& each : heard) {
       if (reply.neighbours_size() < kMostNeighbours) {
-        fill_neighbour(*station, each, now, *reply.add_neighbours());
+        fill_neighbour(*station, each, now, signals, *reply.add_neighbours());
       } else {
         ++left_out;
       }
@@ -147,6 +164,7 @@ void StatusReport::fill_links(ipc::Status& status) const {
     entry.set_max_ttl(limits.max_ttl);
     entry.set_node_id(station->identity().id());
     entry.set_max_channel(limits.max_channel);
+    fill_settings(link, entry);
     add_counters(link.counters(), *entry.mutable_counters());
     add_counters(station->counters(), *entry.mutable_counters());
   }

@@ -16,6 +16,8 @@ bool ClientOperations::operate(const ipc::Envelope& request) {
   ipc::Envelope& reply = answers_.make();
   if (request.has_reload()) {
     refusal = reload(*reply.mutable_reloaded());
+  } else if (request.has_check_configuration()) {
+    refusal = operations.check_configuration(*reply.mutable_reloaded());
   } else if (request.has_set_log_level()) {
     refusal = operations.set_log_level(client_.who(), request.set_log_level());
     if (!refusal) operations.fill_log_levels(*reply.mutable_log_levels());

@@ -26,14 +26,15 @@ bool has_unknown_fields(const ipc::Envelope& request) {
 }
 
 int cost_of(const ipc::Envelope& request) {
-  if (request.has_reload()) return kReloadCost;
+  if (request.has_reload() || request.has_check_configuration()) return kReloadCost;
   const bool is_report =
       request.has_get_status() || request.has_get_neighbours() || request.has_get_metrics();
   return is_report ? kStatusCost : 1;
 }
 
 bool is_change(const ipc::Envelope& request) {
-  return request.has_reload() || request.has_set_node_id() || request.has_capture() ||
+  return request.has_reload() || request.has_check_configuration() || request.has_set_node_id() ||
+         request.has_capture() ||
          (request.has_set_log_level() && request.set_log_level().has_level());
 }
 

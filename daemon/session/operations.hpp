@@ -25,6 +25,8 @@ class Operations {
 
   // Each returns none when done. @param who  for the log: "client 'x' (pid 1, uid 0)"
   virtual std::optional<Refusal> reload(const std::string& who, ipc::Reloaded& reply) = 0;
+  /// What a reload would do. Changes nothing.
+  virtual std::optional<Refusal> check_configuration(ipc::Reloaded& reply) = 0;
   virtual std::optional<Refusal> set_log_level(const std::string& who,
                                                const ipc::SetLogLevel& request) = 0;
   virtual void fill_log_levels(ipc::LogLevels& reply) = 0;

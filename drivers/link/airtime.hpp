@@ -27,6 +27,8 @@ class AirtimeMeter {
   /// From now on broadcasts leave at this rate; 0: not known, no estimate.
   void set_rate(double rate_mbps, const LinkCounters& now);
 
+  double rate_mbps() const { return rate_mbps_; }
+
   /// Fills in the air time of all frames so far.
   void fill(LinkCounters& counters) const;
 

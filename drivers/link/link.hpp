@@ -84,6 +84,19 @@ class LinkUser {
 /// stable: a list costs one allocation, also when a capture asks for it twice a frame.
 using Counters = std::vector<std::pair<std::string_view, std::uint64_t>>;
 
+/// How a link was set, for who looks for a fault. What does not apply to a link is empty or 0.
+struct LinkSettings {
+  std::string interface;  // network interface; empty: none, or the routing table's choice
+  std::uint16_t ethertype = 0;
+  bool is_sealed = false;                         // with a swarm key
+  double air_rate_mbps = 0;                       // at which the radio broadcasts, as configured
+  std::optional<std::size_t> asked_buffer_bytes;  // receive buffer, where one was configured
+  std::size_t given_buffer_bytes = 0;             // by the kernel
+};
+
+/// An address on the medium and how strong its frames are.
+using Signals = std::vector<std::pair<std::uint64_t, int>>;  // FrameReception::hardware, dBm
+
 class Link {
  public:
   virtual ~Link() = default;
@@ -125,6 +138,12 @@ class Link {
 
   /// An address of FrameReception::hardware for a person: "02:00:00:00:00:01", "10.0.0.1:4000".
   virtual std::string hardware_text(std::uint64_t /*hardware*/) const { return ""; }
+
+  virtual LinkSettings settings() const { return {}; }
+
+  /// How strong those are whom the radio hears directly, where the kernel tells it without a
+  /// privilege. Asks the kernel, at most half a second: not for each frame.
+  virtual Signals signals() { return {}; }
 
   virtual bool is_up() const = 0;
   virtual std::string state() const = 0;   // one line for a person

@@ -78,7 +78,7 @@ RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
   socket_ = open_packet_socket(config_.interface);
   use_receive_socket(socket_);
   prepare_socket(socket_, config_);
-  use_receive_buffer(*this, socket_, config_.receive_buffer_bytes);
+  given_buffer_bytes_ = use_receive_buffer(*this, socket_, config_.receive_buffer_bytes);
   if (!bind_to(interface)) {
     throw LinkError(LinkSetting::kInterface,
                     "raw_l2 '" + config_.interface +
@@ -163,6 +163,32 @@ std::string RawL2Link::hardware_text(std::uint64_t hardware) const {
     *byte = static_cast<std::uint8_t>(hardware);
   }
   return fmt::format("{:02x}", fmt::join(mac, ":"));
+}
+
+LinkSettings RawL2Link::settings() const {
+  LinkSettings settings;
+  settings.is_sealed = is_sealed();
+  settings.air_rate_mbps = air_rate_mbps();
+  settings.asked_buffer_bytes = config_.receive_buffer_bytes;
+  settings.given_buffer_bytes = given_buffer_bytes_;
+  settings.interface = config_.interface;
+  settings.ethertype = config_.ethertype;
+  return settings;
+}
+
+// A client hears all others through its access point, whose signal says nothing about them.
+Signals RawL2Link::signals() {
+  Signals signals;
+  if (radio_ == nullptr) radio_ = std::make_unique<nl80211::KernelAsker>();
+  if (!radio_->is_there() || bound_index_ == 0) return signals;
+  const auto interface = nl80211::interface_of(*radio_, bound_index_);
+  if (!interface || interface->mode == nl80211::Mode::kStation) return signals;
+  const auto stations = nl80211::stations_of(*radio_, bound_index_);
+  if (!stations) return signals;
+  for (const nl80211::Station& each : *stations) {
+    if (each.signal_dbm) signals.emplace_back(each.address, *each.signal_dbm);
+  }
+  return signals;
 }
 
 std::uint64_t RawL2Link::kernel_drops() const {

@@ -12,12 +12,14 @@
 #include <boost/asio/io_context.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "drivers/socket/interface_watch.hpp"
 #include "drivers/socket/socket_link.hpp"
+#include "nl80211/radio.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -39,6 +41,8 @@ class RawL2Link final : public SocketLink {
   std::string type() const override { return "raw_l2"; }
   std::string device() const override { return config_.interface; }
   std::string hardware_text(std::uint64_t hardware) const override;
+  LinkSettings settings() const override;
+  Signals signals() override;
 
  private:
   static constexpr std::size_t kEthernetHeaderBytes = 14;
@@ -54,6 +58,8 @@ class RawL2Link final : public SocketLink {
   void write_ethernet_header(const InterfaceInfo& interface);
 
   RawL2Config config_;
+  std::size_t given_buffer_bytes_ = 0;
+  std::unique_ptr<nl80211::KernelAsker> radio_;  // opened when somebody asks for signals
   int socket_ = -1;
   unsigned bound_index_ = 0;  // 0: the interface is gone
   std::array<std::uint8_t, 6> own_mac_{};

@@ -26,16 +26,18 @@ std::size_t set_receive_buffer(int socket, std::size_t size_bytes) {
 }  // namespace
 
 // Nobody who asks for nothing special has to do anything about it.
-void use_receive_buffer(const Link& link, int socket, std::optional<std::size_t> size_bytes) {
+std::size_t use_receive_buffer(const Link& link, int socket,
+                               std::optional<std::size_t> size_bytes) {
   const std::size_t asked = size_bytes.value_or(kUsualReceiveBufferBytes);
   const std::size_t given = set_receive_buffer(socket, asked);
-  if (given >= asked) return;
+  if (given >= asked) return given;
   link_log()->log(
       size_bytes ? spdlog::level::warn : spdlog::level::info,
       "{} {}: the kernel gives {} bytes of receive buffer, not the {} of receive_buffer_bytes, and "
       "drops frames (kernel_drops) when they are full; raise its limit (sysctl -w "
       "net.core.rmem_max={}) and start swarmtalkd again, or ask for less",
       link.type(), link.device(), given, asked, asked);
+  return given;
 }
 
 }  // namespace swarmtalk::drivers

@@ -13,6 +13,6 @@ inline constexpr std::size_t kUsualReceiveBufferBytes = std::size_t{4} << 20;
 
 /// Sets it, beyond the machine's limit where we may (CAP_NET_ADMIN), and logs when the kernel gives
 /// less. @param size_bytes  none: kUsualReceiveBufferBytes
-void use_receive_buffer(const Link& link, int socket, std::optional<std::size_t> size_bytes);
+std::size_t use_receive_buffer(const Link& link, int socket, std::optional<std::size_t> size_bytes);
 
 }  // namespace swarmtalk::drivers

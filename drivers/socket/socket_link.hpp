@@ -89,6 +89,8 @@ class SocketLink : public Link, public Tappable {
   std::string mtu_remark() const;
 
   LinkUser* user() const { return user_; }
+  bool is_sealed() const { return key_ != nullptr; }
+  double air_rate_mbps() const { return airtime_.rate_mbps(); }
   const InterfaceWatch& watch() const { return watch_; }
   TransmitQueue& transmit_queue() { return queue_; }
 

@@ -82,7 +82,7 @@ void UdpLink::open_receiving() {
   set_option(receive_socket_, IPPROTO_IP, IP_MULTICAST_ALL, off);
   enable_receive_stamps(receive_socket_);
   enable_drop_counts(receive_socket_);
-  use_receive_buffer(*this, receive_socket_, config_.receive_buffer_bytes);
+  given_buffer_bytes_ = use_receive_buffer(*this, receive_socket_, config_.receive_buffer_bytes);
   if (bind(receive_socket_, reinterpret_cast<sockaddr*>(&destination_), sizeof destination_) != 0) {
     if (errno == EADDRINUSE) {
       throw failure(config_, LinkSetting::kPort,
@@ -182,6 +182,16 @@ std::uint64_t UdpLink::hardware_of(const Datagram& datagram) const {
   sockaddr_in source;
   std::memcpy(&source, &datagram.source, sizeof source);
   return std::uint64_t{ntohl(source.sin_addr.s_addr)} << 16 | ntohs(source.sin_port);
+}
+
+LinkSettings UdpLink::settings() const {
+  LinkSettings settings;
+  settings.is_sealed = is_sealed();
+  settings.air_rate_mbps = air_rate_mbps();
+  settings.asked_buffer_bytes = config_.receive_buffer_bytes;
+  settings.given_buffer_bytes = given_buffer_bytes_;
+  settings.interface = config_.interface;
+  return settings;
 }
 
 std::string UdpLink::hardware_text(std::uint64_t hardware) const {

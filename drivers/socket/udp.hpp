@@ -41,6 +41,7 @@ class UdpLink final : public SocketLink {
   std::string type() const override { return "udp"; }
   std::string device() const override;  // "239.255.83.84:21332 on lo"
   std::string hardware_text(std::uint64_t hardware) const override;
+  LinkSettings settings() const override;
 
  private:
   std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) override;
@@ -53,6 +54,7 @@ class UdpLink final : public SocketLink {
   bool join_group(const InterfaceInfo& interface);
 
   UdpConfig config_;
+  std::size_t given_buffer_bytes_ = 0;
   sockaddr_in destination_{};
   int receive_socket_ = -1;  // bound to the group's port, which others on this machine share
   int send_socket_ = -1;     // its port is ours alone: so we know our own frames

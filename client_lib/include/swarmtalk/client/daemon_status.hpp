@@ -89,6 +89,7 @@ struct Neighbour {
   float loss = 0;                         // share of its frames that were lost lately, 0 to 1
   bool duplicate_id = false;              // another robot with this id is heard too
   bool out_of_range = false;              // of the link's virtual_range_m: its messages are dropped
+  std::optional<int> signal_dbm;          // none: not told, or through an access point
 };
 
 /// All that the daemon says about itself.

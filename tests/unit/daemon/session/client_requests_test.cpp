@@ -21,6 +21,7 @@ class AskedOperations final : public Operations {
     asked_by = who;
     return refusal;
   }
+  std::optional<Refusal> check_configuration(ipc::Reloaded&) override { return refusal; }
   std::optional<Refusal> set_log_level(const std::string&, const ipc::SetLogLevel&) override {
     return refusal;
   }

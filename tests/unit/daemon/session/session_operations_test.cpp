@@ -19,6 +19,7 @@ class FakeOperations final : public Operations {
     reply.add_applied("links.wifi.key_file");
     return std::nullopt;
   }
+  std::optional<Refusal> check_configuration(ipc::Reloaded&) override { return std::nullopt; }
   std::optional<Refusal> set_log_level(const std::string&, const ipc::SetLogLevel&) override {
     return std::nullopt;
   }
