@@ -11,6 +11,8 @@
 #include "cli/common/checks.hpp"
 #include "cli/common/commands.hpp"
 #include "cli/common/looking.hpp"
+#include "cli/doctor/doctor.hpp"
+#include "cli/doctor/survey.hpp"
 #include "cli/kilobot/kilobot.hpp"
 #include "cli/recording/recording.hpp"
 #include "text/plain.hpp"
@@ -430,6 +432,8 @@ int main(int argc, char** argv) {
   add_recording(app, parsed.common, parsed.verb);
   add_looking(app, parsed.common, parsed.verb);
   add_screens(app, parsed.common, parsed.verb);
+  doctor::add_doctor(app, parsed.common, parsed.verb);
+  doctor::add_survey(app, parsed.common, parsed.verb);
   swarmtalk::usage::add_help_command(app);
   try {
     app.parse(argc, argv);

@@ -200,7 +200,9 @@ Json to_json(const std::vector<Neighbour>& neighbours) {
                     {"frames_lost", each.frames_lost},
                     {"loss", number(each.loss)},
                     {"duplicate_id", each.duplicate_id},
-                    {"out_of_range", each.out_of_range}});
+                    {"out_of_range", each.out_of_range},
+                    {"signal_dbm", nullptr}});
+    if (each.signal_dbm) json.back()["signal_dbm"] = *each.signal_dbm;
   }
   return {{"neighbours", json}};
 }
@@ -349,13 +351,14 @@ std::string pose_text(const DaemonStatus& status) {
 
 std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) {
   std::vector<Row> rows{
-      {"LINK", "ROBOT", "DISTANCE", "BEARING", "HEARD", "LOSS", "ADDRESS", "POSE", ""}};
+      {"LINK", "ROBOT", "DISTANCE", "BEARING", "HEARD", "LOSS", "SIGNAL", "ADDRESS", "POSE", ""}};
   for (const Neighbour& each : neighbours) {
     std::string remark = each.duplicate_id ? "TWO ROBOTS HAVE THIS ID" : "";
     if (each.out_of_range) remark += remark.empty() ? "out of range" : ", out of range";
     rows.push_back({each.link, std::to_string(each.node_id), metres(each.distance_m),
                     degrees(each.bearing_rad), std::to_string(each.age.count()) + " ms ago",
-                    format("%.0f %%", 100 * static_cast<double>(each.loss)), each.address,
+                    format("%.0f %%", 100 * static_cast<double>(each.loss)),
+                    each.signal_dbm ? std::to_string(*each.signal_dbm) + " dBm" : "-", each.address,
                     each.pose ? to_line(*each.pose) : "unknown", remark});
   }
   if (neighbours.empty()) {

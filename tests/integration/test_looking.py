@@ -282,6 +282,7 @@ VERBS = {
     "neighbours": (), "pose get": (), "pose watch": ("-C", "1"),
     "ping": ("1", "-C", "1", "--period", "10"),
     "sub": ("alarm", "-C", "1", "-W", "20"), "status": (), "decode": (FRAME,),
+    "doctor": ("--period", "0.2", "--peer", "1"),
 }
 
 

@@ -119,12 +119,14 @@ class Robot:
         with open(self._config, "w", encoding="utf-8") as file:
             file.write(config)
 
-    def start(self, config, wait=True):
-        """Starts swarmtalkd with this TOML; waits until it serves and its links are up."""
+    def start(self, config, wait=True, command=None):
+        """Starts swarmtalkd (or `command`, words before its options) with this TOML; waits until it
+        serves and its links are up."""
         self.configure(config)
         log = open(self.log, "a", encoding="utf-8")
         self.daemon = self._wires.keep(subprocess.Popen(
-            self._words(program("swarmtalkd"), "--config", self._config, "--socket", self.socket),
+            self._words(*(command or [program("swarmtalkd")]), "--config", self._config, "--socket",
+                        self.socket),
             stdin=subprocess.DEVNULL, stdout=log, stderr=log))
         log.close()
         if wait:

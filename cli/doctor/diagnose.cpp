@@ -1,0 +1,267 @@
+#include "cli/doctor/diagnose.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+namespace swarmtalk::cli::doctor {
+namespace {
+
+/// A counter of a link that rises means others are on the air whom nobody here hears.
+struct Stranger {
+  const char* counter;
+  const char* id;
+  const char* what;
+  const char* remedy;
+};
+
+constexpr std::array<Stranger, 11> kStrangers{{
+    {"frames_other_key", "other-key", "frames come that are sealed with another swarm key",
+     "give all robots one key_file, then `swarmtalk-cli reload` on each"},
+    {"frames_without_key", "other-key", "frames come without a seal, and this link has a swarm key",
+     "give the other robots the key_file too, then `swarmtalk-cli reload` there"},
+    {"frames_sealed", "other-key", "frames come that are sealed, and this link has no swarm key",
+     "set key_file of this link, then `swarmtalk-cli reload`"},
+    {"frames_not_authentic", "not-authentic", "frames come that are damaged or made up",
+     "look who sends them: `swarmtalk-cli capture FILE`, then Wireshark; all robots need one "
+     "release"},
+    {"frames_not_fresh", "not-fresh", "sealed frames come that were recorded or held back",
+     "somebody repeats frames, or a robot of an older release sends: upgrade it, or set "
+     "check_freshness = false on all"},
+    {"frames_replayed", "not-fresh", "sealed frames come a second time",
+     "somebody repeats frames: look with `swarmtalk-cli capture FILE`"},
+    {"frames_too_old", "not-fresh", "sealed frames come too late",
+     "something holds frames back: try `swarmtalk-cli doctor --peer ROBOT`"},
+    {"frames_other_profile", "other-profile", "frames come whose packets are of another profile",
+     "set the same profile for this link on all robots, then restart swarmtalkd"},
+    {"frames_other_version", "other-version", "frames come of another version of the air frame",
+     "install one release on all robots"},
+    {"frames_unknown_flags", "other-version", "frames come with flags of a newer release",
+     "install one release on all robots"},
+    {"frames_not_ours", "ethertype-shared", "frames come under our EtherType that are not ours",
+     "somebody else uses this EtherType: set another `ethertype` on all robots"},
+}};
+
+std::uint64_t rise_of(const LinkFacts& link, const char* counter) {
+  const auto found = link.rises.find(counter);
+  return found == link.rises.end() ? 0 : found->second;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
+  const std::string file = daemon.config_file.empty() ? "the configuration" : daemon.config_file;
+  if (daemon.config_error) {
+    report.add(
+        {"configuration-wrong", Severity::kError, file, *daemon.config_error,
+         "correct the line; `swarmtalkd --check --config " + file + "` says when it is right"});
+    return;
+  }
+  if (!daemon.is_config_compared) return;
+  report.looked_at.push_back("configuration");
+  if (!daemon.config_reload.empty()) {
+    report.add({"configuration-changed", Severity::kWarning, file,
+                "is not what the daemon runs with: " + joined(daemon.config_reload) + " changed",
+                "swarmtalk-cli reload"});
+  }
+  if (!daemon.config_restart.empty()) {
+    report.add({"configuration-needs-restart", Severity::kWarning, file,
+                "is not what the daemon runs with: " + joined(daemon.config_restart) + " changed",
+                "systemctl restart swarmtalkd"});
+  }
+}
+
+void diagnose_ids(const DaemonFacts& daemon, Report& report) {
+  if (daemon.id_collisions > 0 && daemon.is_id_fixed) {
+    report.add({"node-id-collision", Severity::kError, "robot " + std::to_string(daemon.node_id),
+                "another robot has this node id too",
+                "give one of the two another node.id or host name, then `swarmtalk-cli reload`"});
+  }
+  std::vector<std::uint32_t> told;
+  for (const NeighbourFacts& each : daemon.neighbours) {
+    const bool is_told = std::find(told.begin(), told.end(), each.node_id) != told.end();
+    if (!each.is_duplicate || is_told || each.node_id == daemon.node_id) continue;
+    told.push_back(each.node_id);
+    std::string addresses;
+    for (const NeighbourFacts& other : daemon.neighbours) {
+      if (other.node_id != each.node_id || !other.is_duplicate) continue;
+      addresses += (addresses.empty() ? "" : " and ") + other.address;
+    }
+    report.add({"node-id-collision", Severity::kError, "robot " + std::to_string(each.node_id),
+                "two robots have this node id: " + addresses,
+                "give one of the two another node.id or host name, then `swarmtalk-cli reload`"});
+  }
+}
+
+}  // namespace
+
+const char* name_of(Severity severity) {
+  switch (severity) {
+    case Severity::kError:
+      return "error";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kNote:
+      break;
+  }
+  return "note";
+}
+
+bool Report::has_findings() const {
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& each) { return each.severity != Severity::kNote; });
+}
+
+std::string address_text(std::uint64_t address) {
+  std::array<char, 18> text{};
+  std::snprintf(
+      text.data(), text.size(), "%02x:%02x:%02x:%02x:%02x:%02x",
+      static_cast<unsigned>(address >> 40 & 0xFF), static_cast<unsigned>(address >> 32 & 0xFF),
+      static_cast<unsigned>(address >> 24 & 0xFF), static_cast<unsigned>(address >> 16 & 0xFF),
+      static_cast<unsigned>(address >> 8 & 0xFF), static_cast<unsigned>(address & 0xFF));
+  return text.data();
+}
+
+void diagnose_daemon(const Facts& facts, Report& report) {
+  const DaemonFacts& daemon = facts.daemon;
+  using State = DaemonFacts::State;
+  if (daemon.state == State::kNoPermission) {
+    report.add({"socket-permission", Severity::kError, "socket", daemon.trouble,
+                "sudo usermod -aG swarmtalk $USER, then log in again"});
+    return;
+  }
+  if (daemon.state != State::kRuns) {
+    const char* id = daemon.state == State::kAbsent ? "daemon-absent"
+                     : daemon.state == State::kDead ? "daemon-dead"
+                                                    : "daemon-silent";
+    report.add({id, Severity::kError, "swarmtalkd", daemon.trouble,
+                "sudo systemctl restart swarmtalkd; `journalctl -u swarmtalkd` says why it ended"});
+    diagnose_configuration(daemon, report);
+    return;
+  }
+  report.looked_at.push_back("daemon");
+  if (daemon.version != facts.cli_version) {
+    report.add(
+        {"version-differs", Severity::kWarning, "swarmtalkd",
+         "the daemon is version " + daemon.version + ", and swarmtalk-cli is " + facts.cli_version,
+         "install both of one release, then sudo systemctl restart swarmtalkd"});
+  }
+  diagnose_configuration(daemon, report);
+  diagnose_ids(daemon, report);
+}
+
+void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& report) {
+  const std::string subject = "link " + link.name;
+  if (link.asked_buffer_bytes && link.given_buffer_bytes < *link.asked_buffer_bytes) {
+    const std::string asked = std::to_string(*link.asked_buffer_bytes);
+    report.add({"receive-buffer", Severity::kWarning, subject,
+                "the kernel gives " + std::to_string(link.given_buffer_bytes) +
+                    " bytes of receive buffer, not the " + asked + " of receive_buffer_bytes",
+                "sudo sysctl -w net.core.rmem_max=" + asked +
+                    ", for good in a file of /etc/sysctl.d, then restart swarmtalkd"});
+  }
+  if (const std::uint64_t drops = rise_of(link, "kernel_drops"); drops > 0) {
+    report.add({"kernel-drops", Severity::kWarning, subject,
+                "the kernel has just dropped " + std::to_string(drops) +
+                    " frames because the receive buffer was full",
+                "raise receive_buffer_bytes and net.core.rmem_max, or send less"});
+  }
+  if (const std::uint64_t errors = rise_of(link, "send_errors"); errors > 0 && link.is_up) {
+    report.add({"send-errors", Severity::kWarning, subject,
+                "the interface has just refused " + std::to_string(errors) + " frames",
+                "look into `journalctl -k` for the driver of " + link.interface});
+  }
+  std::vector<std::string> told;
+  for (const Stranger& each : kStrangers) {
+    if (rise_of(link, each.counter) == 0) continue;
+    if (std::find(told.begin(), told.end(), each.id) != told.end()) continue;
+    told.push_back(each.id);
+    report.add({each.id, Severity::kError, subject,
+                std::string(each.what) + " (" + each.counter + ")", each.remedy});
+  }
+  const bool is_heard = std::any_of(daemon.neighbours.begin(), daemon.neighbours.end(),
+                                    [&](const auto& each) { return each.link == link.name; });
+  if (link.is_up && !is_heard && told.empty() && (link.type == "raw_l2" || link.type == "udp")) {
+    report.add({"nobody-heard", Severity::kNote, subject, "no robot was heard within the last 10 s",
+                "if there are others: swarmtalk-cli doctor --peer ROBOT; a robot whose programs "
+                "send nothing is heard only with beacon_ms"});
+  }
+}
+
+bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, Report& report) {
+  const std::string& name = interface.name;
+  const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
+  if (interface.index == 0) {
+    report.add({"interface-missing", severity, name, "there is no such interface",
+                "`ip link` lists those there are; correct `interface` in the configuration, or "
+                "plug the radio in"});
+    return true;
+  }
+  report.looked_at.push_back("interface " + name);
+  if (!interface.is_switched_on) {
+    report.add({"interface-down", severity, name, "the interface is switched off",
+                "sudo ip link set " + name + " up" +
+                    (interface.is_radio ? "; if that fails: rfkill list" : "")});
+    return true;
+  }
+  const bool is_too_small = link != nullptr && link->packet_limit_bytes > 0 &&
+                            link->packet_limit_bytes < link->packet_bytes;
+  if (is_too_small) {
+    report.add({"mtu-small", Severity::kWarning, name,
+                "its MTU is " + std::to_string(interface.mtu_bytes) + " bytes, so packets end at " +
+                    std::to_string(link->packet_limit_bytes) + " of " +
+                    std::to_string(link->packet_bytes) + " and longer ones of others are lost",
+                "sudo ip link set " + name + " mtu 1500"});
+  }
+  if (!interface.has_carrier && !interface.is_radio) {
+    report.add({"no-carrier", severity, name, "the interface has no carrier", "plug its cable in"});
+    return true;
+  }
+  return false;
+}
+
+void diagnose(const Facts& facts, const Expected& expected, Report& report) {
+  diagnose_daemon(facts, report);
+  std::vector<std::string> explained;
+  for (const InterfaceFacts& interface : facts.interfaces) {
+    const LinkFacts* link = nullptr;
+    for (const LinkFacts& each : facts.daemon.links) {
+      if (each.interface == interface.name) link = &each;
+    }
+    const bool is_explained =
+        diagnose_interface(interface, link, report) ||
+        (interface.is_switched_on && diagnose_radio(interface, link, expected, report));
+    if (is_explained) explained.push_back(interface.name);
+  }
+  const bool is_running = facts.daemon.state == DaemonFacts::State::kRuns;
+  if (is_running && facts.daemon.links.empty()) {
+    report.add({"link-down", Severity::kError, "swarmtalkd", "the daemon has no link",
+                "add a [links.NAME] section to the configuration"});
+  }
+  for (const LinkFacts& link : facts.daemon.links) {
+    report.looked_at.push_back("link " + link.name);
+    const bool is_explained =
+        std::find(explained.begin(), explained.end(), link.interface) != explained.end();
+    if (!link.is_up && !is_explained) {
+      report.add({"link-down", Severity::kError, "link " + link.name, link.state,
+                  "do what the line says; `journalctl -u swarmtalkd` has more"});
+    }
+    diagnose_link(link, facts.daemon, report);
+  }
+  if (!facts.clock) {
+    report.not_looked_at.push_back({"clock", "the kernel does not tell"});
+  } else if (!facts.clock->is_synchronised) {
+    report.add({"clock-not-synchronised", Severity::kNote, "clock",
+                "the clock is not synchronised: SwarmTalk does not need it, but the times of "
+                "recordings and logs of several robots do not fit together",
+                "sudo apt install systemd-timesyncd, or chrony where there is no internet"});
+  } else {
+    report.looked_at.push_back("clock");
+  }
+}
+
+}  // namespace swarmtalk::cli::doctor
