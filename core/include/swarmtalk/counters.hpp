@@ -13,7 +13,8 @@ namespace core {
 template <class P>
 struct Counters {
   using Counter = typename P::Counter;
-  Counters() { memset(static_cast<void*>(this), 0, sizeof(*this)); }
+  SWARMTALK_PART(Counters)
+  void start() { set_zero(*this); }
   Counter packets_received;   // handed to on_packet, good or bad
   Counter packets_sent;       // pulled, forwarded ones included
   Counter packets_forwarded;  // pulled for another node

@@ -17,38 +17,12 @@
 
 #include "swarmtalk/forecast.hpp"
 #include "swarmtalk/record_index.hpp"
+#include "swarmtalk/sweep_turn.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 
 namespace swarmtalk {
 namespace core {
-
-/// Which calls look at records for their age: every one, or every 32nd at 32 times as many.
-template <bool kInTurns>
-class SweepTurn {
- protected:
-  static constexpr uint8_t kTurn = 32;
-  bool is_turn() { return --left_ == 0; }
-  void next_turn_in(uint8_t calls) { left_ = calls; }
-  /// Ticks since the call before.
-  uint32_t since_last(uint32_t now) {
-    const uint32_t passed = now - last_;
-    last_ = now;
-    return passed;
-  }
-
- private:
-  uint8_t left_ = kTurn;
-  uint32_t last_ = 0;
-};
-template <>
-class SweepTurn<false> {
- protected:
-  static constexpr uint8_t kTurn = 1;
-  bool is_turn() { return true; }
-  void next_turn_in(uint8_t) {}
-  uint32_t since_last(uint32_t) { return 0; }
-};
 
 template <class P>
 class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
@@ -67,10 +41,13 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Without buckets every new message looks at every record anyway.
   static constexpr bool kScans = P::kBuckets == 0;
 
-  DuplicateCache() : Lookup(records_), now_(0), sweep_(0) {
-    if (!kScans) return;
-    memset(static_cast<void*>(records_), 0xFF, sizeof(records_));  // of no node
-    Lookup::clear(records_);
+  SWARMTALK_PART(DuplicateCache)
+  void start() {
+    set_zero(now_);
+    set_zero(sweep_);
+    young_ = kSurely;
+    if (kScans) set_zero(records_);
+    Lookup::start(records_);
   }
   DuplicateCache(const DuplicateCache&) = delete;
   DuplicateCache& operator=(const DuplicateCache&) = delete;
@@ -96,17 +73,18 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Ticks since the last packet that was no copy.
   SWARMTALK_HOT_APART Ticks age(const Entry& record) const { return since(record); }
   /// Whether the time of a record is over, or it is free.
-  SWARMTALK_HOT_APART bool is_over(const Entry& record) const {
+  SWARMTALK_INLINE bool is_over(const Entry& record) const {
     return is_over(record.flags, since(record));
   }
   /// Whether a packet that belongs to this record by its key is of a later message all the same.
   /// @param direct  the packet comes from the message's sender itself, not from a forwarder
-  SWARMTALK_HOT bool is_of_later(const Entry& record, bool direct, Mask bit) const {
+  SWARMTALK_HOT bool is_of_later(const Entry& record, bool direct, Mask bit) {
     if (is_over(record)) return true;
     const uint8_t flags = record.flags;
     if (!kNumbersReturn || (flags & Entry::kFlood) == 0) return false;
     if (!direct) {
-      return (flags & Entry::kDirect) != 0 && record.is_passed() && age(record) > kSurely;
+      return (flags & Entry::kDirect) != 0 && age(record) > kSurely &&
+             Lookup::is_passed(records_, record);
     }
     if ((flags & Entry::kOpen) != 0) {  // it sends a message in one piece
       return (flags & Entry::kDirect) != 0 && (record.is_overtaken() || age(record) > kSurely);
@@ -129,7 +107,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
   }
   /// @param packets  that wait to be sent on here; about as many wait at our neighbours
-  SWARMTALK_SHARED void set_waiting(uint16_t packets) {
+  void set_waiting(uint16_t packets) {
     young_ = kWanderEnds && packets > (kFloodLife - kSurely) / kWander
                  ? kFloodLife
                  : static_cast<Ticks>(kSurely + packets * kWander);
@@ -157,9 +135,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       }
     }
     if (choice.record == nullptr) return nullptr;
-    if (!kScans && kNumbersReturn) note_chain(key, node);
-    renew(*choice.record, key, kind);
-    if (!is_linked) Lookup::link(records_, choice.record);
+    put(*choice.record, is_linked, key, kind, node);
     return choice.record;
   }
   /// The open messages other than `kept`: see node.look_ahead(). Only without buckets.
@@ -174,10 +150,10 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
 
   /// Makes a closed record one of another message.
-  void replace(Entry& record, KeyArgument key, uint8_t kind) {
+  template <class Node>
+  void replace(Entry& record, KeyArgument key, uint8_t kind, Node& node) {
     Lookup::unlink(records_, &record);
-    renew(record, key, kind);
-    Lookup::link(records_, &record);
+    put(record, false, key, kind, node);
   }
   /// As find() and begin() for a one-hop message that is not remembered.
   /// @param quickly  only if one look will do: the sender's last message on the channel is long
@@ -223,6 +199,13 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     record->stamp = static_cast<Ticks>(now_);
     return record;
   }
+  /// The record of a flooded message's packet, begun if it is new. Where numbers return, quickly:
+  /// only if its stream has a summary, and its number or one of the last eight messages a record.
+  /// @param is_copy  in: false; out: whether the message is remembered
+  /// @return null, and nothing changed, if there is none, or if it is open
+  template <class Node>
+  SWARMTALK_HOT Entry* begin_flood(const Key& key, uint8_t kind, Mask bit, bool& is_copy,
+                                   Node& node);
   /// The record of a one-hop message that is being put together, its end not held. @return null if
   /// there is none, or if it is past its time
   SWARMTALK_HOT Entry* find_open_one_hop(const Key& key) {
@@ -353,6 +336,20 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     Score score;
   };
 
+  /// Makes a record a new message's, which is noted with its sender's others.
+  /// @param is_linked  it is in the message's chain already
+  template <class Node>
+  SWARMTALK_HOT void put(Entry& record, bool is_linked, KeyArgument key, uint8_t kind, Node& node) {
+    if (kScans) return renew(record, key, kind);
+    if (kNumbersReturn) note_chain(key, node);
+    const Key before = record.key;
+    renew(record, key, kind);
+    if (!is_linked) {
+      Lookup::link(records_, &record);
+    } else if (kNumbersReturn) {
+      Lookup::rekeyed(records_, record, before);
+    }
+  }
   /// Makes a record that is there new: nothing forwarded or delivered.
   SWARMTALK_SHARED void renew(Entry& record, KeyArgument key, uint8_t kind) {
     record.key = key;
@@ -382,17 +379,32 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       record.flags = counted;
       return;
     }
+    pass(record, node);
+  }
+  /// As many have begun as half of the numbers.
+  template <class Node>
+  SWARMTALK_INLINE void pass(Entry& record, Node& node) {
+    const uint8_t flags = record.flags;
     if ((flags & Entry::kOpen) != 0) node.end(record);
     if ((flags & Entry::kDirect) == 0) record.flags = 0;
   }
 
+  template <class Summary, class Node>
+  SWARMTALK_HOT Entry* begin_flood_in(Summary& chain, const Key& key, uint8_t kind, Mask bit,
+                                      bool& is_copy, Node& node);
+
   /// note() for a chain.
   template <class Node>
-  void note_chain(KeyArgument key, Node& node) {
-    Entry* record = Lookup::first(records_, key);
-    for (; record != nullptr; record = Lookup::next(records_, record)) {
-      if (record->key.is_same_stream(key)) note(*record, key, node);
-    }
+  SWARMTALK_INLINE void note_chain(KeyArgument key, Node& node) {
+    Lookup::note_others(
+        records_, key, [this, &key, &node](Entry& record) { note(record, key, node); },
+        [this, &node](Entry& record) { pass(record, node); });
+  }
+  template <class Summary, class Node>
+  SWARMTALK_INLINE void note_chain(Summary& chain, KeyArgument key, Node& node) {
+    Lookup::note_begun(
+        records_, chain, [this, &key, &node](Entry& record) { note(record, key, node); },
+        [this, &node](Entry& record) { pass(record, node); });
   }
 
   /// The record for a message that begins, which is noted with its sender's other messages; and
@@ -476,10 +488,12 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
 
   uint32_t now_;
-  Index sweep_;            // the record looked at last for its age
-  Ticks young_ = kSurely;  // a flooded message's copies still wander: the longer, the more wait
+  Index sweep_;  // the record looked at last for its age
+  Ticks young_;  // a flooded message's copies still wander: the longer, the more wait
   Entry records_[P::kRecords];
 };
 
 }  // namespace core
 }  // namespace swarmtalk
+
+#include "swarmtalk/begin_flood.hpp"

@@ -41,6 +41,13 @@ struct OpenMessages {
 template <class P, bool kPresent>
 class Forecast {
  protected:
+  SWARMTALK_PART(Forecast)
+  void start() {
+    set_zero(usual_packets_);
+    set_zero(least_);
+    has_room_ = true;
+    worth_ = 255;
+  }
   void set_usual_packets(uint8_t packets) { usual_packets_ = packets; }
   void look_ahead(const OpenMessages<P>& open) {
     least_ = open.least;
@@ -63,14 +70,15 @@ class Forecast {
   Record<P>*& hand() { return least_; }  // for code that is not reached
 
  private:
-  uint8_t usual_packets_ = 0;  // 0: unknown
-  bool has_room_ = true;
-  uint8_t worth_ = 255;
-  Record<P>* least_ = nullptr;
+  uint8_t usual_packets_;  // 0: unknown
+  bool has_room_;
+  uint8_t worth_;
+  Record<P>* least_;
 };
 template <class P>
 class Forecast<P, false> {
  protected:
+  void start() {}
   void set_usual_packets(uint8_t) {}
   void look_ahead(const OpenMessages<P>&) {}
   bool has_room() const { return true; }

@@ -10,11 +10,14 @@ namespace core {
 
 template <class P>
 void Swarmtalk<P>::forward(const Arrival& arrival, Entry& record) {
-  if (this->allowed_ttl(arrival.ttl) != arrival.ttl) {
-    Arrival limited = arrival;
-    limited.ttl = this->allowed_ttl(arrival.ttl);
-    return forward(limited, record);
-  }
+  if (this->allowed_ttl(arrival.ttl) == arrival.ttl) return forward_unlimited(arrival, record);
+  Arrival limited = arrival;
+  limited.ttl = this->allowed_ttl(arrival.ttl);
+  forward_unlimited(limited, record);
+}
+
+template <class P>
+SWARMTALK_HOT void Swarmtalk<P>::forward_unlimited(const Arrival& arrival, Entry& record) {
   if ((record.forwarded & arrival.bit) != 0) {
     forward_queue_.improve(arrival.packet(), arrival);
     return;
@@ -40,7 +43,8 @@ inline void Swarmtalk<P>::drop_late_forwards() {
 }
 
 template <class P>
-inline typename Swarmtalk<P>::PacketSize Swarmtalk<P>::pull_forwarded(uint8_t* out) {
+inline typename Swarmtalk<P>::PacketSize Swarmtalk<P>::pull_forwarded(typename W::WaitTicks now,
+                                                                      uint8_t* out) {
   const uint8_t* packet = forward_queue_.next();
   bool timestamped = W::is_timestamped(packet);
   if (!W::kMarksTimestamps) {
@@ -52,7 +56,7 @@ inline typename Swarmtalk<P>::PacketSize Swarmtalk<P>::pull_forwarded(uint8_t* o
       timestamped = false;
     }
   }
-  const PacketSize size = forward_queue_.pull(timestamped, wait_now(), out);
+  const PacketSize size = forward_queue_.pull(timestamped, now, out);
   note_forwards();
   count(counters_.packets_forwarded);
   return size;

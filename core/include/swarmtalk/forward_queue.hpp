@@ -1,6 +1,7 @@
-// Packets of other nodes, waiting to be sent on: a ring in order of arrival. Owned by the node, one
-// per node, for all channels. Suppressing copies is the DuplicateCache's work; the queue only lets
-// a better copy (more TTL left) improve the one that still waits.
+// Packets of other nodes, waiting to be sent on, in order of arrival: the places of the packets are
+// a list, and what leaves from its middle moves places, not packets. Owned by the node, one per
+// node, for all channels. Suppressing copies is the DuplicateCache's work; the queue only lets a
+// better copy (more TTL left) improve the one that still waits.
 #pragma once
 
 #include <stdint.h>
@@ -59,7 +60,11 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     kFull,        // it was dropped
   };
 
-  ForwardQueue() : first_(0), count_(0) {}
+  SWARMTALK_PART(ForwardQueue)
+  SWARMTALK_SHARED void start() {
+    set_zero(count_);
+    for (Slot n = 0; n != P::kForwardSlots; ++n) order_[n] = n;
+  }
 
   void clear() {
     count_ = 0;
@@ -90,10 +95,10 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
-  void improve(const uint8_t* packet, const Header& header) {
-    Queued* queued = &slot(0);
-    for (Slot left = count_; left != 0; --left, queued = after(queued)) {
-      uint8_t* const waiting = in_register(queued->packet);
+  SWARMTALK_SHARED void improve(const uint8_t* packet, const Header& header) {
+    const Slot* place = order_;
+    for (Slot left = count_; left != 0; --left) {
+      uint8_t* const waiting = in_register(slots_[*place++].packet);
       if (!W::is_same_packet(waiting, packet)) continue;
       if (static_cast<uint8_t>(header.ttl - 1) > W::ttl(waiting)) {
         W::set_hops(waiting, header.hops);
@@ -108,7 +113,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
 
   /// Bytes that pull() gives next. REQUIRES !is_empty().
   PacketSize next_bytes() const {
-    return static_cast<PacketSize>(slots_[first_].size(W::kMtuBytes - W::kChecksumBytes) +
+    return static_cast<PacketSize>(slots_[order_[0]].size(W::kMtuBytes - W::kChecksumBytes) +
                                    W::kChecksumBytes);
   }
 
@@ -117,7 +122,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     Slot dropped = 0;
     for (; count_ != 0 && static_cast<Ticks>(now - slot(0).since) > limit; ++dropped) {
       this->begin_repeats();
-      drop_first();
+      drop(0);
     }
     return dropped;
   }
@@ -133,7 +138,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
       const Ticks waited = static_cast<Ticks>(now - queued.since);
       W::set_timestamp(out, bare, W::later(W::timestamp(out, bare), waited));
     }
-    if (!this->repeat()) drop_first();
+    if (!this->repeat()) drop(0);
     return W::seal(out, bare);
   }
 
@@ -148,46 +153,39 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Takes out the first packet that waits of this one's sender and channel, if messages of theirs
   /// wait that are as many as a quarter of the numbers.
   /// @param last  number of the packet's message
-  bool drop_oldest_of_many(const uint8_t* packet, typename W::MessageNumber last) {
-    Queued* oldest = nullptr;
+  SWARMTALK_SHARED bool drop_oldest_of_many(const uint8_t* packet, typename W::MessageNumber last) {
+    Slot oldest = 0;
     Slot messages = 0;
-    Queued* waiting = &slot(0);
-    for (Slot left = count_; left != 0; --left, waiting = after(waiting)) {
-      waiting = in_register(waiting);
-      if (!W::is_same_stream(waiting->packet, packet)) continue;
-      const auto number = W::MessageField::get(waiting->packet);
+    const Slot* place = order_;
+    for (Slot left = count_; left != 0; --left) {
+      const uint8_t* const waiting = in_register(slots_[*place++].packet);
+      if (!W::is_same_stream(waiting, packet)) continue;
+      const auto number = W::MessageField::get(waiting);
       if (number == last) continue;
       last = number;
-      if (messages++ == 0) oldest = waiting;
+      if (messages++ == 0) oldest = static_cast<Slot>(count_ - left);
     }
     if (messages < kMostWaiting) return false;
-    Queued* const first = &slot(0);
-    if (oldest == first) this->begin_repeats();
-    while (oldest != first) {  // those before it move up
-      Queued* const to = oldest;
-      oldest = in_register(oldest == slots_ ? &slots_[P::kForwardSlots - 1] : oldest - 1);
-      *to = *oldest;
-    }
-    drop_first();
+    if (oldest == 0) this->begin_repeats();
+    drop(oldest);
     return true;
   }
-  SWARMTALK_SHARED void drop_first() {
-    if (++first_ == P::kForwardSlots) first_ = 0;
+  /// Takes out the nth packet that waits: those behind it move up.
+  SWARMTALK_SHARED void drop(Slot n) {
+    Slot* place = &order_[n];
+    const Slot freed = *place;
     --count_;
-  }
-  Queued* after(Queued* queued) {
-    return queued == &slots_[P::kForwardSlots - 1] ? slots_ : queued + 1;
+    for (Slot left = static_cast<Slot>(count_ - n); left != 0; --left) {
+      place[0] = place[1];
+      ++place;
+    }
+    *place = freed;
   }
   /// The nth packet that waits; n may be their count: the next free place.
-  Queued& slot(Slot n) {
-    using Place = UintFor<bits_for(UINT32_C(2) * P::kForwardSlots)>;
-    Place place = static_cast<Place>(first_ + n);
-    if (place >= P::kForwardSlots) place = static_cast<Place>(place - P::kForwardSlots);
-    return *in_register(&slots_[place]);
-  }
+  SWARMTALK_SHARED Queued& slot(Slot n) { return slots_[order_[n]]; }
 
   Queued slots_[P::kForwardSlots];
-  Slot first_;
+  Slot order_[P::kForwardSlots];  // all places: those of the packets that wait, the first one first
   Slot count_;
 };
 

@@ -24,7 +24,13 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
   using Epoch = typename W::Epoch;
   using MessageNumber = typename W::MessageNumber;
 
-  NodeIdentity() : id_(W::kNoNode), is_fixed_(false), first_number_(0) { MyEpoch::set(0); }
+  SWARMTALK_PART(NodeIdentity)
+  void start() {
+    id_ = W::kNoNode;
+    set_zero(is_fixed_);
+    set_zero(first_number_);
+    if (P::kEpochBits > 0) MyEpoch::set(0);
+  }
 
   bool is_drawn() const { return id_ != W::kNoNode; }
   bool is_fixed() const { return is_fixed_; }

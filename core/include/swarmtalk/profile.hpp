@@ -47,6 +47,8 @@ struct ProfileDefaults {
   static constexpr uint32_t kBufferBudgetBytes = 2048;  // for the buffers above
   /// With buckets: more code, so that a usual packet takes half as many instructions.
   static constexpr bool kUsualPathFirst = true;
+  /// With buckets and 16 message numbers: 40 bytes a bucket, so that no chain is walked along.
+  static constexpr bool kChainSummaries = true;
   using Counter = uint16_t;  // counts saturate at its largest value
 
   // Time, in ticks of the port's clock.

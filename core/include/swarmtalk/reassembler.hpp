@@ -77,7 +77,11 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     kNoSlot,         // no fragment slot: make room and try again, or release()
   };
 
-  Reassembler() { forget_all(); }
+  SWARMTALK_PART(Reassembler)
+  void start() {
+    set_zero(used_);
+    free_ = kNoSlot;
+  }
   /// Each call the next of the messages whose packets are held; some are over. Null: there are none
   Entry* next_holder() { return this->next_owner(used_); }
   void forget_all() {
@@ -203,8 +207,8 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   }
 
   /// Stores a packet of a message at `link` of its list.
-  SWARMTALK_HOT Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
-                             Ticks elapsed) {
+  SWARMTALK_INLINE Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
+                                Ticks elapsed) {
     const Timestamp delay = delay_now(record, fragment, elapsed);
     const Slot slot = unused_slot();
     if (slot == kNoSlot) return Outcome::kNoSlot;
@@ -243,7 +247,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
 
   SWARMTALK_SHARED Held& slot_at(Slot slot) { return slots_[slot]; }
   /// The link of a message's list at which packet `bit` is, or would be.
-  Slot* link_of(Entry& record, Mask bit) {
+  SWARMTALK_AVR_INLINE Slot* link_of(Entry& record, Mask bit) {
     Slot* link = &record.first;
     for (Mask above = static_cast<Mask>(record.held & (0u - bit - bit)); above != 0;
          above = static_cast<Mask>(above & (above - 1u))) {
@@ -269,8 +273,8 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
 
   /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
   /// what this packet says if that is more. Saturates.
-  SWARMTALK_SHARED Timestamp delay_now(const Entry& record, const Fragment<P>& fragment,
-                                       Ticks elapsed) {
+  SWARMTALK_AVR_INLINE Timestamp delay_now(const Entry& record, const Fragment<P>& fragment,
+                                           Ticks elapsed) {
     if (!fragment.has_delay || record.held == 0) return fragment.delay_ticks;
     const Timestamp before = W::timestamp(slot_at(record.first).body, W::kBodyBytes);
     const Timestamp waited = W::later(before, elapsed);

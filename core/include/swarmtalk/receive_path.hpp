@@ -9,6 +9,72 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
+SWARMTALK_HOT bool Swarmtalk<P>::read_fragment(Arrival& arrival, const uint8_t* packet) const {
+  PacketSize body_bytes =
+      P::kPadded
+          ? W::kBodyBytes
+          : static_cast<PacketSize>(arrival.size_bytes - W::kHeaderBytes - W::kChecksumBytes);
+  const uint8_t* body = packet + W::kHeaderBytes;
+  arrival.payload = body;
+  arrival.delay_ticks = 0;
+  if (arrival.has_delay) {
+    if (body_bytes < W::kTimestampBytes) return false;
+    arrival.delay_ticks = W::timestamp(body, body_bytes);
+    body_bytes = static_cast<PacketSize>(body_bytes - W::kTimestampBytes);
+  }
+  arrival.payload_bytes = body_bytes;
+  if (W::kMaxPackets < (UINT32_C(1) << P::kSequenceBits) && arrival.sequence >= W::kMaxPackets) {
+    return false;
+  }
+  arrival.bit = W::bit_of(arrival.sequence);
+  // Where nothing marks timestamps, who does not have the channel cannot know: it only forwards.
+  const bool is_of_either_kind =
+      !W::kMarksTimestamps && P::kTimestampBits != 0 && arrival.to == nullptr;
+  if (P::kSizeBits != 0) {
+    return fits_size(arrival, arrival.has_delay, body_bytes) ||
+           (is_of_either_kind && body_bytes >= W::kTimestampBytes &&
+            fits_size(arrival, true, static_cast<PacketSize>(body_bytes - W::kTimestampBytes)));
+  }
+  if (W::kLimitsPlaces && !is_of_either_kind &&
+      !W::is_within_message(arrival.sequence, arrival.end, arrival.has_delay, body_bytes)) {
+    return false;
+  }
+  if (P::kPadded) return true;
+  return arrival.end ? arrival.sequence == 0 || body_bytes != 0
+                     : body_bytes == arrival.payload_max();
+}
+
+template <class P>
+inline bool Swarmtalk<P>::fits_size(const Arrival& arrival, bool timestamped,
+                                    PacketSize payload_bytes) {
+  const uint16_t limit = timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
+  if (arrival.size > limit) return false;
+  const PacketSize payload_max =
+      static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
+  const uint16_t packets = W::packets_for(arrival.size, payload_max);
+  if (arrival.end != (arrival.sequence + 1u == packets) || arrival.sequence >= packets) {
+    return false;
+  }
+  return payload_bytes ==
+         (arrival.end ? arrival.size - arrival.sequence * payload_max : payload_max);
+}
+
+template <class P>
+SWARMTALK_HOT bool Swarmtalk<P>::is_own(const Arrival& arrival) {
+  if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
+  if (is_echo(arrival)) {
+    count(counters_.own_echoes);
+    return true;
+  }
+  count(counters_.id_collisions);
+  if (!identity_.is_fixed()) {
+    draw_id();
+    count(counters_.id_changes);
+  }
+  return P::kEpochBits == 0 || arrival.epoch == identity_.epoch();
+}
+
+template <class P>
 void Swarmtalk<P>::receive(Arrival& arrival) {
   bool wanted = arrival.to != nullptr && arrival.to->has_subscribers();
   if (!wanted) {
@@ -52,7 +118,7 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Arrival& arrival, ui
     // whole at once any does, because without a record its copies would be delivered again.
     const uint8_t limit = Cache::kScans ? uint8_t{1} : newcomer_limit(arrival);
     record = give_up_less_than(kind != 0 && whole ? kAnyWorth : limit, nullptr);
-    if (record != nullptr) cache_.replace(*record, arrival.key, kind);
+    if (record != nullptr) cache_.replace(*record, arrival.key, kind, *this);
   }
   return record;
 }

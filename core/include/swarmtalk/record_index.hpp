@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "swarmtalk/chain_summary.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 
@@ -144,6 +145,7 @@ struct TimestampMark<false> {
 /// What a node remembers of a message: the cache's part, and the reassembler's (held, first).
 template <class P>
 struct Record : RecordLink<P, (P::kBuckets > 0)>,
+                RecordSerial<(P::kBuckets > 0 && P::kMessageBits == 4 && P::kChainSummaries)>,
                 KnownLength<!P::kPadded>,
                 TimestampMark<Wire<P>::kKindsMayMix> {
   using Mask = typename Wire<P>::PacketMask;
@@ -164,8 +166,8 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
   /// are more.
   static constexpr uint8_t kMostLater =
       static_cast<uint8_t>(P::kMessageBits >= 4 ? 7 : (1u << (P::kMessageBits - 1)) - 1u);
+  uint8_t flags;  // 0: free
   RecordKey<P> key;
-  uint8_t flags;   // 0: free
   Mask forwarded;  // one bit per packet
   Mask held;       // the same; of a closed one that is done: the packets heard. Else undefined
   Stamp stamp;     // tick of the last packet that was no copy
@@ -180,12 +182,21 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
   bool is_overtaken() const { return flags >= kLater; }
   /// It was heard beginning as many as are counted.
   bool is_passed() const { return flags >= static_cast<uint8_t>(kMostLater * kLater); }
+  uint8_t later() const { return static_cast<uint8_t>(flags / kLater); }
+  void set_later(uint8_t messages) {
+    if (flags == 0) return;
+    const uint8_t counted = messages < kMostLater ? messages : kMostLater;
+    flags = static_cast<uint8_t>((flags & kState) | counted * kLater);
+  }
 };
 
-/// Chains. Indices in the table are stored plus 1, so that an empty table is all zeros.
+/// Chains.
 template <class P, bool kScan>
 class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   using Hash = BucketOf<P, (P::kMessageBits >= 16)>;
+  /// Whether chains have summaries.
+  static constexpr bool kSummarizes = P::kMessageBits == 4 && P::kChainSummaries;
+  using Summary = ChainSummary<P, kSummarizes>;
 
  public:
   static constexpr bool kHasSecret = Hash::kHasSecret;
@@ -194,7 +205,7 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   using Entry = Record<P>;
   static constexpr Index kNone = P::kRecords;
 
-  explicit RecordIndex(Entry* records) { clear(records); }
+  void start(Entry* records) { clear(records); }
   void clear(Entry*) {
     used_ = 0;
     hand_ = 0;
@@ -202,30 +213,90 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   }
 
   SWARMTALK_HOT Entry* find(Entry* records, const RecordKey<P>& key) {
-    const Index head = heads_[Hash::bucket(key)];
+    const auto bucket = Hash::bucket(key);
+    const Index head = heads_[bucket];
     if (head == 0) return nullptr;
-    Entry* record = &records[head - 1];
-    while (!(record->key == key)) {
+    for (Entry* record = &records[head - 1];; record = &records[record->next_]) {
+      if (record->key == key) return record;
       if (record->next_ == kNone) return nullptr;
-      record = &records[record->next_];
+      if (kSummarizes && !summary(bucket).is_mixed()) {
+        const Index place = summary(bucket).place_of(key);
+        if (place == 0) return nullptr;
+        record = &records[place - 1];
+        return record->key == key ? record : nullptr;
+      }
     }
-    return record;
   }
   void link(Entry* records, Entry* record) {
-    Index& head = heads_[Hash::bucket(record->key)];
+    const auto bucket = Hash::bucket(record->key);
+    Index& head = heads_[bucket];
     record->next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
     head = static_cast<Index>(record - records + 1);
+    if (kSummarizes && record->next_ != kNone) add_to(records, bucket, *record);
   }
   void unlink(Entry* records, Entry* record) {
-    Index& head = heads_[Hash::bucket(record->key)];
+    const auto bucket = Hash::bucket(record->key);
+    Index& head = heads_[bucket];
     const Index i = static_cast<Index>(record - records);
     if (head == i + 1) {
       head = record->next_ == kNone ? Index{0} : static_cast<Index>(record->next_ + 1);
+    } else {
+      Index before = static_cast<Index>(head - 1);
+      while (records[before].next_ != i) before = records[before].next_;
+      records[before].next_ = record->next_;
+    }
+    if (kSummarizes && head != 0) take_from(records, bucket, *record);
+  }
+  /// A linked record's message is another one, of the same chain, and begins now.
+  /// @param before  the record's key until now
+  SWARMTALK_INLINE void rekeyed(Entry* records, Entry& record, const RecordKey<P>& before) {
+    const auto bucket = Hash::bucket(record.key);
+    if (!is_summarized(records, bucket)) return;
+    if (!(record.key == before) && !take_over(records, bucket, record, before)) return;
+    summary(bucket).count_begun(record);
+  }
+  /// A message begins. Calls `count(Entry&)` with the others of its stream that count for
+  /// themselves, or do not know yet that they are overtaken; and `pass(Entry&)` with one that it is
+  /// the eighth after.
+  template <class Count, class Pass>
+  SWARMTALK_INLINE void note_others(Entry* records, const RecordKey<P>& key, const Count& count,
+                                    const Pass& pass) {
+    const auto bucket = Hash::bucket(key);
+    if (heads_[bucket] == 0) return;
+    Entry* record = &records[heads_[bucket] - 1];
+    if (is_summarized(records, bucket)) {
+      if (record->key.is_same_stream(key)) note_begun(records, summary(bucket), count, pass);
       return;
     }
-    Index before = static_cast<Index>(head - 1);
-    while (records[before].next_ != i) before = records[before].next_;
-    records[before].next_ = record->next_;
+    for (; record != nullptr; record = next(records, record)) {
+      if (record->key.is_same_stream(key)) count(*record);
+    }
+  }
+  /// Whether as many messages as are counted have begun since a record's.
+  bool is_passed(const Entry* records, const Entry& record) const {
+    const auto bucket = Hash::bucket(record.key);
+    return record.is_passed() || (is_summarized(records, bucket) &&
+                                  summary(bucket).later_than(record) >= Entry::kMostLater);
+  }
+  /// The summary of a key's stream; null if there is none now.
+  SWARMTALK_INLINE Summary* summary_of(const Entry* records, const RecordKey<P>& key) {
+    const auto bucket = Hash::bucket(key);
+    const Index head = heads_[bucket];
+    return head != 0 && is_summarized(records, bucket) && records[head - 1].key.is_same_stream(key)
+               ? &summary(bucket)
+               : nullptr;
+  }
+  template <class Count, class Pass>
+  static SWARMTALK_INLINE void note_begun(Entry* records, Summary& chain, const Count& count,
+                                          const Pass& pass) {
+    if (chain.last() != 0) {
+      Entry& record = records[chain.last() - 1];
+      if (!record.is_overtaken()) count(record);
+    }
+    if (chain.eighth() == 0) return;
+    Entry& record = records[chain.eighth() - 1];
+    if ((record.flags & (Entry::kOpen | Entry::kDirect)) == Entry::kDirect) return;
+    if (record.flags != 0 && chain.is_eighth(record)) pass(record);
   }
   Entry* first(Entry* records, const RecordKey<P>& key) const {
     const Index head = heads_[Hash::bucket(key)];
@@ -246,7 +317,56 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   Index& hand() { return hand_; }
 
  private:
+  // --- summaries ------------------------------------------------------------------------------
+  Summary& summary(uint16_t bucket) { return summaries_[kSummarizes ? bucket : 0]; }
+  const Summary& summary(uint16_t bucket) const { return summaries_[kSummarizes ? bucket : 0]; }
+  /// REQUIRES a chain that is not empty
+  bool is_summarized(const Entry* records, uint16_t bucket) const {
+    return kSummarizes && !is_alone(records[heads_[bucket] - 1]) && !summary(bucket).is_mixed();
+  }
+  /// A new message's record has been put at the head of a chain that had others.
+  void add_to(Entry* records, uint16_t bucket, Entry& record) {
+    Summary& chain = summary(bucket);
+    Entry& before = records[record.next_];
+    const bool is_same = record.key.is_same_stream(before.key);
+    if (is_alone(before)) {
+      if (!is_same) return chain.set_mixed();
+      chain.begin(before, static_cast<Index>(record.next_ + 1));
+    }
+    if (chain.is_mixed()) return;
+    if (!is_same) return mix(records, bucket, record);
+    chain.put(record.key, heads_[bucket]);
+    chain.count_begun(record);
+  }
+  /// A record has been taken out of a chain that has others.
+  void take_from(Entry* records, uint16_t bucket, const Entry& record) {
+    Summary& chain = summary(bucket);
+    if (chain.is_mixed()) return;
+    chain.remove(record.key);
+    Entry& head = records[heads_[bucket] - 1];
+    if (is_alone(head)) chain.count_out(head);
+  }
+  /// @return whether all are of one stream still
+  bool take_over(Entry* records, uint16_t bucket, Entry& record, const RecordKey<P>& before) {
+    if (!record.key.is_same_stream(before)) {
+      mix(records, bucket, record);
+      return false;
+    }
+    summary(bucket).move(before, record.key, static_cast<Index>(&record - records + 1));
+    return true;
+  }
+  /// A record of another stream than the others' has come.
+  void mix(Entry* records, uint16_t bucket, const Entry& newcomer) {
+    Summary& chain = summary(bucket);
+    chain.set_mixed();
+    Entry* record = &records[heads_[bucket] - 1];
+    for (; record != nullptr; record = next(records, record)) {
+      if (record != &newcomer) chain.count_out(*record);
+    }
+  }
+
   Index heads_[P::kBuckets];
+  Summary summaries_[kSummarizes ? P::kBuckets : 1];
   Index used_;  // records 0..used_-1 have been used; the rest is untouched memory
   Index hand_;
 };
@@ -259,7 +379,7 @@ class RecordIndex<P, true> {
   using Entry = Record<P>;
 
 #ifdef __AVR__
-  explicit RecordIndex(Entry*) {}
+  static void start(Entry*) {}
   SWARMTALK_SHARED void clear(Entry* records) {
     for (UintFor<bits_for(P::kRecords)> left = P::kRecords; left != 0; --left)
       (records++)->flags = 0;
@@ -271,7 +391,9 @@ class RecordIndex<P, true> {
     return nullptr;
   }
 #else
-  explicit RecordIndex(Entry* records) : end_(records) {}
+  void start(Entry* records) {
+    end_ = records;
+  }
   void clear(Entry* records) {
     end_ = records;
   }
@@ -299,6 +421,18 @@ class RecordIndex<P, true> {
   }
   void link(Entry*, Entry*) {}
   void unlink(Entry*, Entry*) {}
+  void rekeyed(Entry*, Entry&, const RecordKey<P>&) {}
+  template <class Count, class Pass>
+  void note_others(Entry*, const RecordKey<P>&, const Count&, const Pass&) {}
+  using Summary = ChainSummary<P, false>;
+  static Summary* summary_of(const Entry*, const RecordKey<P>&) {
+    return nullptr;
+  }
+  template <class Count, class Pass>
+  static void note_begun(Entry*, Summary&, const Count&, const Pass&) {}
+  static bool is_passed(const Entry*, const Entry& record) {
+    return record.is_passed();
+  }
   Entry* first(Entry* records, const RecordKey<P>&) const {
     return records;
   }

@@ -15,9 +15,10 @@ namespace core {
 template <uint16_t kSize>
 class BitSet {
  public:
-  static constexpr bool kIsWide = kSize > 8 && sizeof(void*) == 8;
+  static constexpr bool kIsWide = sizeof(void*) == 8;
 
-  BitSet() { memset(groups_, 0, sizeof(groups_)); }
+  SWARMTALK_PART(BitSet)
+  void start() { set_zero(groups_); }
   void set(uint16_t i, bool value) {
     const Group bit = one_bit<Group>(i % kGroupBits);
     Group& group = groups_[group_of(i)];
@@ -65,7 +66,8 @@ class RoundRobin {
   using Source = UintFor<bits_for(kSources)>;
   static constexpr Source kNone = kSources;
 
-  RoundRobin() : last_(kSources - 1) {}
+  SWARMTALK_PART(RoundRobin)
+  void start() { last_ = kSources - 1; }
 
   void set_ready(Source source, bool is_ready) { ready_.set(source, is_ready); }
   bool is_any_ready() const { return !ready_.is_empty(); }

@@ -57,9 +57,25 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
   explicit Swarmtalk(const Port& port)
+#ifdef __AVR__
+  {
+    memset(static_cast<void*>(this), 0, sizeof(*this));
+    port_.clock = port.clock;
+    port_.random = port.random;
+    port_.context = port.context;
+    Forecast<P, Cache::kScans>::start();
+    identity_.start();
+    round_robin_.start();
+    cache_.start();
+    reassembler_.start();
+    forward_queue_.start();
+  }
+#else
       : port_{port.clock, port.random, port.context}, last_error_(Error::kOk), used_channels_(0) {
+    set_zero(ids_);
     if (!Cache::kScans) this->hand() = cache_.begin();
   }
+#endif
   Swarmtalk(const Swarmtalk&) = delete;
   Swarmtalk& operator=(const Swarmtalk&) = delete;
 
@@ -82,18 +98,25 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
 
   /// Why the last new_channel failed, or kOk.
-  Error last_error() const { return last_error_; }
+  Error last_error() const {
+    return last_error_;
+  }
 
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
   SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
-    if (!forward_queue_.is_empty()) forget_stale(time());
+    uint32_t now = 0;
+    if (!forward_queue_.is_empty()) {
+      now = time();
+      forget_stale(now);
+    }
     drop_late_forwards();
     const Source source = round_robin_.next();
     if (source == RoundRobin<kSources>::kNone) return 0;
     count(counters_.packets_sent);
-    return source == 0 ? pull_forwarded(out) : pull_own(channels_[source - 1], source, out);
+    return source == 0 ? pull_forwarded(static_cast<typename W::WaitTicks>(now), out)
+                       : pull_own(channels_[source - 1], source, out);
   }
 
   /// Bytes of the packet that pull_packet() gives next; 0: nothing waits. A link asks first whether
@@ -109,7 +132,9 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
 
   /// Something waits to be pulled.
-  bool has_packet() const { return round_robin_.is_any_ready(); }
+  bool has_packet() const {
+    return round_robin_.is_any_ready();
+  }
 
   /// Sends on packets of others with at most `max_ttl` hops left, and only if they have waited here
   /// for at most `max_wait` ticks: see ForwardLimits. Until this is called there is no limit.
@@ -140,12 +165,20 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
   /// Fixes the id: it does not change by itself any more; collisions are still counted. W::kNoNode
   /// is nobody's: the node draws an id, now or when it is first needed, and may change it.
-  void set_node_id(NodeId id) { identity_.fix(id, port_); }
+  void set_node_id(NodeId id) {
+    identity_.fix(id, port_);
+  }
   /// Distinguishes this start of the program from earlier ones (profiles with epoch bits).
-  void set_epoch(uint16_t epoch) { identity_.set_epoch(static_cast<Epoch>(epoch)); }
+  void set_epoch(uint16_t epoch) {
+    identity_.set_epoch(static_cast<Epoch>(epoch));
+  }
 
-  const Counters<P>& counters() const { return counters_; }
-  Ticks now() const { return static_cast<Ticks>(time()); }
+  const Counters<P>& counters() const {
+    return counters_;
+  }
+  Ticks now() const {
+    return static_cast<Ticks>(time());
+  }
 
  private:
   friend class Channel<P>;
@@ -174,9 +207,15 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   };
 
   /// Since when something waits.
-  typename W::WaitTicks wait_now() const { return static_cast<typename W::WaitTicks>(time()); }
-  SWARMTALK_SHARED uint32_t time() const { return port_.clock(port_.context); }
-  SWARMTALK_INLINE void count(typename P::Counter& counter) { counters_.count(counter); }
+  typename W::WaitTicks wait_now() const {
+    return static_cast<typename W::WaitTicks>(time());
+  }
+  SWARMTALK_SHARED uint32_t time() const {
+    return port_.clock(port_.context);
+  }
+  SWARMTALK_INLINE void count(typename P::Counter& counter) {
+    counters_.count(counter);
+  }
 
   /// What is over by now is given up.
   SWARMTALK_HOT void begin_call() {
@@ -252,7 +291,9 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     }
     return place == P::kChannels ? Error::kNoRoom : Error::kOk;
   }
-  ChannelId channel_id(ChannelIndex index) const { return ids_[index]; }
+  ChannelId channel_id(ChannelIndex index) const {
+    return ids_[index];
+  }
 
   /// @return null if this node does not have it
   Channel<P>* find_channel(ChannelId id) {
@@ -267,11 +308,13 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
 
   // --- sending on: defined in forward_path.hpp ------------------------------------------------
-  PacketSize pull_forwarded(uint8_t* out);
+  PacketSize pull_forwarded(typename W::WaitTicks now, uint8_t* out);
   /// Some have been taken out of the queue.
   SWARMTALK_INLINE void note_forwards();
   /// Queues a packet to be sent on, once.
   void forward(const Arrival& arrival, Entry& record);
+  /// The same, its TTL being within the limits.
+  SWARMTALK_HOT void forward_unlimited(const Arrival& arrival, Entry& record);
 
   // --- sending ------------------------------------------------------------------------------
   SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
@@ -294,7 +337,9 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   void ensure_id() const {
     if (!identity_.is_drawn()) draw_id();
   }
-  void draw_id() const { identity_.draw(port_, cache_); }
+  void draw_id() const {
+    identity_.draw(port_, cache_);
+  }
 
   /// An attacker who knew them could choose names of messages that make each search long.
   SWARMTALK_ASIDE void draw_secret() {
@@ -309,67 +354,11 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   // --- receiving ----------------------------------------------------------------------------
   /// Fills in what the packet holds of its message, and checks lengths and numbers against each
   /// other. @return false if they contradict
-  SWARMTALK_HOT bool read_fragment(Arrival& arrival, const uint8_t* packet) const {
-    PacketSize body_bytes =
-        P::kPadded
-            ? W::kBodyBytes
-            : static_cast<PacketSize>(arrival.size_bytes - W::kHeaderBytes - W::kChecksumBytes);
-    const uint8_t* body = packet + W::kHeaderBytes;
-    arrival.payload = body;
-    arrival.delay_ticks = 0;
-    if (arrival.has_delay) {
-      if (body_bytes < W::kTimestampBytes) return false;
-      arrival.delay_ticks = W::timestamp(body, body_bytes);
-      body_bytes = static_cast<PacketSize>(body_bytes - W::kTimestampBytes);
-    }
-    arrival.payload_bytes = body_bytes;
-    if (W::kMaxPackets < (UINT32_C(1) << P::kSequenceBits) && arrival.sequence >= W::kMaxPackets) {
-      return false;
-    }
-    arrival.bit = W::bit_of(arrival.sequence);
-    // Where nothing marks timestamps, who does not have the channel cannot know: it only forwards.
-    const bool is_of_either_kind =
-        !W::kMarksTimestamps && P::kTimestampBits != 0 && arrival.to == nullptr;
-    if (P::kSizeBits != 0) {
-      return fits_size(arrival, arrival.has_delay, body_bytes) ||
-             (is_of_either_kind && body_bytes >= W::kTimestampBytes &&
-              fits_size(arrival, true, static_cast<PacketSize>(body_bytes - W::kTimestampBytes)));
-    }
-    if (W::kLimitsPlaces && !is_of_either_kind &&
-        !W::is_within_message(arrival.sequence, arrival.end, arrival.has_delay, body_bytes)) {
-      return false;
-    }
-    if (P::kPadded) return true;
-    return arrival.end ? arrival.sequence == 0 || body_bytes != 0
-                       : body_bytes == arrival.payload_max();
-  }
-  static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes) {
-    const uint16_t limit = timestamped ? W::kTimedMessageBytes : W::kMessageBytes;
-    if (arrival.size > limit) return false;
-    const PacketSize payload_max =
-        static_cast<PacketSize>(timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
-    const uint16_t packets = W::packets_for(arrival.size, payload_max);
-    if (arrival.end != (arrival.sequence + 1u == packets) || arrival.sequence >= packets) {
-      return false;
-    }
-    return payload_bytes ==
-           (arrival.end ? arrival.size - arrival.sequence * payload_max : payload_max);
-  }
+  SWARMTALK_HOT bool read_fragment(Arrival& arrival, const uint8_t* packet) const;
+  static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes);
 
   /// Our own packet come back, or somebody else under our id: neither is received.
-  SWARMTALK_HOT bool is_own(const Arrival& arrival) {
-    if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
-    if (is_echo(arrival)) {
-      count(counters_.own_echoes);
-      return true;
-    }
-    count(counters_.id_collisions);
-    if (!identity_.is_fixed()) {
-      draw_id();
-      count(counters_.id_changes);
-    }
-    return P::kEpochBits == 0 || arrival.epoch == identity_.epoch();
-  }
+  SWARMTALK_HOT bool is_own(const Arrival& arrival);
   /// Whether a packet under an id of ours is one that we have sent: others sent it on.
   bool is_echo(const Arrival& arrival) const {
     if (P::kEpochBits != 0) return arrival.epoch == identity_.epoch();
@@ -420,6 +409,10 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// @return false, and nothing changed, for all others
   template <bool kQuickly>
   SWARMTALK_HOT bool receive_usual(const uint8_t* bytes, uint16_t size, const Sensing& sensing);
+  /// The same for a flood that is whole in one packet, new or a copy.
+  /// @return false, and nothing changed, for all others
+  SWARMTALK_ASIDE bool receive_usual_flood(Channel<P>& to, const uint8_t* bytes, uint16_t size,
+                                           const Sensing& sensing);
   template <bool kQuickly>
   SWARMTALK_HOT Entry* begin_one_hop(const Key& key, uint8_t how, bool insist);
   SWARMTALK_HOT bool read_usual(Arrival& arrival, const uint8_t* bytes, uint16_t size);

@@ -16,9 +16,12 @@ template <class P>
 template <bool kQuickly>
 SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t size,
                                                const Sensing& sensing) {
-  if (SWARMTALK_SELDOM(size < W::kHeaderBytes || W::ttl(bytes) != 0)) return false;
+  if (SWARMTALK_SELDOM(size < W::kHeaderBytes)) return false;
   Channel<P>* const to = find_channel_usual(W::ChannelField::get(bytes));
-  if (SWARMTALK_SELDOM(to == nullptr || to->ttl_ != 0 || !to->wants(sensing))) return false;
+  if (SWARMTALK_SELDOM(to == nullptr || !to->wants(sensing))) return false;
+  if (SWARMTALK_SELDOM((W::ttl(bytes) | to->ttl_) != 0)) {
+    return kQuickly && receive_usual_flood(*to, bytes, size, sensing);
+  }
   if (SWARMTALK_SELDOM(W::check(bytes, size) != Error::kOk)) return false;
   Arrival arrival;
   arrival.to = to;
@@ -33,6 +36,39 @@ SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t si
   reception.delay_ticks = arrival.delay_ticks;
   if (begin_one_hop<kQuickly>(arrival.key, Entry::kDone, false) == nullptr) return false;
   deliver_usual(reception, sensing, *to, arrival.payload, arrival.payload_bytes);
+  return true;
+}
+
+template <class P>
+SWARMTALK_ASIDE bool Swarmtalk<P>::receive_usual_flood(Channel<P>& to, const uint8_t* bytes,
+                                                       uint16_t size, const Sensing& sensing) {
+  if (W::NodeField::get(bytes) == identity_.id()) return false;
+  if (W::SequenceField::get(bytes) != 0 || W::EndField::get(bytes) == 0) return false;
+  if (W::check(bytes, size) != Error::kOk) return false;
+  Arrival arrival;
+  arrival.to = &to;
+  if (!read_usual(arrival, bytes, size)) return false;
+  if (SWARMTALK_SELDOM(cache_.needs_secret())) draw_secret();
+  const uint8_t kind = kind_of(arrival);
+  bool is_copy = false;
+  Entry* const record = cache_.begin_flood(arrival.key, kind, arrival.bit, is_copy, *this);
+  if (record == nullptr || (is_copy && !record->is_done())) return false;
+  if (is_copy && (kind & Entry::kDirect) == 0) cache_.hear_copy(*record);
+  if (this->is_sent_on(arrival.ttl)) {
+    if (P::kLimitsForwarding) {
+      forward(arrival, *record);
+    } else {
+      forward_unlimited(arrival, *record);
+    }
+  }
+  if (is_copy) {
+    record->held = static_cast<Mask>(record->held | arrival.bit);
+    count(counters_.duplicates);
+    return true;
+  }
+  cache_.close(*record, kAllPackets);
+  arrival.sensing = sensing;
+  deliver(arrival, arrival.payload, arrival.payload_bytes);
   return true;
 }
 

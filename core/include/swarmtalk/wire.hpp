@@ -271,7 +271,7 @@ struct Wire {
 
   /// Timestamp in the last bytes of a body (little-endian) of `body_bytes` bytes.
   /// REQUIRES body_bytes >= kTimestampBytes.
-  static Timestamp timestamp(const uint8_t* body, PacketSize body_bytes) {
+  static SWARMTALK_AVR_INLINE Timestamp timestamp(const uint8_t* body, PacketSize body_bytes) {
     Timestamp ticks = 0;
     for (uint8_t i = kTimestampBytes; i-- > 0;) {
       ticks =
@@ -280,7 +280,8 @@ struct Wire {
     }
     return static_cast<Timestamp>(ticks & kTimestampMax);
   }
-  static void set_timestamp(uint8_t* body, PacketSize body_bytes, Timestamp ticks) {
+  static SWARMTALK_AVR_INLINE void set_timestamp(uint8_t* body, PacketSize body_bytes,
+                                                 Timestamp ticks) {
     for (uint8_t i = 0; i < kTimestampBytes; ++i) {
       body[body_bytes - kTimestampBytes + i] = static_cast<uint8_t>(ticks);
       ticks = static_cast<Timestamp>(ticks >> (kTimestampBytes > 1 ? 8 : 0));
@@ -295,7 +296,7 @@ struct Wire {
   }
 
   /// Puts the checksum, if any, behind the first `size` bytes. @return bytes of the whole packet
-  static PacketSize seal(uint8_t* packet, PacketSize size) {
+  static SWARMTALK_AVR_INLINE PacketSize seal(uint8_t* packet, PacketSize size) {
     if (kChecksumBytes != 0) packet[size] = checksum<P::kChecksum>(packet, size);
     return static_cast<PacketSize>(size + kChecksumBytes);
   }

@@ -47,7 +47,8 @@ struct FewBuckets : Kilobot {
 /// Twenty records in two chains: each is found, also when others before and behind it are gone.
 TEST(RecordIndex, FindsWhatIsLinkedAndNothingElse) {
   std::vector<Record<FewBuckets>> records(20);
-  RecordIndex<FewBuckets, false> sut(records.data());
+  RecordIndex<FewBuckets, false> sut;
+  sut.start(records.data());
   for (uint32_t i = 0; i < 20; ++i) {
     records[i].key = key<FewBuckets>(i, i, 1);
     sut.link(records.data(), &records[i]);
@@ -63,7 +64,8 @@ TEST(RecordIndex, FindsWhatIsLinkedAndNothingElse) {
 
 TEST(RecordIndex, WithoutATableLooksAtUsedRecordsOnly) {
   std::vector<Record<Kilobot>> records(20);
-  RecordIndex<Kilobot, true> sut(records.data());
+  RecordIndex<Kilobot, true> sut;
+  sut.start(records.data());
   for (uint32_t i = 0; i < 20; ++i) records[i].key = key<Kilobot>(i, 1, 1);
   EXPECT_EQ(sut.find(records.data(), key<Kilobot>(0, 1, 1)), nullptr);
   for (uint32_t i = 0; i < 3; ++i) EXPECT_EQ(sut.fresh(records.data()), &records[i]);
