@@ -1,6 +1,5 @@
 #include "daemon/daemon.hpp"
 
-#include <boost/asio/post.hpp>
 #include <chrono>
 #include <csignal>
 #include <limits>
@@ -110,8 +109,8 @@ void Daemon::start_answering() {
                            refusal->text);
   }
   ping_answerer_.emplace(hub_, identity_, counters_);
-  ping_answerer_->set_hook(
-      [this] { boost::asio::post(io_, [this] { ping_answerer_->answer(); }); });
+  pings_.emplace(loop::Loop::of(io_), [this] { ping_answerer_->answer(); });
+  ping_answerer_->set_hook([this] { pings_->at_end(); });
   if (const auto refusal = ping_answerer_->start()) {
     log_of("daemon")->info("this robot answers no ping (report under [reserved]): {}",
                            refusal->text);

@@ -24,6 +24,7 @@
 #include "daemon/pose/pose_socket.hpp"
 #include "daemon/session/clients.hpp"
 #include "daemon/station/station.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -69,6 +70,7 @@ class Daemon {
   Clients clients_;
   std::optional<Answerer> answerer_;           // none: reserved.report is off
   std::optional<PingAnswerer> ping_answerer_;  // the same
+  std::optional<loop::Deferred> pings_;        // its answers, at the end of a turn
   MetricsFile metrics_;
   Capture capture_;
   Operator operator_;

@@ -104,5 +104,19 @@ TEST_F(SessionOperationsTest, ReloadIsAnsweredAlsoWhenItTakesTheLinkDown) {
   EXPECT_THAT(told[1].reloaded().applied(), ElementsAre("links.wifi.key_file"));
 }
 
+TEST_F(SessionTest, RequestsThatCountAsManyAreGoneOnWithInTheNextTurn) {
+  auto peer = greeted();
+  std::string bytes;
+  for (std::uint32_t id = 1; id <= 20; ++id) {
+    ipc::Envelope request;
+    request.set_request_id(id);
+    request.mutable_get_status();
+    ASSERT_TRUE(ipc::append_frame(request, bytes));
+  }
+  peer->send_bytes(bytes);
+  step();
+  EXPECT_EQ(peer->receive().size(), 20u);
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon
