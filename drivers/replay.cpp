@@ -3,7 +3,6 @@
 #include <sys/time.h>
 #include <algorithm>
 #include <array>
-#include <boost/asio/post.hpp>
 #include <cstring>
 #include <limits>
 
@@ -32,10 +31,10 @@ LinkError failure(LinkSetting blamed, const std::string& path, const std::string
 
 ReplayLink::ReplayLink(boost::asio::io_context& io, const ReplayConfig& config)
     : config_(config),
-      io_(io),
       timer_(io),
       builder_(config.profile, config.max_packet_bytes),
-      receiver_(config.profile) {
+      receiver_(config.profile),
+      flushing_(loop::Loop::of(io), [this] { flush(); }) {
   std::array<char, PCAP_ERRBUF_SIZE> reason{};
   capture_.reset(pcap_open_offline(config_.capture_path.c_str(), reason.data()));
   if (!capture_) throw failure(LinkSetting::kCapture, config_.capture_path, reason.data());
@@ -65,13 +64,7 @@ void ReplayLink::start(LinkUser& user) {
 }
 
 void ReplayLink::wake() {
-  if (user_ == nullptr || is_flush_posted_) return;
-  is_flush_posted_ = true;
-  boost::asio::post(io_, [this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.expired()) return;
-    is_flush_posted_ = false;
-    flush();
-  });
+  if (user_ != nullptr) flushing_.at_end();
 }
 
 std::string ReplayLink::state() const {

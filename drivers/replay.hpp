@@ -15,6 +15,7 @@
 #include "drivers/link/framer.hpp"
 #include "drivers/link/link.hpp"
 #include "drivers/link/link_counters.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -70,7 +71,6 @@ class ReplayLink final : public Link {
   std::unique_ptr<pcap_t, PcapCloser> capture_;
   std::unique_ptr<pcap_t, PcapCloser> output_format_;
   std::unique_ptr<pcap_dumper_t, PcapCloser> output_;
-  boost::asio::io_context& io_;
   boost::asio::steady_timer timer_;
   LinkUser* user_ = nullptr;
   LinkCounters counters_;
@@ -85,7 +85,7 @@ class ReplayLink final : public Link {
   std::int64_t first_stamp_us_ = -1;
   std::string end_;  // why the replay ended
   bool is_finished_ = false;
-  bool is_flush_posted_ = false;
+  loop::Deferred flushing_;                                     // flush(), once a turn
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link
 };
 

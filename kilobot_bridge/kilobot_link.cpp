@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <boost/asio/post.hpp>
 #include <stdexcept>
 #include <utility>
 
@@ -51,10 +50,10 @@ std::string seconds_text(Duration time) {
 }  // namespace
 
 KilobotLink::KilobotLink(boost::asio::io_context& io, const KilobotLinkConfig& config)
-    : io_(io),
-      config_(config),
+    : config_(config),
       sender_(config_.pacing, *this, *this),
       timer_(io),
+      sending_(loop::Loop::of(io), [this] { run_sender(); }),
       reader_(*this),
       lines_([this](const std::string& line) { on_text(line); }) {
   if (config_.downlink.empty() && config_.uplink.empty()) {
@@ -62,11 +61,11 @@ KilobotLink::KilobotLink(boost::asio::io_context& io, const KilobotLinkConfig& c
                              "kilobot: neither a downlink nor an uplink is given");
   }
   if (is_same_device(config_.downlink, config_.uplink)) config_.uplink = config_.downlink;
-  const auto open = [this](const std::string& path, drivers::LinkSetting setting) {
+  const auto open = [this, &io](const std::string& path, drivers::LinkSetting setting) {
     PortUser& port_user = *this;
     try {
       return std::make_unique<ReconnectingPort>(
-          io_, PortConfig{path, config_.pacing.baud, config_.pauses}, port_user);
+          io, PortConfig{path, config_.pacing.baud, config_.pauses}, port_user);
     } catch (const std::runtime_error& error) {
       throw drivers::LinkError(setting, error.what());
     }
@@ -92,12 +91,7 @@ void KilobotLink::start(drivers::LinkUser& user) {
 }
 
 void KilobotLink::wake() {
-  if (user_ == nullptr || std::exchange(is_run_posted_, true)) return;
-  boost::asio::post(io_, [this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.expired()) return;
-    is_run_posted_ = false;
-    run_sender();
-  });
+  if (user_ != nullptr) sending_.at_end();
 }
 
 bool KilobotLink::is_up() const {

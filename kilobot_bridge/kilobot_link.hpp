@@ -19,6 +19,7 @@
 #include "kilobot_bridge/overhead_sender.hpp"
 #include "kilobot_bridge/reconnecting_port.hpp"
 #include "kilobot_bridge/sent_packets.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 
@@ -112,14 +113,13 @@ class KilobotLink final : public drivers::Link,
   std::string downlink_state() const;
   std::string uplink_state() const;
 
-  boost::asio::io_context& io_;
   KilobotLinkConfig config_;
   drivers::LinkUser* user_ = nullptr;
   std::unique_ptr<ReconnectingPort> downlink_;
   std::unique_ptr<ReconnectingPort> uplink_;
   OverheadSender sender_;
   boost::asio::steady_timer timer_;
-  bool is_run_posted_ = false;
+  loop::Deferred sending_;  // run_sender(), once a turn
 
   std::optional<Player> player_;
   SequenceUser* sequence_user_ = nullptr;  // none: abandoned

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
@@ -21,7 +20,11 @@ constexpr std::size_t kReadBytes = 1024;
 }  // namespace
 
 ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig config, PortUser& user)
-    : io_(io), config_(std::move(config)), user_(user), watched_(io), retry_timer_(io) {
+    : config_(std::move(config)),
+      user_(user),
+      watched_(io),
+      retry_timer_(io),
+      failing_(loop::Loop::of(io), [this] { fail(std::strerror(error_)); }) {
   const OpenProblem problem = device_.open(config_.path, config_.baud);
   if (problem.kind == OpenProblem::Kind::kNone) return;
   problem_ = problem.text;
@@ -98,9 +101,8 @@ void ReconnectingPort::on_readable() {
 // Not at once: the caller is in the middle of something that on_port_lost() would undo.
 void ReconnectingPort::fail_later(int error) {
   if (std::exchange(is_failing_, true)) return;
-  boost::asio::post(io_, [this, error, alive = std::weak_ptr<bool>(alive_)] {
-    if (!alive.expired() && is_failing_) fail(std::strerror(error));
-  });
+  error_ = error;
+  failing_.at_end();
 }
 
 void ReconnectingPort::schedule_attempt() {

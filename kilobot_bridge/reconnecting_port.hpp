@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "kilobot_bridge/serial_device.hpp"
+#include "loop/loop.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 
@@ -66,7 +67,6 @@ class ReconnectingPort {
   void schedule_attempt();
   void attempt();
 
-  boost::asio::io_context& io_;
   PortConfig config_;
   PortUser& user_;
   SerialDevice device_;
@@ -76,6 +76,8 @@ class ReconnectingPort {
   std::size_t attempts_ = 0;
   std::uint64_t losses_ = 0;
   bool is_failing_ = false;
+  int error_ = 0;           // with which it fails
+  loop::Deferred failing_;  // fail(), at the end of a turn
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <system_error>
@@ -15,33 +14,31 @@ namespace swarmtalk::loop {
 
 using Clock = std::chrono::steady_clock;
 
-/// While it lives the loop waits for the io_context, and not the other way round.
-class Loop::Driving {
- public:
-  explicit Driving(Loop& loop) : loop_(loop), work_(boost::asio::make_work_guard(loop.io_)) {
-    loop_.nested_.reset();
-    loop_.is_nested_ = false;
-    loop_.is_driven_ = true;
-    asio_ = poll_descriptor(loop_.io_);
-    epoll_event event{};
-    event.events = EPOLLIN;
-    event.data.ptr = &loop_;
-    epoll_ctl(loop_.epoll_, EPOLL_CTL_ADD, asio_, &event);
-  }
-  ~Driving() {
-    epoll_ctl(loop_.epoll_, EPOLL_CTL_DEL, asio_, nullptr);
-    loop_.is_driven_ = false;
-    loop_.wait_by_asio();
-    loop_.run_by_asio();
-  }
-  Driving(const Driving&) = delete;
-  Driving& operator=(const Driving&) = delete;
+Loop::Drive::Drive(Loop& loop) : loop_(loop), work_(boost::asio::make_work_guard(loop.io_)) {
+  loop_.nested_.reset();
+  loop_.is_nested_ = false;
+  loop_.is_driven_ = true;
+  asio_ = poll_descriptor(loop_.io_);
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.ptr = &loop_;
+  epoll_ctl(loop_.epoll_, EPOLL_CTL_ADD, asio_, &event);
+}
 
- private:
-  Loop& loop_;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
-  int asio_ = -1;
-};
+Loop::Drive::~Drive() {
+  epoll_ctl(loop_.epoll_, EPOLL_CTL_DEL, asio_, nullptr);
+  loop_.is_driven_ = false;
+  loop_.wait_by_asio();
+  loop_.run_by_asio();
+}
+
+void Loop::Drive::poll() {
+  do {
+    loop_.io_.restart();
+    loop_.io_.poll();
+    loop_.turn(0);
+  } while (loop_.end_ > 0 || loop_.has_deferred());
+}
 
 Loop::Loop(boost::asio::execution_context& context)
     : boost::asio::execution_context::service(context),
@@ -60,18 +57,13 @@ void Loop::shutdown() {
 }
 
 void Loop::run() {
-  const Driving driving(*this);
+  const Drive drive(*this);
   io_.poll();  // what was posted before
   while (!io_.stopped()) turn(has_deferred() ? 0 : -1);
 }
 
 void Loop::poll() {
-  const Driving driving(*this);
-  do {
-    io_.restart();
-    io_.poll();
-    turn(0);
-  } while (end_ > 0 || has_deferred());
+  Drive(*this).poll();
 }
 
 void Loop::turn(int timeout_ms) {

@@ -10,6 +10,7 @@
 #include <sys/epoll.h>
 
 #include <array>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <chrono>
@@ -37,6 +38,24 @@ class Loop final : public boost::asio::execution_context::service {
 
   static Loop& of(boost::asio::io_context& io) { return boost::asio::use_service<Loop>(io); }
 
+  /// While it lives the loop waits for the io_context, and not the other way round: for who looks
+  /// again and again.
+  class Drive {
+   public:
+    explicit Drive(Loop& loop);
+    ~Drive();
+    Drive(const Drive&) = delete;
+    Drive& operator=(const Drive&) = delete;
+
+    /// As Loop::poll().
+    void poll();
+
+   private:
+    Loop& loop_;
+    boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
+    int asio_ = -1;
+  };
+
   /// Until io.stop().
   void run();
   /// All that is ready, and what follows from it. Waits for nothing.
@@ -55,8 +74,6 @@ class Loop final : public boost::asio::execution_context::service {
   static constexpr int kEvents = 64;
   static constexpr int kRounds = 4;        // of deferred work in a turn
   static constexpr unsigned kTurns = 256;  // at most, without a look at the io_context
-
-  class Driving;
 
   void shutdown() override;
   void turn(int timeout_ms);

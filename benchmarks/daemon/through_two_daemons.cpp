@@ -20,6 +20,7 @@
 #include "daemon/station/node_station.hpp"
 #include "ipc/framing.hpp"
 #include "ipc/message_frames.hpp"
+#include "loop/loop.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 
@@ -66,10 +67,7 @@ class Half {
     if (::send(program_, bytes.data(), bytes.size(), 0) < 0) fail("the daemon does not read");
   }
   /// One turn of the daemon's loop, and more while there is work.
-  void turn() {
-    io_.restart();
-    io_.poll();
-  }
+  void turn() { drive_.poll(); }
   /// What the daemon has written.
   std::size_t drain() {
     std::size_t sum = 0;
@@ -109,6 +107,7 @@ class Half {
   std::unique_ptr<NodeStation<core::Wifi>> station_;
   StatusReport status_{hub_, poses_, identity_, counters_, "none"};
   Clients clients_{io_, hub_, poses_, limits_, counters_, status_};
+  loop::Loop::Drive drive_{loop::Loop::of(io_)};
   int program_ = -1;
   std::array<char, kBufferBytes> buffer_;
 };

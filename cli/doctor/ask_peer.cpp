@@ -11,8 +11,8 @@
 
 #include "cli/common/deadline.hpp"
 #include "cli/common/operator.hpp"
+#include "cli/common/pong.hpp"
 #include "cli/doctor/peer.hpp"
-#include "cli/doctor/pong.hpp"
 #include "frame/air_frame.hpp"
 
 namespace swarmtalk::cli::doctor {

@@ -11,7 +11,7 @@
 
 #include "cli/common/checks.hpp"
 #include "cli/common/deadline.hpp"
-#include "cli/doctor/pong.hpp"
+#include "cli/common/pong.hpp"
 
 namespace swarmtalk::cli::doctor {
 namespace {

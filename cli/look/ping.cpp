@@ -13,6 +13,7 @@
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
 #include "cli/common/looking.hpp"
+#include "cli/common/pong.hpp"
 #include "cli/text/format.hpp"
 #include "cli/text/numbers.hpp"
 
@@ -23,13 +24,12 @@ constexpr const char* kPingChannel = "ping";
 constexpr std::size_t kMaxRuns = 64;  // that an answering robot counts questions of
 constexpr std::size_t kMaxQuestions = 16;
 
-/// The numbers behind the first word, if it is this one and all are there.
-template <std::size_t kCount>
-std::optional<std::array<std::uint32_t, kCount>> numbers_behind(const std::string& word,
-                                                                std::string_view payload) {
-  std::array<std::uint32_t, kCount> numbers{};
-  if (!payload.starts_with(word)) return std::nullopt;
-  payload.remove_prefix(word.size());
+/// Run, sequence, robot and TTL of a question; none: it is something else.
+std::optional<std::array<std::uint32_t, 4>> read_question(std::string_view payload) {
+  constexpr std::string_view kWord = "ping";
+  std::array<std::uint32_t, 4> numbers{};
+  if (!payload.starts_with(kWord)) return std::nullopt;
+  payload.remove_prefix(kWord.size());
   for (std::uint32_t& number : numbers) {
     if (!payload.starts_with(' ')) return std::nullopt;
     payload.remove_prefix(1);
@@ -117,24 +117,18 @@ class Pinger {
   }
 
   void hear(const Message& message) {
-    auto answer = numbers_behind<5>("pong", message.payload);
-    if (!answer) {  // of a program that does not tell from whom it has the question
-      const auto shorter = numbers_behind<4>("pong", message.payload);
-      if (!shorter) return;
-      answer.emplace();
-      std::copy(shorter->begin(), shorter->end(), answer->begin());
-    }
+    const auto pong = read_pong(message.payload);
     const auto found = asked_.find(message.sender);
-    if ((*answer)[0] != run_ || found == asked_.end()) return;
+    if (!pong || pong->run != run_ || found == asked_.end()) return;
     Asked& asked = found->second;
-    asked.heard_there = std::max<std::uint64_t>(asked.heard_there, (*answer)[2]);
-    if ((*answer)[1] != sequence_ || asked.is_answered) return;  // came late: it was told as lost
+    asked.heard_there = std::max<std::uint64_t>(asked.heard_there, pong->heard);
+    if (pong->sequence != sequence_ || asked.is_answered) return;  // came late: it was told as lost
     asked.is_answered = true;
-    asked.via = (*answer)[4];
+    asked.via = pong->via;
     ++asked.answered;
     const auto round_trip = message.received_at.value_or(Clock::now()) - asked_at_;
     asked.round_trips_ms.push_back(std::chrono::duration<double, std::milli>(round_trip).count());
-    if (message.sender == arguments_.robot) tell(&message, (*answer)[3], round_trip);
+    if (message.sender == arguments_.robot) tell(&message, pong->hops, round_trip);
   }
 
   static std::optional<double> median(std::vector<double> values) {
@@ -242,7 +236,7 @@ int answer_pings(Client& client) {
   Publisher publisher = channel.publisher([](const Status&) {}, Sending::newest(kMaxQuestions));
   if (const Status status = publisher.status(); !status) return fail(status);
   Subscriber subscriber = channel.subscriber([&](const Message& message) {
-    const auto numbers = numbers_behind<4>("ping", message.payload);
+    const auto numbers = read_question(message.payload);
     if (numbers && questions.size() < kMaxQuestions) {
       questions.push_back({*numbers, message.sender, message.hops, message.transmitter});
     }

@@ -116,19 +116,14 @@ void read_profile(const TableReader& table, LinkConfig& link) {
 
 using Keys = std::vector<std::string>;
 
-// What a link with a node of its own takes, what one on a shared medium does, and what each type
-// adds.
+// What each link with a node takes, what each type adds, what concerns its frames, and what
+// concerns a shared medium.
 Keys node_keys() {
-  return {"type",
-          "profile",
-          "node_id",
-          "key_file",
-          "also_key_file",
-          "virtual_range_m",
-          "virtual_range_unknown",
-          "forward",
-          "max_forward_ttl",
-          "max_forward_wait_ms"};
+  return {"type", "profile", "node_id"};
+}
+Keys frame_keys() {
+  return {"key_file", "also_key_file",   "virtual_range_m",    "virtual_range_unknown",
+          "forward",  "max_forward_ttl", "max_forward_wait_ms"};
 }
 Keys air_keys() {
   return {"check_freshness", "rate_hz",       "burst_frames",        "jitter_us",
@@ -156,14 +151,14 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   const int type = table.read_choice("type", {"raw_l2", "udp", "replay", "kilobot"});
   if (type < 0) {
     const Keys keys =
-        joined({kilobot_keys(), node_keys(), air_keys(), raw_keys(), udp_keys(), replay_keys()});
+        joined({kilobot_keys(), raw_keys(), udp_keys(), replay_keys(), frame_keys(), air_keys()});
     table.expect_keys(keys);
     table.fail_missing("type", "add type = \"raw_l2\", \"udp\", \"replay\" or \"kilobot\"");
   }
   link.type = static_cast<LinkType>(type);
   switch (link.type) {
     case LinkType::kRawL2:
-      table.expect_keys(joined({node_keys(), air_keys(), raw_keys()}));
+      table.expect_keys(joined({node_keys(), raw_keys(), frame_keys(), air_keys()}));
       read_interface(table, link);
       if (link.interface.empty()) {
         table.fail_missing("interface", "add interface = \"wlan0\" (`ip link` lists them)");
@@ -172,14 +167,14 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
       read_pacing(table, link);
       break;
     case LinkType::kUdp:
-      table.expect_keys(joined({node_keys(), air_keys(), udp_keys()}));
+      table.expect_keys(joined({node_keys(), udp_keys(), frame_keys(), air_keys()}));
       read_interface(table, link);
       read_address(table, link);
       table.read_integer("port", kPortLimits, link.port);
       read_pacing(table, link);
       break;
     case LinkType::kReplay:
-      table.expect_keys(joined({node_keys(), replay_keys()}));
+      table.expect_keys(joined({node_keys(), replay_keys(), frame_keys()}));
       table.read_text("file", link.file);
       if (link.file.empty()) table.fail_missing("file", "add file = \"capture.pcap\"");
       table.read_text("output", link.output);

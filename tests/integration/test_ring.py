@@ -138,7 +138,7 @@ def test_messages_through_the_ring_arrive_as_they_were(daemon):
     messages = [chance.randbytes(size) for size in sizes]
     for number, message in enumerate(messages, start=1):
         body = field(1, publisher) + field(2, number) + field(3, message)
-        sender.write(sender.frame(field(11, body)))
+        sender.write(frame(field(11, body)))
     assert [fields(listener.find(13)[13])[2] for _ in messages] == messages
     for number in range(1, len(messages) + 1):
         assert fields(sender.find(12)[12])[2] == number

@@ -65,7 +65,7 @@ def completed(program, line):
 
 
 def test_bash_completes_commands_options_values_and_files():
-    assert completed("swarmtalk-cli", "swarmtalk-cli s") == ["sub", "status", "stats"]
+    assert completed("swarmtalk-cli", "swarmtalk-cli s") == ["sub", "status", "stats", "survey"]
     assert completed("swarmtalk-cli", "swarmtalk-cli pose s") == ["set"]
     assert completed("swarmtalk-cli", "swarmtalk-cli --socket pose po") == ["pose"]
     assert "--latest-from-each" in completed("swarmtalk-cli", "swarmtalk-cli sub --l")

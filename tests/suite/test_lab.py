@@ -42,8 +42,13 @@ def test_nine_robots_count_hops_on_a_radio_with_a_range_of_its_own(tmp_path):
     assert "real time" in suite(tmp_path, "replay", result["log"]).stderr
 
 
+# With SWARMTALK_RADIO_SECONDS (tools/test --long) all of them: a firefly runs for five minutes.
+ON_THE_RADIO = ["hop_count"] + ["hop_count_two_seeds", "firefly"] * (
+    "SWARMTALK_RADIO_SECONDS" in os.environ)
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "firefly"])
+@pytest.mark.parametrize("program", ON_THE_RADIO)
 def test_thirty_six_robots_do_on_the_radio_what_they_do_in_the_lab(tmp_path, program):
     """By the suite's own criteria, for as long as the suite runs it."""
     done = suite(tmp_path, "run", program, *RADIO, timeout=480)

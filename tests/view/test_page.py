@@ -62,6 +62,7 @@ def test_a_browser_shows_robots_cards_channels_and_what_was_before(make_lab, mak
         # What is not known is called unknown.
         assert "unknown" in page.ask("document.getElementById('card').textContent")
         keep(page, "channels.png")
+        page.wait_for("performance.now() > 3000", 6.0)  # else there is nothing 4 s back
         lab.kill(3)
         page.wait_for("swarmtalk.isGreyed(3)", 6.0)
         assert not page.ask("swarmtalk.isGreyed(2)")
