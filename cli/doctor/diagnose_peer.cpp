@@ -112,9 +112,10 @@ void diagnose_silence(const PeerFacts& peer, const LinkFacts* link, const RadioF
                       Report& report) {
   const std::string robot = "robot " + std::to_string(peer.robot);
   if (peer.frames > 0 && peer.report && peer.report->hears_us) {
-    report.not_looked_at.push_back({robot,
-                                    "both hear each other, and it answers no question: "
-                                    "start `swarmtalk-cli ping --answer` there"});
+    report.not_looked_at.push_back(
+        {robot,
+         "both hear each other, and it answers no question: "
+         "start `swarmtalk-cli ping --answer` there, or set `report = true`"});
     return;
   }
   if (peer.frames > 0) {

@@ -20,9 +20,9 @@ namespace swarmtalk::daemon {
 class PingAnswerer final : public HubClient {
  public:
   static constexpr std::uint32_t kRateHz = 5;
-  static constexpr std::uint32_t kBurst = 10;
+  static constexpr std::uint32_t kBurst = 100;     // doctor asks 75 at once
   static constexpr std::size_t kMostRuns = 64;     // whose questions are counted
-  static constexpr std::size_t kMostAnswers = 16;  // that wait to be sent
+  static constexpr std::size_t kMostAnswers = 32;  // that wait to be sent
 
   /// All references must outlive it.
   PingAnswerer(Hub& hub, const NodeIdentity& identity, DaemonCounters& counters);

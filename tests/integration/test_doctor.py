@@ -83,6 +83,13 @@ def test_a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair)
     assert examine(other)[0] == {}
 
 
+def test_a_robot_whose_daemon_answers_is_healthy_without_a_program_there(wires, robot):
+    """As installed: doctor's questions are no more than a daemon answers at once."""
+    wires.robot("a").start(node(2) + HEALTHY + "[reserved]\nreport = true\n")
+    found, report = examine(robot, "--peer", 2)
+    assert found == {} and report["peer"]["answered"] == report["peer"]["asked"], report
+
+
 def test_a_robot_alone_is_healthy(robot):
     found, report = examine(robot)
     assert found == {} and [each["id"] for each in report["findings"]
