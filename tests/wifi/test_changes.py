@@ -109,12 +109,13 @@ def test_group_frames_wait_for_a_sleeping_station(machine, daemons):
                                            channel=f"asleep {is_asleep}")["r2"]
             assert account.heard >= MESSAGES and account.unaccounted == 0, account
             frames = air.frames(group)
-            assert len(frames) >= MESSAGES
-            held[is_asleep] = len(air.frames(f"{group} and wlan[1] & 0x20 != 0"))  # more data
+            assert len(frames) >= MESSAGES / 2  # in a slow guest some share one
+            more = len(air.frames(f"{group} and wlan[1] & 0x20 != 0"))  # more data
+            held[is_asleep] = more / len(frames)
         network.sleep("r2", False)
         machine.end_daemons()
     # Held until the beacon that calls them: several at once, all but the last of which say "more".
-    assert held[False] == 0 and held[True] > MESSAGES / 4, held
+    assert held[False] == 0 and held[True] > 1 / 4, held
 
 
 def test_a_channel_that_the_regulatory_domain_forbids(machine, daemons):
