@@ -112,7 +112,7 @@ TEST_F(WifiAirTest, TwoWhoBeginTogetherAreNotHeardByWhoIsAsFarFromBoth) {
 }
 
 TEST_F(WifiAirTest, WhoBeginsBeforeTheFirstCanBeNoticedCollidesAndWhoIsLaterWaits) {
-  for (const uint64_t after_us : {3, 5}) {
+  for (const uint64_t after_us : {3u, 5u}) {
     make();
     air->add(0, 0);
     air->add(500, 0);  // so near that its energy alone is noticed
