@@ -49,13 +49,18 @@ function(swarmtalk_library name)
   swarmtalk_warnings(${name})
 endfunction()
 
-# swarmtalk_test(NAME SOURCES... DEPENDS...): one GoogleTest program, its tests known to ctest.
+# swarmtalk_test(NAME [NOT_OPTIMISED] SOURCES... DEPENDS...): one GoogleTest program, its tests known to
+# ctest. NOT_OPTIMISED: its own sources are compiled without optimisation, which takes half of the time;
+# the libraries that it tests are optimised as ever. Not for tests of templates, nor for those that compute.
 function(swarmtalk_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "NOT_OPTIMISED" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   swarmtalk_warnings(${name})
+  if(arg_NOT_OPTIMISED)
+    target_compile_options(${name} PRIVATE -O0 -U_FORTIFY_SOURCE)
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
   set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checks the Markdown files: prose lines have at most 120 characters, and what a document names is
 there: paths of this repository, targets of the build, links, and headings that a link points to.
-Called by tools/check.
+README.md has to name every document in docs/. Called by tools/check.
 
 check_documents.py --fix: wraps the paragraphs that have a longer line; nothing else is changed.
 """
@@ -160,6 +160,15 @@ def check(path, top, cmake):
     return problems
 
 
+def unnamed_documents(documents):
+    """Documents that nobody finds from the README."""
+    named = set(LINK.findall((ROOT / "README.md").read_text(encoding="utf-8")))
+    for path in documents:
+        name = str(path.relative_to(ROOT))
+        if path.parent == ROOT / "docs" and name not in named:
+            yield f"README.md: no link to {name}"
+
+
 def main():
     found = known("*.md")
     if sys.argv[1:] == ["--fix"]:
@@ -170,6 +179,7 @@ def main():
     cmake = "\n".join(path.read_text(encoding="utf-8")
                       for path in known("CMakeLists.txt", "*/CMakeLists.txt", "*.cmake"))
     problems = [problem for path in found for problem in check(path, top, cmake)]
+    problems += unnamed_documents(found)
     for problem in problems:
         print(problem)
     if problems:

@@ -8,30 +8,16 @@ namespace swarmtalk::daemon {
 
 Answerer::Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& poses,
                    DaemonCounters& counters, std::function<std::vector<std::string>()> programs)
-    : hub_(hub),
-      identity_(identity),
+    : identity_(identity),
       counters_(counters),
       record_(hub, poses, std::move(programs)),
-      gatherer_(random_bits()) {
-  subscription_.client = publisher_.client = this;
-  publisher_.is_daemons_own = true;
-}
-
-Answerer::~Answerer() {
-  if (!is_started_) return;
-  hub_.unadvertise(publisher_);
-  hub_.unsubscribe(subscription_);
+      gatherer_(random_bits()),
+      channel_(hub) {
+  channel_.publisher().is_daemons_own = true;
 }
 
 std::optional<Refusal> Answerer::start() {
-  const ChannelRequest request{"harvest", std::nullopt, std::nullopt, 0};
-  if (auto refusal = hub_.advertise(request, publisher_)) return refusal;
-  if (auto refusal = hub_.subscribe(request, subscription_)) {
-    hub_.unadvertise(publisher_);
-    return refusal;
-  }
-  is_started_ = true;
-  return std::nullopt;
+  return channel_.open("harvest", *this);
 }
 
 // Reports are heard from their transmitter alone: one hop, and across no gateway.
@@ -70,10 +56,10 @@ void Answerer::report(Time now) {
   if (gatherer_.due() && *gatherer_.due() <= now) {
     const std::size_t neighbours = record_.neighbours(now);
     const std::string body = record_.body(gatherer_.is_wanted(identity_.id(), now), now);
-    const std::size_t most = hub_.limits(publisher_.channel).message_bytes;
+    const std::size_t most = channel_.message_bytes();
     if (const auto bytes = gatherer_.report(identity_.id(), body, neighbours, most, now)) {
       // One that a link that is down, or has the last one still, does not take is not missed.
-      if (!hub_.publish(publisher_, ++sent_, *bytes, std::nullopt)) ++counters_.reports_sent;
+      if (!channel_.publish(*bytes)) ++counters_.reports_sent;
     }
   }
   plan();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/answer/gatherer.hpp"
+#include "daemon/answer/own_channel.hpp"
 #include "daemon/answer/own_record.hpp"
 #include "daemon/common/daemon_counters.hpp"
 #include "daemon/hub/hub.hpp"
@@ -23,7 +24,6 @@ class Answerer final : public HubClient {
   /// All references must outlive it.
   Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& poses,
            DaemonCounters& counters, std::function<std::vector<std::string>()> programs);
-  ~Answerer() override;
 
   /// What the robot is called; empty: nothing.
   void set_name(std::string name) { record_.set_name(std::move(name)); }
@@ -44,17 +44,13 @@ class Answerer final : public HubClient {
  private:
   void plan();
 
-  Hub& hub_;
   const NodeIdentity& identity_;
   DaemonCounters& counters_;
   OwnRecord record_;
   Gatherer gatherer_;
-  Subscription subscription_;
-  Publisher publisher_;
+  OwnChannel channel_;
   std::function<void(Time)> hook_ = [](Time) {};
   std::optional<Time> told_;  // to the hook
-  std::uint64_t sent_ = 0;
-  bool is_started_ = false;
 };
 
 }  // namespace swarmtalk::daemon

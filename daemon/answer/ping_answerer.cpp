@@ -31,26 +31,12 @@ std::optional<std::array<std::uint32_t, 4>> read_question(std::string_view text)
 }  // namespace
 
 PingAnswerer::PingAnswerer(Hub& hub, const NodeIdentity& identity, DaemonCounters& counters)
-    : hub_(hub), identity_(identity), counters_(counters) {
-  subscription_.client = publisher_.client = this;
-  publisher_.queue_limit = kMostAnswers;
-}
-
-PingAnswerer::~PingAnswerer() {
-  if (!is_started_) return;
-  hub_.unadvertise(publisher_);
-  hub_.unsubscribe(subscription_);
+    : identity_(identity), counters_(counters), channel_(hub) {
+  channel_.publisher().queue_limit = kMostAnswers;
 }
 
 std::optional<Refusal> PingAnswerer::start() {
-  const ChannelRequest request{std::string(kQuestion), std::nullopt, std::nullopt, 0};
-  if (auto refusal = hub_.advertise(request, publisher_)) return refusal;
-  if (auto refusal = hub_.subscribe(request, subscription_)) {
-    hub_.unadvertise(publisher_);
-    return refusal;
-  }
-  is_started_ = true;
-  return std::nullopt;
+  return channel_.open(std::string(kQuestion), *this);
 }
 
 // The answer waits until the hub has delivered the question to all.
@@ -75,7 +61,7 @@ void PingAnswerer::on_message(Subscription&, const MessageRef& message) {
 
 void PingAnswerer::answer() {
   for (const Answer& each : std::exchange(answers_, {})) {
-    if (hub_.publish(publisher_, ++sent_, each.text, each.ttl)) {
+    if (channel_.publish(each.text, each.ttl)) {
       ++counters_.pings_unanswered;  // the link is down, or has too many messages already
     } else {
       ++counters_.pings_answered;

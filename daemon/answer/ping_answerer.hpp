@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/answer/own_channel.hpp"
 #include "daemon/common/daemon_counters.hpp"
 #include "daemon/common/token_bucket.hpp"
 #include "daemon/hub/hub.hpp"
@@ -26,7 +27,6 @@ class PingAnswerer final : public HubClient {
 
   /// All references must outlive it.
   PingAnswerer(Hub& hub, const NodeIdentity& identity, DaemonCounters& counters);
-  ~PingAnswerer() override;
 
   /// Begins to listen. @return why it cannot; the daemon runs all the same
   std::optional<Refusal> start();
@@ -47,17 +47,13 @@ class PingAnswerer final : public HubClient {
     std::uint32_t ttl = 0;
   };
 
-  Hub& hub_;
   const NodeIdentity& identity_;
   DaemonCounters& counters_;
-  Subscription subscription_;
-  Publisher publisher_;
+  OwnChannel channel_;
   TokenBucket bucket_{kRateHz, kBurst};
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> heard_;  // by sender and run
   std::vector<Answer> answers_;
   std::function<void()> hook_ = [] {};
-  std::uint64_t sent_ = 0;
-  bool is_started_ = false;
 };
 
 }  // namespace swarmtalk::daemon

@@ -8,11 +8,16 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import time
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import run, wait_for  # noqa: E402,F401
+
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 TIMEOUT_S = 30
 
@@ -29,23 +34,6 @@ def program(name):
     """Path of one of our programs in the build folder."""
     places = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab"}
     return str(BUILD / places.get(name, "tests/integration") / name)
-
-
-def run(*command, timeout=TIMEOUT_S, **options):
-    """Runs a command to its end; returns the finished process with text output."""
-    return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, **options)
-
-
-def wait_for(condition, timeout=10.0, what="condition"):
-    """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < deadline, f"timed out waiting for {what}"
-        time.sleep(0.02)
 
 
 class Lab:

@@ -3,24 +3,30 @@
 SWARMTALK_BUILD names the build folder. Everything that is started is ended with the test.
 """
 import contextlib
+import functools
 import json
 import os
 import pathlib
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/kilobot"))
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+import commands  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 IMAGES = BUILD / "kilobot"
 EMULATOR = BUILD / "emulation/kilobot/kilobot-emulator"
 DOUBLE = BUILD / "emulation/ohc_double/ohc-double"
 TIMEOUT_S = 120
+
+run = functools.partial(commands.run, timeout=TIMEOUT_S)
+wait_for = functools.partial(commands.wait_for, timeout=TIMEOUT_S)
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 needs_emulator = pytest.mark.skipif(
@@ -31,23 +37,6 @@ needs_emulator = pytest.mark.skipif(
 def program(name: str) -> str:
     folder = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli"}[name]
     return str(BUILD / folder / name)
-
-
-def run(*command, timeout=TIMEOUT_S, **options):
-    """Runs a command to its end; returns the finished process with text output."""
-    return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, **options)
-
-
-def wait_for(condition, timeout=TIMEOUT_S, what="condition"):
-    """Polls until `condition()` is true; returns its value."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < deadline, f"timed out waiting for {what}"
-        time.sleep(0.02)
 
 
 class Background:

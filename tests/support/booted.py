@@ -4,11 +4,11 @@ import os
 import pathlib
 import platform
 import re
-import shutil
 import subprocess
-import time
 
 import pytest
+
+from commands import needs, run, wait_for
 
 UNIT = "swarmtalkd.service"
 SOURCES = pathlib.Path("/etc/apt/sources.list.d/debian.sources")
@@ -18,29 +18,6 @@ UNREACHABLE = "Could not (resolve|connect)|Temporary failure|Unable to connect"
 
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
-
-
-def run(*command, timeout=30, **options):
-    """Runs a command to its end; returns the finished process with text output."""
-    return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, **options)
-
-
-def wait_for(condition, timeout=10.0, what="condition"):
-    """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < deadline, f"timed out waiting for {what}"
-        time.sleep(0.02)
-
-
-def needs(*programs):
-    for name in programs:
-        if shutil.which(name) is None:
-            pytest.skip(f"{name} is not installed (tools/setup test)")
 
 
 def needs_booting():

@@ -17,6 +17,10 @@ sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import run, wait_for  # noqa: E402,F401
+
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 PROGRAMS = {"swarmtalk-view": "view", "swarmtalk-lab": "lab", "swarmtalk-cli": "cli"}
 TIMEOUT_S = 30
@@ -24,22 +28,6 @@ TIMEOUT_S = 30
 
 def program(name):
     return str(BUILD / PROGRAMS[name] / name)
-
-
-def run(*command, **options):
-    return subprocess.run([str(word) for word in command], timeout=TIMEOUT_S, text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, check=False, **options)
-
-
-def wait_for(condition, timeout=10.0, what="condition"):
-    """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < deadline, f"timed out waiting for {what}"
-        time.sleep(0.02)
 
 
 def one_line(text, *words):

@@ -1,0 +1,30 @@
+"""Commands that run to their end, and conditions that come true: each with a limit."""
+import shutil
+import subprocess
+import time
+
+import pytest
+
+
+def run(*command, timeout=30, **options):
+    """Runs a command to its end, at most `timeout` seconds; its result, with text output."""
+    return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
+                          capture_output=True, stdin=subprocess.DEVNULL, **options)
+
+
+def wait_for(condition, timeout=10.0, what="condition"):
+    """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < deadline, f"timed out waiting for {what}"
+        time.sleep(0.02)
+
+
+def needs(*programs):
+    """Skips the test that asks if one of the programs is not installed."""
+    for name in programs:
+        if shutil.which(name) is None:
+            pytest.skip(f"{name} is not installed (tools/setup test)")
