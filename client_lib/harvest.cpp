@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "client_lib/harvest_text.hpp"
+#include "report/harvest_text.hpp"
 
 namespace swarmtalk {
 namespace {
@@ -65,11 +65,11 @@ Status Harvest::ask(std::string_view prefix, Callback found, std::uint32_t ttl) 
   } while (question_ == 0);
   found_ = std::move(found);
   const auto answer_ttl = static_cast<std::uint8_t>(std::min<std::uint32_t>(ttl, UINT8_MAX));
-  return publisher_.send(client::encode({question_, answer_ttl, prefix}), ttl);
+  return publisher_.send(report::encode({question_, answer_ttl, prefix}), ttl);
 }
 
 void Harvest::hear(const Message& message) {
-  if (const auto question = client::decode_question(message.payload)) {
+  if (const auto question = report::decode_question(message.payload)) {
     return answer(question->number, question->ttl, question->prefix);
   }
   if (question_ == 0 || !found_) return;
@@ -79,7 +79,7 @@ void Harvest::hear(const Message& message) {
   value.hops = message.hops;
   value.local = message.local;
   const Callback found = found_;  // which may ask again
-  client::decode_answer(message.payload, question_,
+  report::decode_answer(message.payload, question_,
                         [&](std::string_view key, std::string_view content) {
                           value.key = key;
                           value.value = content;
@@ -88,17 +88,17 @@ void Harvest::hear(const Message& message) {
 }
 
 void Harvest::answer(std::uint32_t question, std::uint32_t ttl, std::string_view prefix) {
-  const std::string empty = client::begin_answer(question);
+  const std::string empty = report::begin_answer(question);
   std::string bytes = empty;
   const std::size_t most = std::min(kAnswerBytes, publisher_.max_message_bytes());
   for (auto each = values_.lower_bound(prefix); each != values_.end(); ++each) {
     if (!each->first.starts_with(prefix)) break;
     std::string with_it = bytes;
-    client::append_value(with_it, each->first, each->second);
+    report::append_value(with_it, each->first, each->second);
     if (with_it.size() > most && bytes.size() > empty.size()) {
       static_cast<void>(publisher_.send(bytes, ttl));
       with_it = empty;
-      client::append_value(with_it, each->first, each->second);
+      report::append_value(with_it, each->first, each->second);
     }
     bytes = std::move(with_it);
   }

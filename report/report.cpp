@@ -14,7 +14,8 @@ enum Section : std::uint8_t {
   kChannels = 3,
   kLost = 4,
   kPrograms = 5,
-  kName = 6
+  kName = 6,
+  kValues = 7
 };
 
 constexpr std::size_t kPlaceBytes = 7;
@@ -85,6 +86,12 @@ void add_section(std::string& body, Section kind, const std::string& content) {
   body += content;
 }
 
+/// What a section of texts may still hold.
+std::size_t room_in(const std::string& body) {
+  constexpr std::size_t kHeader = 2;
+  return body.size() + kHeader < kMostBodyBytes ? kMostBodyBytes - body.size() - kHeader : 0;
+}
+
 bool read_section(std::uint8_t kind, std::string_view content, Facts& facts) {
   Reader reader(content);
   switch (kind) {
@@ -132,6 +139,18 @@ bool read_section(std::uint8_t kind, std::string_view content, Facts& facts) {
     case kName:
       facts.name = std::string(content);
       return content.size() <= kMostNameBytes;
+    case kValues:
+      while (!reader.is_empty()) {
+        Value value;
+        const std::size_t key_bytes = reader.get8();
+        value.key = reader.take(key_bytes);
+        const std::size_t text_bytes = reader.get8();
+        value.text = reader.take(text_bytes);
+        if (value.key.empty() || key_bytes > kMostKeyBytes || text_bytes > kMostValueBytes)
+          return false;
+        facts.values.push_back(std::move(value));
+      }
+      return !reader.is_cut();
     default:
       return true;
   }
@@ -149,6 +168,29 @@ void write_wanted(Writer& writer, const std::vector<std::uint16_t>& wanted) {
   const std::size_t count = std::min(wanted.size(), kMostWanted);
   writer.put8(static_cast<std::uint8_t>(count));
   for (std::size_t i = 0; i < count; ++i) writer.put16(wanted[i]);
+}
+
+void add_values(std::string& body, const std::vector<Value>& values) {
+  Writer section;
+  for (const Value& each : values) {
+    if (section.bytes.size() + 2 + each.key.size() + each.text.size() > room_in(body)) continue;
+    section.put8(static_cast<std::uint8_t>(each.key.size()));
+    section.bytes += each.key;
+    section.put8(static_cast<std::uint8_t>(each.text.size()));
+    section.bytes += each.text;
+  }
+  if (!section.bytes.empty()) add_section(body, kValues, section.bytes);
+}
+
+void add_programs(std::string& body, const std::vector<std::string>& programs) {
+  Writer section;
+  for (const std::string& name : programs) {
+    const std::size_t size = std::min<std::size_t>(name.size(), 255);
+    if (section.bytes.size() + 1 + size > room_in(body)) continue;
+    section.put8(static_cast<std::uint8_t>(size));
+    section.bytes += name.substr(0, size);
+  }
+  add_section(body, kPrograms, section.bytes);
 }
 
 bool begins_with(std::string_view bytes, char kind) {
@@ -209,7 +251,7 @@ std::string encode_body(const Facts& facts) {
     writer.put32(facts.lost->late);
     add_section(body, kLost, writer.bytes);
   }
-  Writer hears, channels, programs;
+  Writer hears, channels;
   for (const Hearing& each : facts.hears) {
     hears.put16(each.node);
     hears.put8(each.loss_255);
@@ -220,14 +262,11 @@ std::string encode_body(const Facts& facts) {
     channels.put8(each.subscribers);
     channels.put16(each.received_per_10s);
   }
-  for (const std::string& name : facts.programs.value_or(std::vector<std::string>{})) {
-    programs.put8(static_cast<std::uint8_t>(std::min<std::size_t>(name.size(), 255)));
-    programs.bytes += name.substr(0, 255);
-  }
   if (facts.name) add_section(body, kName, facts.name->substr(0, kMostNameBytes));
   if (!facts.hears.empty()) add_section(body, kHears, hears.bytes);
   if (!facts.channels.empty()) add_section(body, kChannels, channels.bytes);
-  if (facts.programs) add_section(body, kPrograms, programs.bytes);
+  add_values(body, facts.values);
+  if (facts.programs) add_programs(body, *facts.programs);
   return body;
 }
 

@@ -18,6 +18,8 @@ inline constexpr std::size_t kMostWanted = 4;
 inline constexpr std::size_t kMostBodyBytes = 250;  // of one record
 inline constexpr std::size_t kMostReportBytes = 1200;
 inline constexpr std::size_t kMostNameBytes = 20;  // of a robot's name
+inline constexpr std::size_t kMostKeyBytes = 20;   // of a value that a program has set
+inline constexpr std::size_t kMostValueBytes = 40;
 inline constexpr std::uint32_t kAgeStepMs = 250;
 inline constexpr std::uint32_t kAirStepUs = 10;
 
@@ -79,6 +81,13 @@ struct Losses {
   bool operator==(const Losses&) const = default;
 };
 
+/// What a program of the robot has set for whoever asks.
+struct Value {
+  std::string key;   // 1 to kMostKeyBytes
+  std::string text;  // at most kMostValueBytes
+  bool operator==(const Value&) const = default;
+};
+
 /// A record's body, taken apart. Absent: the robot does not know, or did not say it this time.
 struct Facts {
   std::optional<Place> place;
@@ -87,12 +96,14 @@ struct Facts {
   std::optional<Losses> lost;
   std::optional<std::vector<std::string>> programs;
   std::optional<std::string> name;
+  std::vector<Value> values;
   bool operator==(const Facts&) const = default;
 };
 
 std::string encode(const Look& look);
 std::string encode(const Report& report);
-/// Leaves out, from the end, what does not fit into kMostBodyBytes.
+/// Leaves out what does not fit into kMostBodyBytes, whole sections first to last: place, losses,
+/// name, neighbours, channels; then as many values and as many programs as there is room for.
 std::string encode_body(const Facts& facts);
 
 /// Bytes that a record takes in a report.

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "client_lib/harvest_text.hpp"
+#include "report/harvest_text.hpp"
 
 namespace swarmtalk::view {
 
@@ -24,13 +24,7 @@ void Source::take_line(std::uint32_t robot, const std::string& text, Time at) {
 // Answers to whoever asked: values of programs are shown wherever they are heard.
 void Source::take_harvest(const Message& message, Time at) {
   if (reports_.take(message, swarm_, at)) return;
-  const std::string& bytes = message.payload;
-  if (bytes.size() < client::kHarvestAnswerHeaderBytes || bytes[0] != 'A') return;
-  std::uint32_t question = 0;
-  for (std::size_t i = 1; i < client::kHarvestAnswerHeaderBytes; ++i) {
-    question = question << 8 | static_cast<unsigned char>(bytes[i]);
-  }
-  client::decode_answer(bytes, question, [&](std::string_view key, std::string_view value) {
+  report::decode_answer(message.payload, [&](std::string_view key, std::string_view value) {
     swarm_.note_value(message.sender, std::string(key.substr(0, 64)),
                       std::string(value.substr(0, 512)));
   });

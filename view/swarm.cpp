@@ -96,6 +96,7 @@ void Swarm::note_report(std::uint32_t id, const report::Facts& facts, Time said_
   SwarmRobot* const known = robot(id);
   if (known == nullptr) return;
   if (facts.name) known->name = *facts.name;
+  for (const report::Value& each : facts.values) note_value(id, each.key, each.text);
   if (known->is_self) return;  // its daemon itself tells all the rest
   if (known->told_at && *known->told_at >= said_at) return;
   known->told_at = said_at;

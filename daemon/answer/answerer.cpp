@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "daemon/station/node_identity.hpp"
+#include "report/harvest_text.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -32,6 +33,12 @@ void Answerer::on_message(Subscription&, const MessageRef& message) {
     }
     return plan();
   }
+  if (message->is_local && question_ != 0 && report::question_of_answer(bytes) == question_) {
+    report::decode_answer(bytes, [this](std::string_view key, std::string_view value) {
+      record_.note_value(key, value);
+    });
+    return;
+  }
   if (message->is_local || !report::is_report(bytes)) return;
   const auto report = report::decode_report(bytes);
   if (!report || message->hops != 0 || message->crossed_gateway) {
@@ -55,7 +62,14 @@ void Answerer::report(Time now) {
   told_.reset();
   if (gatherer_.due() && *gatherer_.due() <= now) {
     const std::size_t neighbours = record_.neighbours(now);
-    const std::string body = record_.body(gatherer_.is_wanted(identity_.id(), now), now);
+    const bool is_wanted = gatherer_.is_wanted(identity_.id(), now);
+    const std::string body = record_.body(is_wanted, now);
+    if (is_wanted) {
+      ask_programs(now);
+    } else if (asked_at_) {
+      record_.forget_values();
+      asked_at_.reset();
+    }
     const std::size_t most = channel_.message_bytes();
     if (const auto bytes = gatherer_.report(identity_.id(), body, neighbours, most, now)) {
       // One that a link that is down, or has the last one still, does not take is not missed.
@@ -63,6 +77,18 @@ void Answerer::report(Time now) {
     }
   }
   plan();
+}
+
+// What its programs have set for whoever asks (Harvest of the client library): they are asked here,
+// not over the air, and their answers travel one hop; the next report tells them.
+void Answerer::ask_programs(Time now) {
+  if (asked_at_ && now - *asked_at_ < kAskPeriod) return;
+  asked_at_ = now;
+  do {
+    question_ = static_cast<std::uint32_t>(random_bits());
+  } while (question_ == 0);
+  record_.begin_values();
+  channel_.tell_programs(report::encode(report::HarvestQuestion{question_, 0, ""}));
 }
 
 }  // namespace swarmtalk::daemon

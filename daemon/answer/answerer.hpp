@@ -21,6 +21,9 @@ class Answerer final : public HubClient {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
+  /// Between two questions to this robot's programs, while its details are wanted.
+  static constexpr auto kAskPeriod = std::chrono::seconds(10);
+
   /// All references must outlive it.
   Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& poses,
            DaemonCounters& counters, std::function<std::vector<std::string>()> programs);
@@ -43,6 +46,7 @@ class Answerer final : public HubClient {
 
  private:
   void plan();
+  void ask_programs(Time now);
 
   const NodeIdentity& identity_;
   DaemonCounters& counters_;
@@ -50,7 +54,9 @@ class Answerer final : public HubClient {
   Gatherer gatherer_;
   OwnChannel channel_;
   std::function<void(Time)> hook_ = [](Time) {};
-  std::optional<Time> told_;  // to the hook
+  std::optional<Time> told_;    // to the hook
+  std::uint32_t question_ = 0;  // to programs; 0: none yet
+  std::optional<Time> asked_at_;
 };
 
 }  // namespace swarmtalk::daemon

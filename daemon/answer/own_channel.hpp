@@ -45,6 +45,9 @@ class OwnChannel {
     return hub_.publish(publisher_, ++sent_, payload, ttl);
   }
 
+  /// To this robot's programs alone: nothing goes on the air.
+  void tell_programs(std::string_view payload) { hub_.tell_programs(publisher_, payload); }
+
   /// Its limits may be set before open().
   Publisher& publisher() { return publisher_; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -34,16 +35,41 @@ std::size_t OwnRecord::neighbours(Time now) const {
 std::string OwnRecord::body(bool with_details, Time now) {
   report::Facts facts;
   add_place(facts, now);
-  add_hearings(facts, now);
-  add_channels(facts, now);
+  add_hearings(facts, with_details ? kMostHearingsInDetail : kMostHearings, now);
+  add_channels(facts, with_details ? kMostChannelsInDetail : kMostChannels, now);
   if (!name_.empty() && (records_++ % kNameEvery == 0 || with_details)) facts.name = name_;
-  if (with_details) {
-    std::vector<std::string>& programs = facts.programs.emplace();
-    for (const std::string& name : programs_()) {
-      if (programs.size() < kMostPrograms) programs.push_back(name.substr(0, kMostNameBytes));
-    }
-  }
+  if (with_details) add_details(facts);
   return report::encode_body(facts);
+}
+
+void OwnRecord::add_details(report::Facts& facts) {
+  std::vector<std::string>& programs = facts.programs.emplace();
+  for (const std::string& name : programs_()) {
+    if (programs.size() < kMostPrograms) programs.push_back(name.substr(0, kMostNameBytes));
+  }
+  std::vector<report::Value> values;
+  for (const auto& [key, text] : values_) values.push_back({key, text});
+  facts.values = take_turns(values, kMostValuesInDetail, first_value_);
+}
+
+void OwnRecord::begin_values() {
+  values_ = std::exchange(told_again_, {});
+}
+
+void OwnRecord::forget_values() {
+  values_.clear();
+  told_again_.clear();
+}
+
+// A key that is too long is left out, since cut ones might be the same; a text that is cut ends so.
+void OwnRecord::note_value(std::string_view key, std::string_view text) {
+  constexpr std::string_view kCut = "...";
+  if (key.empty() || key.size() > report::kMostKeyBytes) return;
+  if (!told_again_.contains(std::string(key)) && told_again_.size() >= kMostValues) return;
+  std::string told(text.substr(0, report::kMostValueBytes));
+  if (text.size() > told.size()) told.replace(told.size() - kCut.size(), kCut.size(), kCut);
+  values_.insert_or_assign(std::string(key), told);
+  told_again_.insert_or_assign(std::string(key), std::move(told));
 }
 
 // As frames carry it: a stale one is left out, since it would say nothing.
@@ -53,7 +79,7 @@ void OwnRecord::add_place(report::Facts& facts, Time now) const {
   facts.place = report::Place{pose->x_mm, pose->y_mm, pose->theta_turns16, pose->age_10ms};
 }
 
-void OwnRecord::add_hearings(report::Facts& facts, Time now) {
+void OwnRecord::add_hearings(report::Facts& facts, std::size_t most, Time now) {
   std::vector<report::Hearing> all;
   for (Station* station : hub_.stations()) {
     for (const Neighbour& each : station->neighbours(now)) {
@@ -62,10 +88,10 @@ void OwnRecord::add_hearings(report::Facts& facts, Time now) {
       all.push_back({each.node, static_cast<std::uint8_t>(std::lround(loss * 255.0))});
     }
   }
-  facts.hears = take_turns(all, kMostHearings, first_hearing_);
+  facts.hears = take_turns(all, most, first_hearing_);
 }
 
-void OwnRecord::add_channels(report::Facts& facts, Time now) {
+void OwnRecord::add_channels(report::Facts& facts, std::size_t most, Time now) {
   const bool is_first = counted_at_ == Time{};
   const double seconds = std::chrono::duration<double>(now - counted_at_).count();
   std::vector<report::ChannelUse> all;
@@ -87,7 +113,7 @@ void OwnRecord::add_channels(report::Facts& facts, Time now) {
   }
   received_before_ = std::move(received);
   counted_at_ = now;
-  facts.channels = take_turns(all, kMostChannels, first_channel_);
+  facts.channels = take_turns(all, most, first_channel_);
   facts.lost = report::Losses{cut_to<std::uint32_t>(lost.air), cut_to<std::uint32_t>(lost.kernel),
                               cut_to<std::uint32_t>(lost.daemon), cut_to<std::uint32_t>(lost.late)};
 }

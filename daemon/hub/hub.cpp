@@ -156,6 +156,18 @@ void Hub::on_outgoing(const Publication& publication, std::size_t station, Chann
   delivery_.deliver_own(channel, head, publication.bytes(), publication.client);
 }
 
+void Hub::tell_programs(const Publisher& publisher, std::string_view payload) {
+  MessageHead head;
+  head.channel = publisher.channel;
+  head.sender = identity_.id();
+  head.epoch = identity_.epoch() & 0xFFFFu;
+  head.distance_m = 0.0f;
+  head.received_at_ns = monotonic_ns();
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(payload.data());
+  delivery_.deliver_own(*channels_.find(publisher.channel), head, {bytes, payload.size()},
+                        publisher.client->serial());
+}
+
 void Hub::on_last_message(Station& station, const MessageHead& head) {
   Channel* const channel = channels_.find(head.channel);
   if (channel == nullptr || channel->subscriptions.empty()) return;

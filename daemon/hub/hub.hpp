@@ -63,6 +63,9 @@ class Hub final : public StationUser, private OutgoingListener {
                                  std::string_view payload, std::optional<std::uint32_t> ttl,
                                  std::optional<std::uint64_t> sent_at_ns = std::nullopt);
 
+  /// Hands a message to this robot's programs alone: nothing goes on the air.
+  void tell_programs(const Publisher& publisher, std::string_view payload);
+
   /// Sends the copies of important messages that are due. Call when the time has come that the hook
   /// told last.
   void send_copies(Time now) { outbox_.send_copies(now); }

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "client_lib/harvest_text.hpp"
+#include "report/harvest_text.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  using namespace swarmtalk::client;
+  using namespace swarmtalk::report;
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   if (const auto question = decode_question(text)) {
     if (encode(*question) != text) std::abort();

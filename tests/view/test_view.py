@@ -310,8 +310,11 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
     lab = make_lab(9, "--config", base)
     view = make_view(lab.socket(1))
     running = lab.start_cli(9, "sub", "alarm")
+    offering = lab.start_cli(9, "harvest", "--offer", "battery=3.91")
     with page(view) as viewer, contextlib.ExitStack() as stack:
-        stack.callback(lambda: (running.kill(), running.wait()))
+        for process in (running, offering):
+            stack.callback(process.wait)
+            stack.callback(process.kill)
         viewer.send(json.dumps({"op": "card", "robot": 9}))
         state = state_with(viewer, *range(1, 10), timeout=40.0)
         last = robots_of(state)[9]
@@ -323,7 +326,10 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
         assert card["id"] == 9
         card = message_where(viewer, lambda m: m["t"] == "card" and "programs" in m, 30.0,
                              "programs, which are told for an open card only")
-        assert card["programs"] == ["swarmtalk-cli"]
+        assert "swarmtalk-cli" in card["programs"]
+        card = message_where(viewer, lambda m: m["t"] == "card" and m.get("values"), 40.0,
+                             "values that a program far away has set")
+        assert card["values"] == {"battery": "3.91"}
         message_where(viewer, lambda m: m["t"] == "state" and all(
             robots_of(m)[number].get("name") == "scout" for number in (1, 9)), 30.0, "their names")
 

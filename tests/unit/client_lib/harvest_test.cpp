@@ -1,7 +1,7 @@
 // Harvest and Client::log() against a daemon that says what it is told.
 #include <swarmtalk/client/harvest.hpp>
 
-#include "client_lib/harvest_text.hpp"
+#include "report/harvest_text.hpp"
 #include "tests/unit/client_lib/client_fixture.hpp"
 
 namespace swarmtalk::test {
@@ -29,10 +29,10 @@ TEST_F(HarvestTest, ValuesOfTheKeysThatAreAskedForAreTheAnswer) {
   ASSERT_TRUE(harvest.set("battery", "4.1"));
   ASSERT_TRUE(harvest.set("battery", "3.9"));
   ASSERT_TRUE(harvest.set("state", "idle"));
-  daemon.deliver(client::encode({7, 3, "bat"}));
+  daemon.deliver(report::encode({7, 3, "bat"}));
   ASSERT_TRUE(run_until(client, [&] { return daemon.count(is_publish) == 1; }));
-  std::string answer = client::begin_answer(7);
-  client::append_value(answer, "battery", "3.9");
+  std::string answer = report::begin_answer(7);
+  report::append_value(answer, "battery", "3.9");
   EXPECT_EQ(published()[0].payload(), answer);
   EXPECT_EQ(published()[0].ttl(), 3u);
 }
@@ -40,13 +40,13 @@ TEST_F(HarvestTest, ValuesOfTheKeysThatAreAskedForAreTheAnswer) {
 TEST_F(HarvestTest, NothingIsSaidWhereThereIsNoSuchValue) {
   Harvest harvest(client);
   ASSERT_TRUE(harvest.set("state", "idle"));
-  daemon.deliver(client::encode({7, 3, "bat"}));
+  daemon.deliver(report::encode({7, 3, "bat"}));
   daemon.deliver("no question");
-  daemon.deliver(client::encode({8, 3, "state"}));
+  daemon.deliver(report::encode({8, 3, "state"}));
   ASSERT_TRUE(run_until(client, [&] { return daemon.count(is_publish) > 0; }));
   EXPECT_EQ(daemon.count(is_publish), 1);
   harvest.remove("state");
-  daemon.deliver(client::encode({9, 3, ""}));
+  daemon.deliver(report::encode({9, 3, ""}));
   client.run_for(std::chrono::milliseconds(50));
   EXPECT_EQ(daemon.count(is_publish), 1);
 }
@@ -54,11 +54,11 @@ TEST_F(HarvestTest, NothingIsSaidWhereThereIsNoSuchValue) {
 TEST_F(HarvestTest, ManyValuesGoIntoSeveralMessages) {
   Harvest harvest(client);
   for (const char* key : {"a", "b", "c"}) ASSERT_TRUE(harvest.set(key, std::string(40, 'x')));
-  daemon.deliver(client::encode({7, 0, ""}));  // messages have at most 100 bytes here
+  daemon.deliver(report::encode({7, 0, ""}));  // messages have at most 100 bytes here
   ASSERT_TRUE(run_until(client, [&] { return daemon.count(is_publish) == 2; }));
   std::string keys;
   for (const ipc::Publish& each : published()) {
-    EXPECT_TRUE(client::decode_answer(
+    EXPECT_TRUE(report::decode_answer(
         each.payload(), 7, [&](std::string_view key, std::string_view) { keys += key; }));
   }
   EXPECT_EQ(keys, "abc");
@@ -74,10 +74,10 @@ TEST_F(HarvestTest, AnswersToTheLastQuestionAreFound) {
   EXPECT_EQ(published()[1].ttl(), 2u);
   const auto asked = published();
   for (const ipc::Publish& each : asked) {
-    const auto question = client::decode_question(each.payload());
+    const auto question = report::decode_question(each.payload());
     ASSERT_TRUE(question);
-    std::string answer = client::begin_answer(question->number);
-    client::append_value(answer, std::string(question->prefix), "=3.9");
+    std::string answer = report::begin_answer(question->number);
+    report::append_value(answer, std::string(question->prefix), "=3.9");
     daemon.deliver(answer);
   }
   ASSERT_TRUE(run_until(client, [&] { return !found.empty(); }));

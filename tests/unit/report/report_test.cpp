@@ -25,6 +25,7 @@ Facts some_facts() {
   facts.lost = Losses{1, 2, 3, 70000};
   facts.programs = {{"wander", ""}};
   facts.name = "scout";
+  facts.values = {{"battery", "3.91"}, {"state", ""}};
   return facts;
 }
 
@@ -67,6 +68,26 @@ TEST(Report, ANameThatIsTooLongIsCutAndNotBelieved) {
   facts.name = std::string(21, 'x');
   EXPECT_EQ(decode_body(encode_body(facts))->name, std::string(20, 'x'));
   EXPECT_FALSE(decode_body("\x06\x15" + *facts.name));
+}
+
+TEST(Report, ValuesAreAsThePageSays) {
+  Facts facts;
+  facts.values = {{"bat", "3.9"}};
+  EXPECT_EQ(hex(encode_body(facts)), "07080362617403332e39");
+  EXPECT_FALSE(decode_body(std::string("\x07\x02\x00\x00", 4))) << "a key has at least one byte";
+  EXPECT_FALSE(decode_body(std::string("\x07\x04\x01k\x09t", 6))) << "cut";
+}
+
+TEST(Report, AsManyValuesAndProgramsAreToldAsThereIsRoomFor) {
+  Facts facts = some_facts();
+  facts.values.assign(9, {"a key of some length", std::string(kMostValueBytes, 'x')});
+  facts.values.push_back({"k", "v"});
+  facts.programs = {{std::string(200, 'p'), "short"}};
+  const auto back = decode_body(encode_body(facts));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->values.size(), 4u);
+  EXPECT_EQ(back->values.back().key, "k");
+  EXPECT_EQ(back->programs, (std::vector<std::string>{"short"}));
 }
 
 TEST(Report, NoProgramsIsSomethingElseThanNothingSaidOfThem) {

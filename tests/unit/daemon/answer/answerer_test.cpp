@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "report/harvest_text.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {
@@ -29,6 +30,14 @@ class AnswererTest : public testing::Test {
     ASSERT_FALSE(hub_.publish(publisher, 1, bytes, std::nullopt));
     hub_.unadvertise(publisher);
     station_.leave(channel_);
+  }
+  /// That the program of this robot was asked.
+  std::vector<report::HarvestQuestion> questions() const {
+    std::vector<report::HarvestQuestion> found;
+    for (const auto& [id, payload, is_local] : program_.heard) {
+      if (const auto question = report::decode_question(payload)) found.push_back(*question);
+    }
+    return found;
   }
   void hear(const std::string& bytes, std::uint8_t hops = 0, bool crossed_gateway = false) {
     MessageHead head;
@@ -115,6 +124,48 @@ TEST_F(AnswererTest, TellsProgramsOnlyWhenTheyAreWanted) {
   say_here(report::encode(report::Look{60, {7}}));
   run(seconds(5));
   EXPECT_FALSE(report::decode_body(last_sent()->records.at(0).body)->programs);
+}
+
+TEST_F(AnswererTest, AsksItsProgramsForTheirValuesWhereDetailsAreWanted) {
+  hub_.set_reserved({.harvest = true, .rate_hz = 100, .burst = 100});
+  Subscription subscription;
+  subscription.client = &program_;
+  ASSERT_FALSE(hub_.subscribe({"harvest", std::nullopt, std::nullopt, 0}, subscription));
+  say_here(report::encode(report::Look{255, {5}}));
+  const std::size_t said = station_.sent.size();
+  run(seconds(2));
+  ASSERT_EQ(questions().size(), 1u) << "one question in ten seconds";
+  const report::HarvestQuestion question = questions().front();
+  EXPECT_EQ(question.ttl, 0);
+  for (std::size_t i = said; i < station_.sent.size(); ++i) {
+    EXPECT_TRUE(report::is_report(station_.sent[i].payload)) << "questions are not for the air";
+  }
+  std::string stale = report::begin_answer(question.number + 1);
+  report::append_value(stale, "stale", "1");
+  say_here(stale);
+  std::string answer = report::begin_answer(question.number);
+  report::append_value(answer, "battery", "3.91");
+  report::append_value(answer, "state", std::string(100, 'x'));
+  report::append_value(answer, "a key that is longer than twenty", "1");
+  say_here(answer);
+  run(seconds(4));
+  const auto values = report::decode_body(last_sent()->records.at(0).body)->values;
+  EXPECT_EQ(values, (std::vector<report::Value>{{"battery", "3.91"},
+                                                {"state", std::string(37, 'x') + "..."}}));
+  run(seconds(30));  // nobody answers any more
+  EXPECT_GE(questions().size(), 3u);
+  EXPECT_TRUE(report::decode_body(last_sent()->records.at(0).body)->values.empty());
+  hub_.unsubscribe(subscription);
+}
+
+TEST_F(AnswererTest, DoesNotAskItsProgramsForARobotThatNobodyWants) {
+  Subscription subscription;
+  subscription.client = &program_;
+  ASSERT_FALSE(hub_.subscribe({"harvest", std::nullopt, std::nullopt, 0}, subscription));
+  say_here(report::encode(report::Look{60, {7}}));
+  run(seconds(20));
+  EXPECT_TRUE(questions().empty());
+  hub_.unsubscribe(subscription);
 }
 
 TEST_F(AnswererTest, ALookThatComesOverTheAirIsNotListenedTo) {

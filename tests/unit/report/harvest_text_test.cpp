@@ -1,11 +1,11 @@
-#include "client_lib/harvest_text.hpp"
+#include "report/harvest_text.hpp"
 
 #include <gtest/gtest.h>
 
 #include <utility>
 #include <vector>
 
-namespace swarmtalk::client {
+namespace swarmtalk::report {
 namespace {
 
 using Values = std::vector<std::pair<std::string, std::string>>;
@@ -67,4 +67,4 @@ TEST(HarvestText, ShortBytesAreNothing) {
 }
 
 }  // namespace
-}  // namespace swarmtalk::client
+}  // namespace swarmtalk::report
