@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Checks that one version is meant everywhere: CMakeLists.txt says it, the Debian changelog and
-CITATION.cff repeat it. A commit with the tag vVERSION has the heading [VERSION] in CHANGELOG.md and
-a distribution in debian/changelog, others have neither. Called by tools/check.
+"""Checks that one version is meant everywhere: CMakeLists.txt says it, the Debian changelog,
+CITATION.cff and the programs in Python repeat it. A commit with the tag vVERSION has the heading
+[VERSION] in CHANGELOG.md and a distribution in debian/changelog, others have neither. Called by
+tools/check.
 """
 import pathlib
 import re
@@ -24,6 +25,11 @@ def problems():
         yield f"debian/changelog begins with {name} {debian}, CMakeLists.txt says {version}"
     if cited != version:
         yield f"CITATION.cff says version {cited}, CMakeLists.txt says {version}"
+    for path, name in (("suite/swarmtalk-suite", "VERSION"),
+                       ("client_lib/python/swarmtalk.py", "__version__")):
+        (said,) = found(path, rf'^{name} = "(\S+)"$')
+        if said != version:
+            yield f"{path} says version {said}, CMakeLists.txt says {version}"
     tags = subprocess.run(["git", "tag", "--points-at", "HEAD", "v*"], cwd=ROOT, text=True,
                           capture_output=True, check=False).stdout.split()
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

@@ -87,6 +87,8 @@ def of_parser(parser, name, text):
             commands = [of_parser(sub, each, helps.get(each, ""))
                         for each, sub in action.choices.items()]
             continue
+        if action.help == argparse.SUPPRESS:
+            continue
         takes_value = action.nargs != 0
         value = (action.metavar or (action.dest.upper() if action.option_strings else "TEXT"))
         about = f"{action.help} {action.dest}"

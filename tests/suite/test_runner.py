@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import statistics
@@ -100,6 +101,14 @@ def test_a_failing_run_prints_the_command_that_repeats_it(tmp_path):
 def test_bad_input_is_one_clear_line(tmp_path, arguments, says):
     done = suite(tmp_path, *arguments)
     assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [["-V"], ["run", "--version"], ["sweep", "-V"]])
+def test_its_version_is_that_of_the_tree(tmp_path, arguments):
+    done = suite(tmp_path, *arguments)
+    (version,) = re.findall(r"^project\(swarmtalk VERSION (\S+) ",
+                            (ROOT / "CMakeLists.txt").read_text(), re.M)
+    assert (done.returncode, done.stdout) == (0, version + "\n"), done.stderr
 
 
 def test_unknown_keys_of_the_radio_are_named(tmp_path):
