@@ -54,16 +54,25 @@ def copy_of_tree(folder):
     return folder
 
 
-def build(folder, *options, script=None):
+def build(folder, *options, script=None, **environment):
     """Packages by tools/package, as a dictionary from name to path."""
     command = [str(script or ROOT / "tools/package"), *map(str, options), str(folder)]
-    environment = {**os.environ, "SWARMTALK_ROOTS": str(BUILD / "packages/roots")}
+    environment = {**os.environ, "SWARMTALK_ROOTS": str(BUILD / "packages/roots"), **environment}
     done = subprocess.run(command, capture_output=True, text=True, timeout=BUILD_TIMEOUT_S,
                           env=environment)
     if "tools/build-root: cannot make" in done.stderr:
         pytest.skip("no root to build in: " + done.stderr.strip().splitlines()[-1])
     assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-3000:]
     return {package.name.split("_")[0]: package for package in folder.glob("*.deb")}
+
+
+def bare_root(folder, suite, variant="apt", *include):
+    """Of that Debian, with nothing but apt and the packages of `include`."""
+    done = booted.run("mmdebstrap", "--quiet", f"--variant={variant}",
+                      *([f"--include={','.join(include)}"] if include else []),
+                      suite, folder, booted.mirror(), timeout=900)
+    if done.returncode != 0:
+        pytest.skip(f"no root of {suite}: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
 
 
 def packages_of(suite=booted.OWN_SUITE, architecture=OWN_ARCHITECTURE):
