@@ -110,7 +110,13 @@ void ClientChannels::unsubscribe(std::uint32_t id) {
 
 std::optional<Refusal> ClientChannels::check_sending(const ipc::Advertise& request) const {
   if (request.queue() > limits_.publish_queue_max) {
-    return over_limit("the queue of a publisher", limits_.publish_queue_max);
+    return Refusal{ipc::ERROR_LIMIT,
+                   "a publisher's queue of " + std::to_string(request.queue()) +
+                       " messages is longer than publish_queue_max under [limits] of the daemon's "
+                       "configuration, " +
+                       std::to_string(limits_.publish_queue_max) +
+                       "; ask for a shorter one, or for none",
+                   limits_.publish_queue_max};
   }
   if (request.has_copies() && (request.copies() == 0 || request.copies() > limits_.copies_max)) {
     return over_limit("the number of copies begins at 1 and", limits_.copies_max);

@@ -1,8 +1,19 @@
 """Several sends in a row by a program in C: they arrive, or it is told why not. (In C++:
 tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour/.)"""
+import os
 import re
 
 from conftest import ROOT, program, run
+
+NO_ROOM = """import swarmtalk
+robot = swarmtalk.Client("p")
+robot.advertise("short", queue=7).send("shorter is taken")
+try:
+    robot.advertise("long").send("16 wait unless the program says otherwise")
+    robot.run(1)
+except swarmtalk.Error as error:
+    print(error)
+"""
 
 
 def test_two_sends_in_a_row_both_arrive(udp_lab):
@@ -31,6 +42,16 @@ def test_who_wants_no_queue_expects_to_be_refused(udp_lab):
     done = udp_lab(1).execute(1, program("two_sends"), "1000", "no-queue")
     assert int(done.stdout.split()[0]) > 100
     assert done.stderr == ""
+
+
+def test_a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(udp_lab, tmp_path):
+    (tmp_path / "base.toml").write_text("[limits]\npublish_queue_max = 7\n")
+    lab = udp_lab(1, "--config", tmp_path / "base.toml")
+    done = lab.execute(1, "/usr/bin/python3", "-c", NO_ROOM,
+                       env={**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")})
+    assert done.returncode == 0, done.stderr
+    assert ("a publisher's queue of 16 messages is longer than publish_queue_max under [limits] of "
+            "the daemon's configuration, 7; ask for a shorter one, or for none") in done.stdout
 
 
 def test_a_thrown_away_answer_of_send_is_a_warning(tmp_path):
