@@ -8,7 +8,7 @@ import subprocess
 import booted
 import pytest
 from booted import run
-from conftest import OWN_ARCHITECTURE, ROOT, packages_of
+from conftest import OWN_ARCHITECTURE, ROOT, bare_root, packages_of
 
 
 def faked(folder, **answers):
@@ -47,14 +47,6 @@ def make_bundle(folder, architecture=OWN_ARCHITECTURE):
         pytest.skip("no Debian mirror can be reached")
     assert done.returncode == 0, done.stderr
     return packages, pathlib.Path(done.stdout.splitlines()[-1])
-
-
-def bare_root(folder, suite, variant="apt"):
-    """Of that Debian, with nothing but apt."""
-    done = run("mmdebstrap", "--quiet", f"--variant={variant}", suite, folder, booted.mirror(),
-               timeout=300)
-    if done.returncode != 0:
-        pytest.skip(f"no root of {suite}: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
 
 
 @pytest.mark.long
