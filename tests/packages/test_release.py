@@ -8,7 +8,8 @@ import subprocess
 import booted
 import pytest
 from booted import ENVIRONMENT, UNIT, run, wait_for
-from conftest import build, copy_of_tree, older, only_with_all, packages_of
+from conftest import (OWN_ARCHITECTURE, build, copy_of_tree, older, only_with_all,
+                      packages_of)
 
 pytestmark = pytest.mark.long
 PACKAGES = {"swarmtalkd", "swarmtalk-cli", "swarmtalk-lab", "swarmtalk-suite", "swarmtalk-view",
@@ -81,13 +82,16 @@ def test_an_application_in_cpp_17_links_neither_protobuf_nor_anything_else(tmp_p
     assert " _ZN6google8protobuf" not in run("nm", "--extern-only", library).stdout
 
 
-def test_two_builds_are_the_same_bytes(tmp_path):
-    """In another folder, by another user's name, at another time, without the first one's cache."""
+@pytest.mark.parametrize("architecture", [OWN_ARCHITECTURE, "arm64", "armhf"])
+def test_two_builds_are_the_same_bytes(architecture, tmp_path):
+    """In another folder, at another time, with nothing of what the first one compiled."""
     only_with_all("a second build")
-    first = packages_of()
+    first = packages_of(architecture=architecture)
     tree = copy_of_tree(tmp_path / "elsewhere/a tree")
-    second = build(tmp_path / "packages", "--jobs", "1", script=tree / "tools/package")
-    different = [name for name in first if first[name].read_bytes() != second[name].read_bytes()]
+    second = build(tmp_path / "packages", "--jobs", "1", "--arch", architecture,
+                   script=tree / "tools/package", CCACHE_DISABLE="1")
+    assert set(second) <= set(first) and "swarmtalkd" in second
+    different = [name for name in second if first[name].read_bytes() != second[name].read_bytes()]
     assert not different, f"compare with diffoscope: {different}"
 
 
