@@ -13,6 +13,8 @@ namespace swarmtalk::platforms::in_argos {
 
 using argos::CARGoSException;  // ARGoS's macros call it by this name
 
+constexpr double kMmPerCm = 10;  // ARGoS's wheels and boards count in cm
+
 class Controller : public argos::CCI_Controller {
  public:
   explicit Controller(MakeRobot make) : make_(make) {}

@@ -11,7 +11,6 @@ namespace swarmtalk::platforms::in_argos {
 namespace {
 
 using core::FootbotFrame;
-constexpr double kMmPerCm = 10;
 
 }  // namespace
 

@@ -16,7 +16,6 @@ namespace {
 // distance means nothing.
 constexpr uint8_t kFromRobot = 2;
 constexpr uint8_t kFromOverhead = 3;
-constexpr double kMmPerCm = 10;
 
 }  // namespace
 
