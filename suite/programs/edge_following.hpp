@@ -102,8 +102,7 @@ class EdgeFollowing {
 
   static void on_seed(void* self, const uint8_t* bytes, uint16_t size, const Reception& reception) {
     EdgeFollowing& me = *static_cast<EdgeFollowing*>(self);
-    // What is measured while moving is old when the move ends.
-    if (size < 2 || reception.sensing.distance < 0 || me.robot_.is_moving()) return;
+    if (size < 2 || reception.sensing.distance < 0) return;
     const Distance distance_mm = reception.sensing.distance;
     if (bytes[0] != me.partner_) {
       // Clearly nearer, or two robots between two seeds could each want the other's for ever.
@@ -115,7 +114,10 @@ class EdgeFollowing {
     if (bytes[1] == me.number_) me.held_ = me.partner_;
     me.is_taken_ = bytes[1] != me.number_ && bytes[1] != kNobody;
     me.distance_mm_ = distance_mm;
-    me.has_reading_ = true;
+    // What is measured while moving is too old to step by when the move ends; it does tell which
+    // seed is the nearest. At rest alone the first seed to speak, often the old one, ended the
+    // stop, and the next was missed stop after stop, until the follower ran into it.
+    if (!me.robot_.is_moving()) me.has_reading_ = true;
   }
 
   /// One step along the edge, the seeds to the right: the error and how it grows decide on a turn;

@@ -119,6 +119,44 @@ TEST(InArgos, AFollowerStepsAlongTheEdgeWhenItsSeedAnswers) {
   EXPECT_GT(count(log, "\"robot\":0,\"event\":\"led\""), 3) << log;
 }
 
+/// Two seeds, of which the old one always speaks first when the follower has stopped: phases lock,
+/// and did so for ten stops, until it ran into the other.
+TEST(InArgos, AFollowerGoesOverToANearerSeedThatSpeaksWhileItMoves) {
+  auto old_seed = make<KilobotModel, suite::EdgeFollowing>(0);
+  auto near_seed = make<KilobotModel, suite::EdgeFollowing>(1);
+  auto follower = make<KilobotModel, suite::EdgeFollowing>(2, 1);
+  SteppedRobot* const all[] = {old_seed.get(), near_seed.get(), follower.get()};
+  const auto is_moving = [&] {
+    return follower->wheels().left_mm_per_s > 0 || follower->wheels().right_mm_per_s > 0;
+  };
+  const auto is_granted = [](const SteppedRobot& seed) {
+    return seed.colour().red == 0 && seed.colour().blue == 255;
+  };
+  bool has_followed_the_old_one = false;
+  for (uint64_t step = 1; step <= 310; ++step) {
+    std::vector<std::vector<uint8_t>> air;
+    for (auto* robot : all) {
+      air.emplace_back(robot->packet(), robot->packet() + robot->packet_bytes());
+    }
+    const auto hear = [&](SteppedRobot& receiver, size_t from, double distance_mm) {
+      if (air[from].empty()) return;
+      receiver.hear(air[from].data(), static_cast<uint16_t>(air[from].size()), distance_mm, 0);
+    };
+    for (size_t i = 0; i < 3; ++i) all[i]->begin(step, !air[i].empty());
+    hear(*old_seed, 2, 60);
+    hear(*near_seed, 2, 45);
+    if (is_moving()) {
+      hear(*follower, 1, 45);
+    } else {
+      hear(*follower, 0, 60);
+    }
+    for (auto* robot : all) robot->run();
+    has_followed_the_old_one |= is_granted(*old_seed);
+  }
+  EXPECT_TRUE(has_followed_the_old_one);
+  EXPECT_TRUE(is_granted(*near_seed));
+}
+
 TEST(InArgos, TheSameSeedGivesTheSameLogAndAnotherOneAnother) {
   const auto run = [](uint64_t seed) {
     return run_line<KilobotModel, suite::Firefly>(3, 400, seed);
