@@ -4,10 +4,14 @@
 #include <argos3/core/simulator/entity/controllable_entity.h>
 #include <argos3/core/simulator/simulator.h>
 #include <argos3/core/simulator/space/space.h>
+#include <argos3/core/simulator/visualization/default_visualization.h>
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -19,6 +23,32 @@ constexpr double kMmPerM = 1000;
 
 /// Not 0 from the first SIGINT or SIGTERM on.
 volatile std::sig_atomic_t stopped = 0;
+/// Not 0 when the experiment is over and its log, if any, is written.
+volatile std::sig_atomic_t is_over = 0;
+
+/// For how long a window may go on after the first signal: paused, it does no step that would see
+/// it.
+constexpr unsigned kLastSeconds = 2;
+
+bool has_window() {
+  auto& shown = argos::CSimulator::GetInstance().GetVisualization();
+  return dynamic_cast<argos::CDefaultVisualization*>(&shown) == nullptr;
+}
+
+void on_signal(int) {
+  stopped = 1;
+}
+
+void on_signal_at_window(int) {
+  if (is_over != 0) std::_Exit(EXIT_SUCCESS);
+  stopped = 1;
+  alarm(kLastSeconds);
+}
+
+void end_as_interrupted(int) {
+  std::signal(SIGINT, SIG_DFL);
+  std::raise(SIGINT);
+}
 
 /// The reach of a robot's radio as its experiment file says it, in mm; 0: it does not.
 double range_mm(argos::CEntity& robot) {
@@ -52,8 +82,9 @@ void SwarmLog::Init(argos::TConfigurationNode& node) {
     }
     open_log();
   }
-  std::signal(SIGINT, [](int) { stopped = 1; });
-  std::signal(SIGTERM, [](int) { stopped = 1; });
+  std::signal(SIGALRM, &end_as_interrupted);
+  std::signal(SIGINT, has_window() ? &on_signal_at_window : &on_signal);
+  std::signal(SIGTERM, has_window() ? &on_signal_at_window : &on_signal);
   begun_ = std::clock();
 }
 
@@ -108,10 +139,13 @@ void SwarmLog::write_links() {
   }
 }
 
-/// ARGoS's window starts the experiment anew.
+/// ARGoS's window starts the experiment anew, and so does the log; one that has its end stays.
 void SwarmLog::Reset() {
   if (log_ == nullptr) return;
   std::fclose(log_);
+  log_ = nullptr;
+  sites_.clear();
+  find_robots();
   open_log();
 }
 
@@ -160,7 +194,19 @@ void SwarmLog::PostExperiment() {
   argos::LOG << "[INFO] swarmtalk: " << sites_.size() << " robots, " << seconds()
              << " s simulated in " << cpu_s << " s of processor time, "
              << (cpu_s > 0 ? seconds() / cpu_s : 0) << " times real time" << std::endl;
-  if (log_ == nullptr) return;
+  if (!close_log()) THROW_ARGOSEXCEPTION("cannot write " << path_ << ": is the disk full?");
+  is_over = 1;
+  // A window stays open when its experiment is over, but not after Ctrl-C.
+  if (stopped != 0 && has_window()) std::_Exit(EXIT_SUCCESS);
+}
+
+/// Also of a window that was closed before the end.
+void SwarmLog::Destroy() {
+  if (!close_log()) argos::LOGERR << "cannot write " << path_ << ": is the disk full?" << std::endl;
+}
+
+bool SwarmLog::close_log() {
+  if (log_ == nullptr) return true;
   for (Site& site : sites_) {
     site.controller->robot().log_end(site.contacts);
     const std::string lines = site.controller->robot().take_log();
@@ -170,14 +216,7 @@ void SwarmLog::PostExperiment() {
   const bool failed = std::ferror(log_) != 0;
   const bool closed = std::fclose(log_) == 0;
   log_ = nullptr;
-  if (failed || !closed) {
-    THROW_ARGOSEXCEPTION("cannot write " << path_ << ": is the disk full?");
-  }
-}
-
-void SwarmLog::Destroy() {
-  if (log_ != nullptr) std::fclose(log_);
-  log_ = nullptr;
+  return !failed && closed;
 }
 
 }  // namespace swarmtalk::platforms::in_argos

@@ -41,6 +41,8 @@ class SwarmLog : public argos::CLoopFunctions {
   void open_log();
   void write_links();
   void write_pose(Site& site);
+  /// Writes how it ended, and closes it. @return whether all of it could be written
+  bool close_log();
   double seconds() const;
 
   std::vector<Site> sites_;  // by index

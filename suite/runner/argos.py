@@ -74,8 +74,35 @@ def robot_element(robot: str, index: int, place: dict, scenario: dict) -> str:
             f'    </{ELEMENT[robot]}>\n')
 
 
+def window(places: list[dict], robot: str) -> str:
+    """ARGoS's own window, playing at once, its camera above the middle of the robots."""
+    middle, widest = [], 0
+    for key in ("x_mm", "y_mm"):
+        values = [p[key] for p in places]
+        middle.append((max(values) + min(values)) / 2000)
+        widest = max(widest, max(values) - min(values))
+    x, y = middle
+    height = max(2 * (widest + MARGIN_MM[robot] / 4) / 1000, HEIGHT_M[robot])
+    return ('  <visualization>\n    <qt-opengl autoplay="true">\n      <camera><placements>\n'
+            f'        <placement index="0" position="{x:.9g},{y:.9g},{height:.9g}" '
+            f'look_at="{x:.9g},{y:.9g},0" up="0,1,0" lens_focal_length="30" />\n'
+            '      </placements></camera>\n    </qt-opengl>\n  </visualization>\n')
+
+
+def check_window(libraries: pathlib.Path):
+    """Raises ArgosError where ARGoS cannot open one."""
+    if not any(libraries.glob("libargos3plugin_simulator_qtopengl.*")):
+        raise ArgosError(f"--view: ARGoS in {libraries} was built without its window (Qt and "
+                         "OpenGL); leave --view out, or build it with them as its own pages say")
+    if not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY",
+                                                 "QT_QPA_PLATFORM")):
+        raise ArgosError("--view needs a screen, and DISPLAY is not set: log in to one, or leave "
+                         "--view out")
+
+
 def experiment(template: str, scenario: dict, robot: str, folder: pathlib.Path,
-               log: pathlib.Path, header: pathlib.Path, threads: int = 0) -> str:
+               log: pathlib.Path, header: pathlib.Path, threads: int = 0,
+               view: bool = False) -> str:
     """The template (platforms/argos/experiments/) filled in. @param folder  of the modules"""
     places = scenario["robots"]
     reach = max(max(abs(p["x_mm"]), abs(p["y_mm"])) for p in places) + MARGIN_MM[robot]
@@ -93,6 +120,7 @@ def experiment(template: str, scenario: dict, robot: str, folder: pathlib.Path,
         # The plugin takes mm, ARGoS's board metres.
         "distance_noise": noise if robot == "kilobot" else noise / 1000,
         "arena": f"{side},{side},{HEIGHT_M[robot]}", "grid": f"{side},{side},1",
+        "window": window(places, robot) if view else "",
         "robots": "".join(robot_element(robot, i, p, scenario) for i, p in enumerate(places)),
         "log_params": f"<params log={quoteattr(str(log))} scenario={quoteattr(str(header))} />"}
     for name, value in values.items():
@@ -116,14 +144,20 @@ def last_words(errors: str) -> str:
     return lines[-1].removeprefix("[FATAL] ") if lines else ""
 
 
-def run(scenario: dict, log: pathlib.Path, build: pathlib.Path, call):
-    """Runs it to its end, or until interrupted. @param call  platforms.call"""
+def run(scenario: dict, log: pathlib.Path, build: pathlib.Path, call, view: bool = False):
+    """Runs it to its end, or until interrupted.
+
+    @param call  platforms.call
+    @param view  in ARGoS's own window, in real time; it stays until the user closes it
+    """
     robot = scenario["platform"].removeprefix("argos-")
     check(scenario, robot)
     found = read_installation(build)
     if robot == "kilobot" and not found["kilobot"]:
         raise ArgosError("the Kilobot plugin (argos3-kilobot) is not installed beside ARGoS: "
                          "install it and configure again, or use --platform argos-footbot")
+    if view:
+        check_window(pathlib.Path(found["libraries"]))
     folder = build / "argos"
     module = folder / f"lib{scenario['program']}_{robot}.so"
     if not module.exists():
@@ -135,7 +169,7 @@ def run(scenario: dict, log: pathlib.Path, build: pathlib.Path, call):
     try:
         header.write_text(json.dumps(scenario) + "\n", encoding="utf-8")
         path.write_text(experiment(read_template(robot), scenario, robot, folder, log.resolve(),
-                                   header), encoding="utf-8")
+                                   header, view=view), encoding="utf-8")
         call([found["program"], "-n", "-c", path], environment, last_words)
     finally:
         header.unlink(missing_ok=True)

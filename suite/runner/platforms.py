@@ -137,22 +137,28 @@ def run_lab(scenario: dict, log: pathlib.Path):
         raise PlatformError(str(error)) from error
 
 
-def run_argos(scenario: dict, log: pathlib.Path):
+def run_argos(scenario: dict, log: pathlib.Path, view: bool):
     """argos3 with our modules: virtual time, same seed, same bytes."""
     build = next((each for each in builds() if (each / "argos/argos.json").exists()), builds()[0])
     try:
-        argos.run(scenario, log, build, call)
+        argos.run(scenario, log, build, call, view)
     except argos.ArgosError as error:
         raise PlatformError(str(error)) from error
 
 
-def run(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None = None) -> bool:
+def run(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None = None,
+        view: bool = False) -> bool:
     """Runs it to its end, or until interrupted. The log has its name only when it is written: two
     that run the same, or a program that is killed, leave no half of one.
 
     @param simulator  in place of the swarmtalk-sim that program_path finds
+    @param view  in the platform's own window; ARGoS has one
     @return whether there is a log of this run. Raises PlatformError when it cannot run.
     """
+    if view and not scenario["platform"].startswith("argos-"):
+        raise PlatformError(f"--view: {scenario['platform']} has no window of its own; "
+                            "argos-kilobot and argos-footbot have, and for others there is --mcap "
+                            "with swarmtalk-view")
     part = log.with_name(f".{log.name}.{os.getpid()}")
     try:
         if scenario["platform"] == "kilobot-emulated":
@@ -160,7 +166,7 @@ def run(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | None = None
         elif scenario["platform"] in REAL_TIME:
             run_lab(scenario, part)
         elif scenario["platform"].startswith("argos-"):
-            run_argos(scenario, part)
+            run_argos(scenario, part, view)
         else:
             run_simulated(scenario, part, simulator)
         if part.exists() and part.stat().st_size > 0:
