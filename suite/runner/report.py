@@ -11,6 +11,7 @@ import urllib.parse
 
 import judges
 import metrics
+import paper
 import platforms
 import run_log
 import scenarios
@@ -233,13 +234,25 @@ def number(mean: float, half: float | None) -> str:
     return f"{mean:.{digits}f} &plusmn; {half:.{digits}f}"
 
 
-def table(runs: dict[str, list[dict]]) -> str:
-    """Rows of figures, columns of platforms: mean and 95 % confidence interval."""
+def table(program: str, runs: dict[str, list[dict]]) -> str:
+    """Rows of figures, columns of platforms: mean and 95 % confidence interval. First what the
+    paper prints of the program, if it is one of its own."""
+    printed = paper.PRINTED.get(program)
+
+    def in_paper(key: str) -> str:
+        return "" if printed is None else f"<td>{printed.get(key, '&ndash;')}</td>"
+
     keys = [k for k in dict.fromkeys(k for rs in runs.values() for r in rs for k in r)
             if k not in HIDDEN]
     heads = "".join(f"<th>{html.escape(p).replace(chr(10), '<br>')}</th>" for p in runs)
-    lines = [f"<table><tr><th></th>{heads}</tr>",
-             "<tr><td>runs that succeeded</td>" + "".join(
+    first = "" if printed is None else "<th>the paper</th>"
+    lines = [f"<table><tr><th></th>{first}{heads}</tr>",
+             "<tr><td>robot of the paper</td>" + ("" if printed is None else "<td>all four</td>")
+             + "".join(f"<td>{paper.ROBOTS.get(rs[0]['platform'], '&ndash;')}</td>"
+                       for rs in runs.values()) + "</tr>",
+             f"<tr><td>robots</td>{in_paper('robots')}" + "".join(
+                 f"<td>{rs[0]['robots']}</td>" for rs in runs.values()) + "</tr>",
+             f"<tr><td>runs that succeeded</td>{in_paper('success')}" + "".join(
                  f"<td>{sum(r['success'] for r in rs)} of {len(rs)}</td>" for rs in runs.values())
              + "</tr>"]
     for key in keys:
@@ -250,12 +263,12 @@ def table(runs: dict[str, list[dict]]) -> str:
             few = f" ({len(values)} runs)" if len(values) < len(rs) else ""
             cells.append(f"<td>{number(mean, half if len(values) > 1 else None)}{few}</td>"
                          if values else "<td>&ndash;</td>")
-        lines.append(f"<tr><td>{html.escape(LABELS.get(key, key))}</td>" + "".join(cells)
-                     + "</tr>")
+        lines.append(f"<tr><td>{html.escape(LABELS.get(key, key))}</td>{in_paper(key)}"
+                     + "".join(cells) + "</tr>")
     return "\n".join(lines + ["</table>"])
 
 
-def section(number: int, program: str, logs: dict[str, list[run_log.Log]]) -> str:
+def section(program: str, logs: dict[str, list[run_log.Log]]) -> str:
     """One program: panels for each column (its first run) and the table of all runs."""
     import matplotlib
     matplotlib.use("svg")
@@ -278,9 +291,11 @@ def section(number: int, program: str, logs: dict[str, list[run_log.Log]]) -> st
             axes.set_title(f"{title_above}, seed {runs[0].scenario['seed']}", fontsize=9)
         text += figure_text(figure)
         pyplot.close(figure)
+    name = (f"Figure {paper.FIGURES[program]} of the paper." if program in paper.FIGURES else
+            "Not in the paper.")
     numbers = {p: [metrics.evaluate(log) for log in runs] for p, runs in logs.items()}
-    return (f"<h2>{title}</h2><figure>{text}<figcaption><b>Figure {number}.</b> {caption}"
-            f"</figcaption></figure>" + table(numbers))
+    return (f"<h2>{title}</h2><figure>{text}<figcaption><b>{name}</b> {caption}"
+            f"</figcaption></figure>" + table(program, numbers))
 
 
 def recordings(logs: list[run_log.Log], output: pathlib.Path) -> str:
@@ -319,14 +334,15 @@ def write(folder: str, output: str, with_recordings: bool = False) -> int:
     sections = []
     for program in FIGURES:
         if program in logs:
-            sections.append(section(len(sections) + 1, program, columns(logs[program])))
+            sections.append(section(program, columns(logs[program])))
     recorded = recordings([log for program in FIGURES for log in logs[program]],
                           pathlib.Path(output)) if with_recordings else ""
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8><title>SwarmTalk benchmark "
             f"suite</title><style>{STYLE}</style></head><body><h1>SwarmTalk benchmark suite</h1>"
             "<p>Programs, each from one source for all platforms. A column is of runs that "
             "differ by nothing but their seed; figures show the first of them, tables give means "
-            "of all, and their 95 % confidence intervals if there are several.</p>"
+            "of all, and their 95 % confidence intervals if there are several. &quot;The "
+            "paper&quot; is Zhang et al., AAMAS 2020, with what it prints in numbers.</p>"
             + "".join(sections) + recorded + "</body></html>\n")
     pathlib.Path(output).write_text(page, encoding="utf-8")
     print(f"{output}: {sum(map(len, logs.values()))} runs")

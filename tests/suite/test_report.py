@@ -18,8 +18,9 @@ if importlib.util.find_spec("matplotlib") is None:
     pytest.skip("no matplotlib (python3-matplotlib)", allow_module_level=True)
 
 
-@pytest.fixture
-def page(tmp_path):
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    tmp_path = tmp_path_factory.mktemp("report")
     for program in ("hop_count", "hop_count_two_seeds"):
         for platform in ("sim-kilobot", "sim-coachbot"):
             suite(tmp_path, "run", program, "--platform", platform, "--runs", 1)
@@ -34,7 +35,8 @@ def test_the_page_needs_nothing_but_itself(page):
     text = page.read_text()
     assert text.count("<svg") == 4
     assert not re.search(r"(src|href)=\"(https?:)?//|url\(http|@import", text)
-    assert text.count("<b>Figure ") == 4 and "1 of 1" in text and "delivery ratio" in text
+    assert re.findall("<b>(.*?)</b>", text) == [f"Figure {i} of the paper." for i in (4, 5, 6, 8)]
+    assert "1 of 1" in text and "delivery ratio" in text
     html.parser.HTMLParser().feed(text)
 
 
@@ -61,6 +63,20 @@ def test_several_runs_have_an_interval(tmp_path):
     assert suite(tmp_path, "run", "hop_count", "--robots", 4, "--runs", 3).returncode == 0
     assert suite(tmp_path, "report").returncode == 0
     assert "&plusmn;" in (tmp_path / "suite-report.html").read_text()
+
+
+def test_what_the_paper_prints_stands_beside_what_was_measured(page):
+    """In the first column; and each platform is told which of the paper's robots it stands for."""
+    tables = re.findall("<table>.*?</table>", page.read_text(), re.DOTALL)
+    rows = [dict(re.findall("<tr><td>(.*?)</td>(.*?)</tr>", each)) for each in tables]
+    assert all(row["runs that succeeded"].startswith("<td>10 of 10</td><td>") for row in rows)
+    assert rows[0]["robot of the paper"] == ("<td>all four</td><td>Kilobot</td><td>Coachbot</td>")
+    assert rows[0]["last right count first there / s"].startswith("<td>&le; 10</td>")
+    assert rows[3]["revolutions"].startswith("<td>&ge; 5</td>")
+    assert rows[3]["robots"] == "<td>6</td><td>6</td>"
+    columns = [len(re.findall("<t[hd]>", line)) for each in tables
+               for line in re.findall("<tr>.*?</tr>", each)]
+    assert len(set(columns[:len(rows[0]) + 1])) == 1, "a row has another number of cells"
 
 
 def test_an_empty_folder_is_told(tmp_path):
