@@ -3,7 +3,7 @@
     import guest
 
     guest.needs_guest()                       # skips the test where none can boot, with the reason
-    with guest.Guest(radios=3) as machine:    # 15 to 30 s; share one between the tests of a module
+    with guest.Guest(radios=3) as machine:    # 12 s of a core; share one between many tests
         with machine.network("ibss"):         # or "mesh", "ap", "ap-isolated"
             one = machine.daemon("r1")
             machine.daemon("r2")
@@ -34,6 +34,7 @@ What there is, all of it bounded in time (errors: guest.GuestError, one line):
   stats(robot)                  -> what `swarmtalk-cli stats --json` says, as a dictionary
   Capture(machine, where, interface)  -> with it: frames(condition of tcpdump), one line each
   exchange(sender, listeners, messages, rate_hz, size) -> robot -> Account
+  exchanges({sender: listeners}, ...) -> (sender, listener) -> Account, all at once
   modules=(...) of Guest()      -> more kernel modules: "bridge", "nf_tables", "batman_adv"
 
 Every program of this machine and of this build runs in the guest, at its own path. To use another
@@ -59,6 +60,7 @@ from wifi_guest import GuestError, Process  # noqa: E402,F401
 from wifi_medium import Medium  # noqa: E402
 from wifi_network import Network  # noqa: E402
 
+TALKER = pathlib.Path(__file__).resolve().parent / "talker.py"
 BEACON_MS = 500
 SETTLE_S = 12
 WARM_UP_TRIES = 8
@@ -138,6 +140,7 @@ class Guest(wifi_guest.Guest):
 
     def __init__(self, radios: int = 3, **options):
         self.daemons: dict[str, Daemon] = {}
+        self.talker, self.told = None, 0
         super().__init__(radios, **options)
 
     def network(self, mode: str, **options) -> Network:
@@ -181,65 +184,45 @@ class Guest(wifi_guest.Guest):
             raise GuestError(f"{robot}: swarmtalk-cli stats: {done.stderr}")
         return json.loads(done.stdout)
 
-    def listen(self, robot: str, channel: str) -> Process:
-        """`swarmtalk-cli sub --json`, once it is subscribed."""
-        process = self.start(robot, *self._cli(robot, "sub", channel, "--json"))
-        deadline = time.monotonic() + 30
-        while not any(each["name"] == channel and each["subscribers"]
-                      for each in self.stats(robot)["channels"]):
-            if time.monotonic() > deadline or process.poll() is not None:
-                raise GuestError(f"{robot} does not subscribe to {channel}: {process.stderr}")
-        return process
-
     def exchange(self, sender: str, listeners: list[str], messages: int = 50,
                  rate_hz: float = 25, size: int = 16, channel: str = "count",
                  expected: bool = True) -> dict[str, Account]:
         """Sends messages from one robot to others and accounts for each of them.
         @param expected  whether the listeners should hear anything: it is sent on until each has
         heard a first message, since a loss is known only from there on"""
-        subscribers = {robot: self.listen(robot, channel) for robot in listeners}
-        try:
-            return self._exchange(sender, subscribers, messages, rate_hz, size, channel, expected)
-        finally:
-            for process in subscribers.values():
-                process.end()
-                process.close()
+        accounts = self.exchanges({sender: listeners}, messages, rate_hz, size, channel, expected)
+        return {robot: account for (_, robot), account in accounts.items()}
 
-    def _exchange(self, sender, subscribers, messages, rate_hz, size, channel, expected):
-        sent = 0
-        for _ in range(WARM_UP_TRIES if expected else 1):
-            done = self.cli(sender, "pub", channel, "warm up")
-            assert done.returncode == 0, done.stderr
-            sent += 1
-            if all(process.stdout for process in subscribers.values()):
-                break
-        done = self.cli(sender, "pub", channel, "x" * size, "--repeat", messages, "--rate", rate_hz,
-                        timeout=60 + 3 * messages / rate_hz)
-        assert done.returncode == 0, done.stderr
-        sent += messages
-        deadline = time.monotonic() + (SETTLE_S if expected else 2)
-        while True:
-            accounts = {robot: self._account(robot, process, sent, channel)
-                        for robot, process in subscribers.items()}
-            settled = all(account.heard and not account.unaccounted
-                          for account in accounts.values())
-            if settled or time.monotonic() > deadline:
-                return accounts
+    def exchanges(self, ways: dict[str, list[str]], messages: int = 50, rate_hz: float = 25,
+                  size: int = 16, channel: str = "count", expected: bool = True):
+        """The same of several senders at once, each listener being one's alone.
+        @return {(sender, listener): Account}"""
+        path = "/run/{}.sock".format
+        answer = self._talk({
+            "ways": [[path(sender), [path(robot) for robot in listeners]]
+                     for sender, listeners in ways.items()],
+            "channel": channel, "messages": messages, "rate_hz": rate_hz, "size": size,
+            "tries": WARM_UP_TRIES if expected else 1, "settle_s": SETTLE_S if expected else 2})
+        robots = {path(robot): robot for robot in self.robots}
+        return {(robots[sender], robots[robot]): Account(**account)
+                for sender, robot, account in answer["accounts"]}
 
-    def _account(self, robot, process, sent, channel) -> Account:
-        lost = {}
-        for entry in self.stats(robot)["channels"]:
-            if entry["name"] == channel:
-                lost = entry["lost"]
-        lines = process.stdout
-        heard = [json.loads(line) for line in lines[:lines.rfind("\n") + 1].splitlines()]
-        numbers = [(message["epoch"], message["message_number"]) for message in heard]
-        # Each `pub` goes on with the daemon's numbers of that channel.
-        first = min((number for _, number in numbers), default=1)
-        return Account(sent=sent, heard=len(heard), lost_air=lost.get("air", 0),
-                       lost_kernel=lost.get("kernel", 0), lost_daemon=lost.get("daemon", 0),
-                       lost_client=lost.get("client", 0), late=lost.get("late", 0), first=first,
-                       duplicates=len(numbers) - len(set(numbers)))
+    def _talk(self, order: dict) -> dict:
+        """An order to the talker, which is started with the first one. @return its answer"""
+        def next_line(process):
+            return process.stdout.split("\n")[self.told:-1]
+
+        if self.talker is None or self.talker.poll() is not None:
+            self.talker, self.told = self.start("", sys.executable, "-B", str(TALKER)), 0
+            self.talker.wait_for(next_line, 60, "the talker")
+            self.told = 1
+        self.talker.write(json.dumps(order) + "\n")
+        limit = 120 + 3 * order["messages"] / order["rate_hz"]
+        answer = json.loads(self.talker.wait_for(next_line, limit, "an exchange")[0])
+        self.told += 1
+        if "error" in answer:
+            raise GuestError(f"the talker: {answer['error']}")
+        return answer
 
 
 class Capture:

@@ -12,12 +12,14 @@ import pytest
 pytestmark = pytest.mark.long
 HERE = pathlib.Path(__file__).resolve().parent
 BOOTS = """
-import sys, time
+import pathlib, sys, tempfile, time
 sys.path.insert(0, sys.argv[1])
 import guest
-machine = guest.Guest(radios=1, access_points=0)
+folder = tempfile.mkdtemp(prefix=guest.wifi_guest.PREFIX)
+print(pathlib.Path(folder).resolve(), flush=True)
+machine = guest.Guest(radios=1, access_points=0, folder=pathlib.Path(folder).resolve())
 machine.start("r1", "sleep 1000")
-print(machine.folder, machine.keeper.pid, flush=True)
+print("up", flush=True)
 time.sleep(1000)
 """
 
@@ -42,37 +44,50 @@ def wait_until_gone(folder, limit_s=15):
         time.sleep(0.1)
 
 
+def wait_for_processes(folder):
+    """Until a guest's keeper and QEMU run. @return the keeper's pid"""
+    deadline = time.monotonic() + 60
+    while len(found := processes_of(folder)) < 2:
+        assert time.monotonic() < deadline, found
+        time.sleep(0.1)
+    assert len(found) == 2 and (folder / "initramfs").exists(), found
+    return next(pid for pid, name in found.items() if "qemu" not in name)
+
+
 @pytest.fixture
-def booted():
-    """A guest of another process: (process, folder, the keeper's pid)."""
+def owner():
+    """A process that boots a guest: (process, folder)."""
     guest.needs_guest()
-    owner = subprocess.Popen([sys.executable, "-B", "-c", BOOTS, HERE], stdout=subprocess.PIPE,
-                             text=True)
-    line = owner.stdout.readline().split()
-    assert len(line) == 2, "no guest"
-    folder = pathlib.Path(line[0])
-    assert len(processes_of(folder)) == 2 and (folder / "initramfs").exists()
-    yield owner, folder, int(line[1])
-    if owner.poll() is None:
-        owner.kill()
-    owner.wait()
-    owner.stdout.close()
+    process = subprocess.Popen([sys.executable, "-B", "-c", BOOTS, HERE], stdout=subprocess.PIPE,
+                               text=True)
+    folder = pathlib.Path(process.stdout.readline().strip())
+    assert folder.is_absolute(), "no guest"
+    yield process, folder
+    if process.poll() is None:
+        process.kill()
+    process.wait()
+    process.stdout.close()
 
 
-def test_nothing_is_left_when_its_owner_is_killed(booted):
-    owner, folder, _ = booted
-    os.kill(owner.pid, signal.SIGKILL)
+def test_nothing_is_left_when_its_owner_is_killed(owner):
+    process, folder = owner
+    assert process.stdout.readline() == "up\n"
+    wait_for_processes(folder)
+    os.kill(process.pid, signal.SIGKILL)
     wait_until_gone(folder)
 
 
-def test_no_process_is_left_when_its_keeper_is_killed_and_the_next_guest_sweeps(booted):
-    owner, folder, keeper = booted
+def test_no_process_is_left_when_its_keeper_is_killed_and_the_next_guest_sweeps(owner):
+    process, folder = owner
+    keeper = wait_for_processes(folder)  # while it boots
+    os.kill(process.pid, signal.SIGSTOP)
     os.kill(keeper, signal.SIGKILL)
     deadline = time.monotonic() + 15
     while processes_of(folder):
         assert time.monotonic() < deadline, processes_of(folder)
         time.sleep(0.1)
-    owner.kill()
+    process.kill()
+    process.wait()
     assert folder.exists()  # nobody was left to remove it
     deadline = time.monotonic() + 15
     while folder.exists():  # a process that is being killed lets go of its files last
