@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -194,6 +195,15 @@ def test_a_daemon_that_does_not_run_is_named(robot):
     only(robot, "daemon-absent", "--config", robot._config)
 
 
+def test_a_daemon_that_does_not_answer_is_named(robot):
+    os.kill(robot.daemon.pid, signal.SIGSTOP)
+    try:
+        finding = only(robot, "daemon-silent", "--config", robot._config)
+    finally:
+        os.kill(robot.daemon.pid, signal.SIGCONT)
+    assert "restart swarmtalkd" in finding["remedy"]
+
+
 def test_two_robots_with_one_id_are_named(wires, robot):
     wires.robot("a").start(node(1) + HEALTHY)
     assert only(robot, "node-id-collision")["subject"] == "robot 1"
@@ -256,6 +266,23 @@ def test_a_filtered_ethertype_is_named(wires, pair):
         pytest.skip("this kernel has no nft tables for bridges: " + done.stderr)
     finding = only(robot, "ethertype-filtered", "--peer", 2, "--address", "10.231.78.2")
     assert "0x88b5" in finding["what"]
+
+
+def test_filtered_multicast_is_named(wires):
+    """Two robots on links of type udp, behind a switch that floods no multicast."""
+    link = HEALTHY.replace("raw_l2", "udp")
+    robots = [wires.robot("a") for _ in range(2)]
+    for each in robots:
+        for words in (("link", "set", "lo", "up"),
+                      ("address", "add", f"10.231.78.{each.number}/24", "dev", "a0")):
+            assert each.execute("ip", *words).returncode == 0
+        each.start(node(each.number) + link)
+    robots[1].listen("ping", "--answer")
+    peer = ("--peer", 2, "--address", "10.231.78.2")
+    assert examine(robots[0], *peer)[0] == {}
+    for each in robots:
+        port(wires, each.number, "mcast_flood", "off")
+    only(robots[0], "multicast-filtered", *peer)
 
 
 def test_clients_that_are_kept_apart_are_named(wires, pair):
