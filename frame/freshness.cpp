@@ -12,36 +12,26 @@ constexpr std::size_t kCountBytes = 2;  // asks, answers
 constexpr std::uint8_t kItemsFollow = 1;
 constexpr std::size_t kMostAsks = 128;
 constexpr std::size_t kMostAnswers = 200;
-constexpr std::size_t kMostUnasked = 64;  // answers to strangers who did not ask
-constexpr Freshness::Ms kStampMs = 10;
+constexpr std::size_t kMostUnasked = 64;   // answers to strangers who did not ask
 constexpr Freshness::Ms kLatelyMs = 2000;  // who is asked and answered was heard since
 constexpr Freshness::Ms kAskAgainMs = 150;
 constexpr Freshness::Ms kRenewAgainMs = 5000;
 constexpr std::uint8_t kAskAloud = 5;  // frames for an ask alone, for each new voice
 
-constexpr std::uint32_t kStampMask = 0xFFFFFF;
-
-/// Milliseconds from one stamp to another, either way: up to 23 hours.
-std::int64_t between_ms(std::uint32_t from, std::uint32_t to) {
-  const std::uint32_t ahead = (to - from) & kStampMask;
-  const std::int64_t steps =
-      ahead <= kStampMask / 2 ? std::int64_t{ahead} : std::int64_t{ahead} - (kStampMask + 1);
-  return steps * static_cast<std::int64_t>(kStampMs);
-}
-
-Freshness::Ms later(Freshness::Ms time, std::int64_t by_ms) {
-  const std::int64_t sum = static_cast<std::int64_t>(time) + by_ms;
-  return sum < 0 ? 0 : static_cast<Freshness::Ms>(sum);
-}
-
 Freshness::Ms since(Freshness::Ms then, Freshness::Ms now) {
   return now > then ? now - then : 0;
+}
+
+std::uint32_t stamp_of(std::span<const std::uint8_t> plaintext) {
+  std::uint32_t stamp = 0;
+  for (std::size_t i = 0; i < kStampBytes; ++i) stamp = stamp << 8 | plaintext[i];
+  return stamp;
 }
 
 }  // namespace
 
 Freshness::Freshness(const Voice& own, Ms now, Draw draw)
-    : own_(own), draw_(std::move(draw)), began_at_(now), speak_at_(now) {
+    : own_(own), draw_(std::move(draw)), began_at_(now), speak_at_(now), remembers_since_(now) {
   nonces_.roll(now, draw_);
 }
 
@@ -99,7 +89,8 @@ std::size_t Freshness::write(Ms now, std::span<std::uint8_t> room) {
   last_written_at_ = now;
   has_written_ = true;
   speak_at_ = now + kSilenceMs;
-  const auto stamp = static_cast<std::uint32_t>(since(began_at_, now) / kStampMs) & kStampMask;
+  const auto stamp =
+      static_cast<std::uint32_t>(since(began_at_, now) / StampClock::kStampMs) & StampClock::kMask;
   for (std::size_t i = 0; i < kStampBytes; ++i) {
     room[i] = static_cast<std::uint8_t>(stamp >> 8 * (kStampBytes - 1 - i));
   }
@@ -170,9 +161,9 @@ bool Freshness::skip(std::span<const std::uint8_t> plaintext, std::size_t& used)
 Freshness::Verdict Freshness::receive(const Voice& voice, std::uint32_t counter,
                                       std::span<const std::uint8_t> plaintext, Ms at,
                                       std::size_t& used) {
+  has_proven_ = false;
   if (!skip(plaintext, used)) return Verdict::kMalformed;
-  std::uint32_t stamp = 0;
-  for (std::size_t i = 0; i < kStampBytes; ++i) stamp = stamp << 8 | plaintext[i];
+  const std::uint32_t stamp = stamp_of(plaintext);
   std::span<const std::uint8_t> asks;
   std::span<const std::uint8_t> answers;
   if (used > kLeastBytes) {
@@ -223,14 +214,15 @@ void Freshness::meet(Heard& other, const Nonce& nonce, std::span<const std::uint
 // been heard by whoever we were before our start.
 void Freshness::prove(const Voice& voice, std::uint32_t counter, std::uint32_t stamp, Ms drawn_at,
                       Ms at) {
+  has_proven_ = true;
   if (Proven* const known = find_proven(voice)) {
-    rebase(*known, stamp, drawn_at, at);
+    known->clock.prove(stamp, drawn_at, at);
     known->proven_at = at;
     known->asks = 0;
     known->is_doubted = false;
     return;
   }
-  Proven made;
+  Proven made{Heard{}, counter, CounterWindow::from(counter), StampClock(stamp, drawn_at)};
   const auto stranger = std::find_if(strangers_.begin(), strangers_.end(),
                                      [&](const Heard& each) { return each.voice == voice; });
   if (stranger != strangers_.end()) {
@@ -244,54 +236,54 @@ void Freshness::prove(const Voice& voice, std::uint32_t counter, std::uint32_t s
   made.last_at = at;
   made.asks = 0;
   made.asked_at.reset();
-  made.newest = counter;
-  made.seen = ~std::uint64_t{1};
-  made.base_at = drawn_at;
-  made.base_stamp = stamp;
   made.proven_at = at;
   if (proven_.size() < kVoices) {
     proven_.push_back(made);
     return;
   }
   ++evicted_;
+  remembers_since_ = at;
   *std::min_element(proven_.begin(), proven_.end(),
                     [](const Proven& a, const Proven& b) { return a.last_at < b.last_at; }) = made;
 }
 
-// The earliest time at which a stamp can have been made is the latest that anything has proven,
-// unless a clock has stood still meanwhile.
-void Freshness::rebase(Proven& voice, std::uint32_t stamp, Ms drawn_at, Ms at) {
-  const Ms by_old = later(voice.base_at, between_ms(voice.base_stamp, stamp));
-  const Ms drift = since(voice.base_at, at) * kDriftPerMillion / 1'000'000 + kStampMs;
-  const Ms earliest = by_old > drift ? by_old - drift : 0;
-  voice.base_at = by_old <= at + kStampMs ? std::max(earliest, drawn_at) : drawn_at;
-  voice.base_stamp = stamp;
-}
-
 Freshness::Verdict Freshness::judge(Proven& voice, std::uint32_t counter, std::uint32_t stamp,
                                     Ms at) {
-  if (is_behind(voice, counter)) return Verdict::kReplayed;
-  const Ms sent_at = later(voice.base_at, between_ms(voice.base_stamp, stamp));
-  const Ms drift = since(voice.base_at, at) * kDriftPerMillion / 1'000'000;
-  if (since(sent_at, at) > kBoundMs + drift) return Verdict::kTooOld;
-  if (counter > voice.newest) {
-    const std::uint32_t step = counter - voice.newest;
-    voice.seen = step < kWindow ? voice.seen << step : 0;
-    voice.newest = counter;
+  if (voice.window.was_heard(counter)) return Verdict::kReplayed;
+  if (since(voice.clock.sent_at(stamp), at) > kBoundMs + voice.clock.drift(at)) {
+    return Verdict::kTooOld;
   }
-  voice.seen |= std::uint64_t{1} << (voice.newest - counter);
+  voice.window.remember(counter);
   return Verdict::kFresh;
 }
 
-bool Freshness::is_behind(const Proven& voice, std::uint32_t counter) {
-  if (counter > voice.newest) return false;
-  const std::uint32_t behind = voice.newest - counter;
-  return behind >= kWindow || (voice.seen >> behind & 1) != 0;
+// What the voice sent before its proof was heard by nobody here, unless that was before our start,
+// or by us before we forgot the voice. Both are left out by the earliest time at which the frame
+// can have been sent: a proof tells that of the frame it is in, stamps tell it of those before.
+Freshness::Verdict Freshness::judge_held(const Voice& voice, std::uint32_t counter,
+                                         std::span<const std::uint8_t> plaintext, Ms at,
+                                         std::size_t& used) const {
+  if (!skip(plaintext, used)) return Verdict::kMalformed;
+  const Proven* const proven = find_proven(voice);
+  if (proven == nullptr) return Verdict::kNotProven;
+  if (counter >= proven->first) return Verdict::kReplayed;
+  const std::uint32_t stamp = stamp_of(plaintext);
+  const Ms sent_at = proven->clock.sent_at(stamp);
+  if (since(sent_at, at) > kBoundMs) return Verdict::kTooOld;
+  return sent_at >= remembers_since_ + proven->clock.doubt(stamp) ? Verdict::kFresh
+                                                                  : Verdict::kNotProven;
+}
+
+bool Freshness::may_be_proven(const Voice& voice, Ms at) const {
+  if (find_proven(voice) != nullptr) return false;
+  const auto found = std::find_if(strangers_.begin(), strangers_.end(),
+                                  [&](const Heard& each) { return each.voice == voice; });
+  return found != strangers_.end() && since(found->first_at, at) <= kEagerMs;
 }
 
 bool Freshness::was_heard(const Voice& voice, std::uint32_t counter) const {
   const Proven* const proven = find_proven(voice);
-  return proven != nullptr && is_behind(*proven, counter);
+  return proven != nullptr && proven->window.was_heard(counter);
 }
 
 const Freshness::Proven* Freshness::find_proven(const Voice& voice) const {

@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "frame/air_frame.hpp"
+#include "frame/counter_window.hpp"
 #include "frame/own_nonces.hpp"
+#include "frame/stamp_clock.hpp"
 
 namespace swarmtalk::frame {
 
@@ -48,9 +50,7 @@ class Freshness {
   static constexpr Ms kGapMs = 100;             // between frames that are sent for this alone
   static constexpr Ms kSilenceMs = 60'000;      // a robot says at least so often that it is there
   static constexpr std::size_t kVoices = 1024;  // proven ones that are remembered
-  static constexpr std::size_t kStrangers = 2048;         // others that were heard lately
-  static constexpr std::uint32_t kWindow = 64;            // frames that a late one may be behind
-  static constexpr std::uint32_t kDriftPerMillion = 200;  // of two clocks against each other
+  static constexpr std::size_t kStrangers = 2048;  // others that were heard lately
 
   /// @param own  our own voice
   Freshness(const Voice& own, Ms now, Draw draw);
@@ -72,6 +72,19 @@ class Freshness {
   /// @param plaintext  of the frame. @param used  set to the bytes that are ours, if not kMalformed
   Verdict receive(const Voice& voice, std::uint32_t counter,
                   std::span<const std::uint8_t> plaintext, Ms at, std::size_t& used);
+
+  /// Judges a frame that receive() has found not proven, once its voice is: it is fresh if it came
+  /// before the frame that proved it, and was sent neither too long ago nor before this robot began
+  /// to remember what it hears. Each frame once, and none while receive() has not proved the voice.
+  /// @param at  now: the arrival of the frame that proved it. @param used  as for receive()
+  Verdict judge_held(const Voice& voice, std::uint32_t counter,
+                     std::span<const std::uint8_t> plaintext, Ms at, std::size_t& used) const;
+
+  /// Whether the last receive() found a proof.
+  bool has_proven() const { return has_proven_; }
+
+  /// Whether a frame that is not proven may soon be: its voice was heard for the first time lately.
+  bool may_be_proven(const Voice& voice, Ms at) const;
 
   /// How much of a plaintext is ours. @return false: malformed
   static bool skip(std::span<const std::uint8_t> plaintext, std::size_t& used);
@@ -98,10 +111,9 @@ class Freshness {
     std::uint8_t asks = 0;       // ... how often, since it was proven last
   };
   struct Proven : Heard {
-    std::uint32_t newest = 0;  // counter
-    std::uint64_t seen = 0;    // bit n: newest - n
-    Ms base_at = 0;            // a frame with base_stamp was sent at this time at the earliest
-    std::uint32_t base_stamp = 0;
+    std::uint32_t first;  // counter of the frame that proved it first
+    CounterWindow window;
+    StampClock clock;
     Ms proven_at = 0;
     bool is_doubted = false;  // a frame of it was too old, or it was not proven for too long
   };
@@ -111,11 +123,9 @@ class Freshness {
   Proven* find_proven(const Voice& voice) {
     return const_cast<Proven*>(std::as_const(*this).find_proven(voice));
   }
-  static bool is_behind(const Proven& voice, std::uint32_t counter);
   void meet(Heard& other, const Nonce& nonce, std::span<const std::uint8_t> asks, bool is_believed,
             Ms at);
   void prove(const Voice& voice, std::uint32_t counter, std::uint32_t stamp, Ms drawn_at, Ms at);
-  void rebase(Proven& voice, std::uint32_t stamp, Ms drawn_at, Ms at);
   Verdict judge(Proven& voice, std::uint32_t counter, std::uint32_t stamp, Ms at);
   bool is_answer_due(const Heard& other, Ms now) const;
   bool is_ask_due(const Heard& other, Ms now) const;
@@ -133,6 +143,8 @@ class Freshness {
   bool has_written_ = false;
   Ms speak_at_;
   std::uint64_t evicted_ = 0;
+  Ms remembers_since_;  // its own start, or when it forgot a voice last
+  bool has_proven_ = false;
 };
 
 }  // namespace swarmtalk::frame

@@ -22,13 +22,6 @@ ReplayWindow::Id id_of(std::span<const std::uint8_t> frame) {
   return id;
 }
 
-Freshness::Voice voice_in(std::span<const std::uint8_t> frame) {
-  Freshness::Voice voice{};
-  const auto out = std::copy_n(frame.begin() + kSessionAt, kSessionBytes, voice.begin());
-  std::copy_n(frame.begin() + kEpochAt, 4, out);
-  return voice;
-}
-
 Nonce nonce_of(std::span<const std::uint8_t> frame) {
   Nonce nonce{};
   auto out = std::copy_n(frame.begin() + kSessionAt, kSessionBytes, nonce.begin());
@@ -36,6 +29,22 @@ Nonce nonce_of(std::span<const std::uint8_t> frame) {
   out = std::copy_n(frame.begin() + kCounterAt, 4, out);
   std::copy_n(frame.begin() + kNodeAt, 2, out);
   return nonce;
+}
+
+ParseResult result_of(Freshness::Verdict verdict) {
+  switch (verdict) {
+    case Freshness::Verdict::kFresh:
+      break;
+    case Freshness::Verdict::kMalformed:
+      return ParseResult::kTruncated;
+    case Freshness::Verdict::kNotProven:
+      return ParseResult::kNotProven;
+    case Freshness::Verdict::kReplayed:
+      return ParseResult::kReplayed;
+    case Freshness::Verdict::kTooOld:
+      return ParseResult::kTooOld;
+  }
+  return ParseResult::kOk;
 }
 
 }  // namespace
@@ -76,9 +85,7 @@ void Sealer::seal(std::span<std::uint8_t> frame) const {
 bool ReplayWindow::is_fresh(const Id& id, std::uint32_t counter) const {
   for (const Heard& heard : sessions_) {
     if (heard.id != id) continue;
-    if (counter > heard.newest) return true;
-    const std::uint32_t behind = heard.newest - counter;
-    return behind < kFrames && (heard.seen >> behind & 1) == 0;
+    return !heard.window.was_heard(counter);
   }
   return true;
 }
@@ -88,15 +95,10 @@ void ReplayWindow::remember(const Id& id, std::uint32_t counter) {
   for (Heard& heard : sessions_) {
     if (heard.id != id) continue;
     heard.last_used = uses_;
-    if (counter > heard.newest) {
-      const std::uint32_t step = counter - heard.newest;
-      heard.seen = step < kFrames ? heard.seen << step : 0;
-      heard.newest = counter;
-    }
-    heard.seen |= std::uint64_t{1} << (heard.newest - counter);
+    heard.window.remember(counter);
     return;
   }
-  const Heard heard{id, counter, 1, uses_};
+  const Heard heard{id, CounterWindow::with(counter), uses_};
   if (sessions_.size() < kSessions) {
     sessions_.push_back(heard);
     return;
@@ -104,6 +106,13 @@ void ReplayWindow::remember(const Id& id, std::uint32_t counter) {
   *std::min_element(sessions_.begin(), sessions_.end(), [](const Heard& a, const Heard& b) {
     return a.last_used < b.last_used;
   }) = heard;
+}
+
+Freshness::Voice Opener::voice_in(std::span<const std::uint8_t> bytes) {
+  Freshness::Voice voice{};
+  const auto out = std::copy_n(bytes.begin() + kSessionAt, kSessionBytes, voice.begin());
+  std::copy_n(bytes.begin() + kEpochAt, 4, out);
+  return voice;
 }
 
 ParseResult Opener::open(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at) {
@@ -137,13 +146,7 @@ ParseResult Opener::open_sealed(std::span<const std::uint8_t> bytes, const Seale
                                                : !window_.is_fresh(id, counter);
   if (is_own || (was_heard && !takes_repeats_)) return ParseResult::kReplayed;
   if (freshness_ != nullptr && !sealed.is_fresh) return ParseResult::kNotFresh;
-  const Nonce nonce = nonce_of(bytes);
-  plaintext_.resize(sealed.ciphertext.size());
-  if (crypto_aead_xchacha20poly1305_ietf_decrypt_detached(
-          plaintext_.data(), nullptr, sealed.ciphertext.data(), sealed.ciphertext.size(),
-          sealed.tag.data(), bytes.data(), kSealedHeaderBytes, nonce.data(), key->bytes()) != 0) {
-    return ParseResult::kNotAuthentic;
-  }
+  if (!decrypt(bytes, sealed, *key, plaintext_)) return ParseResult::kNotAuthentic;
   std::size_t used = 0;
   if (freshness_ == nullptr) {
     if (!was_heard) window_.remember(id, counter);
@@ -158,21 +161,39 @@ ParseResult Opener::open_sealed(std::span<const std::uint8_t> bytes, const Seale
   return ParseResult::kOk;
 }
 
+bool Opener::decrypt(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
+                     const SwarmKey& key, std::vector<std::uint8_t>& plaintext) {
+  const Nonce nonce = nonce_of(bytes);
+  plaintext.resize(sealed.ciphertext.size());
+  return crypto_aead_xchacha20poly1305_ietf_decrypt_detached(
+             plaintext.data(), nullptr, sealed.ciphertext.data(), sealed.ciphertext.size(),
+             sealed.tag.data(), bytes.data(), kSealedHeaderBytes, nonce.data(), key.bytes()) == 0;
+}
+
+bool Opener::may_be_proven(std::span<const std::uint8_t> bytes, Freshness::Ms at) const {
+  return freshness_ != nullptr && freshness_->may_be_proven(voice_in(bytes), at);
+}
+
+ParseResult Opener::open_held(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at) {
+  SealedFrame sealed;
+  const ParseResult result = parse(bytes, frame, &sealed);
+  if (result != ParseResult::kSealed || freshness_ == nullptr) return ParseResult::kNotFresh;
+  const SwarmKey* const key = key_of(bytes);
+  if (key == nullptr) return ParseResult::kOtherKey;  // it was changed meanwhile
+  if (!decrypt(bytes, sealed, *key, held_plaintext_)) return ParseResult::kNotAuthentic;
+  std::size_t used = 0;
+  const ParseResult judged = result_of(
+      freshness_->judge_held(voice_in(bytes), frame.header.counter, held_plaintext_, at, used));
+  if (judged != ParseResult::kOk) return judged;
+  const std::span<const std::uint8_t> rest = std::span(held_plaintext_).subspan(used);
+  if (sealed.has_pose && rest.size() < kPoseBytes) return ParseResult::kTruncated;
+  sealed.read_plaintext(rest, frame);
+  return ParseResult::kOk;
+}
+
 ParseResult Opener::judge(std::span<const std::uint8_t> bytes, std::uint32_t counter,
                           Freshness::Ms at, std::size_t& used) {
-  switch (freshness_->receive(voice_in(bytes), counter, plaintext_, at, used)) {
-    case Freshness::Verdict::kFresh:
-      break;
-    case Freshness::Verdict::kMalformed:
-      return ParseResult::kTruncated;
-    case Freshness::Verdict::kNotProven:
-      return ParseResult::kNotProven;
-    case Freshness::Verdict::kReplayed:
-      return ParseResult::kReplayed;
-    case Freshness::Verdict::kTooOld:
-      return ParseResult::kTooOld;
-  }
-  return ParseResult::kOk;
+  return result_of(freshness_->receive(voice_in(bytes), counter, plaintext_, at, used));
 }
 
 }  // namespace swarmtalk::frame

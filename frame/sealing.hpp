@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "frame/air_frame.hpp"
+#include "frame/counter_window.hpp"
 #include "frame/freshness.hpp"
 #include "frame/swarm_key.hpp"
 
@@ -53,7 +54,7 @@ class Sealer {
 class ReplayWindow {
  public:
   static constexpr std::size_t kSessions = 512;  // remembered; the one unheard longest is forgotten
-  static constexpr std::uint32_t kFrames = 64;   // how far back a late frame is told from a replay
+  static constexpr std::uint32_t kFrames = CounterWindow::kFrames;
 
   /// SealSession, epoch and node as they stand in a frame.
   using Id = std::array<std::uint8_t, kSessionBytes + 4 + 2>;
@@ -65,8 +66,7 @@ class ReplayWindow {
  private:
   struct Heard {
     Id id;
-    std::uint32_t newest = 0;
-    std::uint64_t seen = 0;  // bit n: newest - n
+    CounterWindow window;
     std::uint64_t last_used = 0;
   };
 
@@ -103,10 +103,26 @@ class Opener {
   /// @param at  the frame's arrival, for Freshness
   ParseResult open(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at = 0);
 
+  /// Of a sealed frame: who speaks in it.
+  static Freshness::Voice voice_in(std::span<const std::uint8_t> bytes);
+
+  /// After open() has told kNotProven: whether its robot may soon show that it lives, so that it is
+  /// worth keeping the frame for open_held().
+  bool may_be_proven(std::span<const std::uint8_t> bytes, Freshness::Ms at) const;
+
+  /// Whether the last open() has shown that the frame's robot lives.
+  bool has_proven() const { return freshness_ != nullptr && freshness_->has_proven(); }
+
+  /// Like open(), of a frame that was not proven when it came. `frame` of the last open() stays
+  /// valid. @param at  now: the arrival of the frame that proved its robot
+  ParseResult open_held(std::span<const std::uint8_t> bytes, Frame& frame, Freshness::Ms at);
+
  private:
   ParseResult open_sealed(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
                           Frame& frame, Freshness::Ms at);
   const SwarmKey* key_of(std::span<const std::uint8_t> bytes) const;
+  static bool decrypt(std::span<const std::uint8_t> bytes, const SealedFrame& sealed,
+                      const SwarmKey& key, std::vector<std::uint8_t>& plaintext);
   ParseResult judge(std::span<const std::uint8_t> bytes, std::uint32_t counter, Freshness::Ms at,
                     std::size_t& used);
 
@@ -117,6 +133,7 @@ class Opener {
   ReplayWindow window_;
   bool takes_repeats_ = false;
   std::vector<std::uint8_t> plaintext_;
+  std::vector<std::uint8_t> held_plaintext_;
 };
 
 }  // namespace swarmtalk::frame

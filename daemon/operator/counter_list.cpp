@@ -103,6 +103,7 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "node_messages_sent", "whole messages sent"},
     {kLink, "frames_not_fresh", "sealed frames without a nonce, of an older release"},
     {kLink, "frames_not_proven", "sealed frames of robots that have not shown yet that they live"},
+    {kLink, "frames_proven_later", "of these, taken once their robot had shown it"},
     {kLink, "frames_too_old", "sealed frames that were held back"},
     {kLink, "node_messages_received", "whole messages received"},
     {kLink, "node_bad_packets", "packets that contradict themselves"},

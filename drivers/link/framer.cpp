@@ -144,10 +144,42 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
     ++counters.own_echoes;
     return;
   }
+  if (result == frame::ParseResult::kNotProven) keep(bytes, frame, arrival);
   if (result != frame::ParseResult::kOk) return count(result, counters);
+  if (!held_.is_empty() && opener_.has_proven()) release(bytes, arrival, user, counters);
+  hand_up(frame, arrival, user, counters);
+}
+
+void FrameReceiver::keep(std::span<const std::uint8_t> bytes, const frame::Frame& frame,
+                         const FrameArrival& arrival) {
+  if (!opener_.may_be_proven(bytes, milliseconds(arrival.received_at))) return;
+  held_.keep({frame::Opener::voice_in(bytes),
+              frame.header.counter,
+              arrival,
+              {bytes.begin(), bytes.end()}});
+}
+
+// What a robot said before the frame that shows that it lives, in front of that frame.
+void FrameReceiver::release(std::span<const std::uint8_t> proof, const FrameArrival& arrival,
+                            LinkUser& user, LinkCounters& counters) {
+  for (HeldFrames::Held& held : held_.take(frame::Opener::voice_in(proof))) {
+    frame::Frame frame;
+    const frame::ParseResult result =
+        opener_.open_held(held.bytes, frame, milliseconds(arrival.received_at));
+    held.arrival.kernel_drops = arrival.kernel_drops;  // the count only grows
+    if (result == frame::ParseResult::kOk) {
+      if (hand_up(frame, held.arrival, user, counters)) ++counters.frames_proven_later;
+    } else if (result == frame::ParseResult::kNotProven) {
+      held_.keep(std::move(held));  // a later proof may tell more
+    }
+  }
+}
+
+bool FrameReceiver::hand_up(const frame::Frame& frame, const FrameArrival& arrival, LinkUser& user,
+                            LinkCounters& counters) const {
   if (frame.header.profile != profile_) {
     ++counters.frames_other_profile;
-    return;
+    return false;
   }
   ++counters.frames_received;
   counters.bytes_received += frame.size_bytes;
@@ -163,6 +195,7 @@ void FrameReceiver::receive(std::span<const std::uint8_t> bytes, const FrameArri
   for (frame::LastMessage last; beacon.next(last);) user.on_last_message(last, reception);
   if (reader.is_malformed() || beacon.is_malformed()) ++counters.frames_bad_packet_length;
   user.on_frame(reception);
+  return true;
 }
 
 void use_key(const std::shared_ptr<const frame::SwarmKey>& key, FrameBuilder& builder,

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/link/held_frames.hpp"
 #include "drivers/link/link.hpp"
 #include "drivers/link/link_counters.hpp"
 #include "frame/sealing.hpp"
@@ -69,15 +70,26 @@ class FrameReceiver {
   explicit FrameReceiver(frame::ProfileId profile) : profile_(profile) {}
 
   /// From now on frames are read with it.
-  void set_opener(frame::Opener opener) { opener_ = std::move(opener); }
+  void set_opener(frame::Opener opener) {
+    opener_ = std::move(opener);
+    held_ = HeldFrames();
+  }
   frame::Opener& opener() { return opener_; }
 
   void receive(std::span<const std::uint8_t> bytes, const FrameArrival& arrival, LinkUser& user,
                LinkCounters& counters);
 
  private:
+  void keep(std::span<const std::uint8_t> bytes, const frame::Frame& frame,
+            const FrameArrival& arrival);
+  void release(std::span<const std::uint8_t> proof, const FrameArrival& arrival, LinkUser& user,
+               LinkCounters& counters);
+  bool hand_up(const frame::Frame& frame, const FrameArrival& arrival, LinkUser& user,
+               LinkCounters& counters) const;
+
   frame::ProfileId profile_;
   frame::Opener opener_;
+  HeldFrames held_;
 };
 
 /// Both ends of a link go over to a key; null: to none. @param also  see frame::Opener

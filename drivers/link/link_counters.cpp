@@ -22,6 +22,7 @@ Counters LinkCounters::list() const {
       {"frames_not_fresh", frames_not_fresh},
       {"frames_replayed", frames_replayed},
       {"frames_not_proven", frames_not_proven},
+      {"frames_proven_later", frames_proven_later},
       {"frames_too_old", frames_too_old},
       {"frames_not_authentic", frames_not_authentic},
       {"own_echoes", own_echoes},

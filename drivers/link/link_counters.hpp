@@ -28,6 +28,7 @@ struct LinkCounters {
   std::uint64_t frames_not_fresh = 0;          // sealed by an older release, without a nonce
   std::uint64_t frames_replayed = 0;           // heard before, or too late to tell
   std::uint64_t frames_not_proven = 0;         // of a session that has not shown that it lives
+  std::uint64_t frames_proven_later = 0;       // of these: taken when it had, and received
   std::uint64_t frames_too_old = 0;            // held back for too long
   std::uint64_t frames_not_authentic = 0;      // damaged, or forged
   std::uint64_t own_echoes = 0;                // our own frames, heard back
