@@ -23,6 +23,7 @@ struct Vector {
   std::string counter;  // empty: good
   FrameHeader header;
   std::vector<Bytes> packets;
+  Bytes fresh;  // of a fresh frame: what is in front of its pose
   Bytes frame;
 };
 
@@ -48,7 +49,33 @@ std::shared_ptr<const SwarmKey> key_from_hex(const std::string& text) {
   return std::make_shared<SwarmKey>(std::span(bytes).first<SwarmKey::kBytes>());
 }
 
-Vector parse_good(std::istream& line, bool is_sealed) {
+/// Stamp, nonce, asks and answers as the page has them.
+Bytes parse_fresh(std::istream& line) {
+  unsigned long stamp = 0;
+  std::string nonce, asks, answers;
+  line >> stamp >> nonce >> asks >> answers;
+  Bytes bytes;
+  const auto append = [&bytes](const Bytes& more) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+  };
+  for (int shift = 16; shift >= 0; shift -= 8) {
+    bytes.push_back(static_cast<std::uint8_t>(stamp >> shift));
+  }
+  append(from_hex(nonce));
+  const std::vector<std::string> asked = split(asks);
+  const std::vector<std::string> answered = split(answers);
+  if (asked.empty() && answered.empty()) {
+    bytes.push_back(0);
+    return bytes;
+  }
+  append({1, static_cast<std::uint8_t>(asked.size()), static_cast<std::uint8_t>(answered.size())});
+  for (const std::string& each : asked) append(from_hex(each));
+  for (const std::string& each : answered) append(from_hex(each));
+  return bytes;
+}
+
+Vector parse_good(std::istream& line, const std::string& kind) {
+  const bool is_sealed = kind != "good";
   Vector vector;
   unsigned profile = 0;
   std::string pose, packets, frame;
@@ -61,7 +88,9 @@ Vector parse_good(std::istream& line, bool is_sealed) {
     std::copy_n(bytes.begin(), std::min(bytes.size(), kSessionBytes), vector.session.begin());
   }
   line >> profile >> vector.header.node >> vector.header.epoch >> vector.header.counter >> pose >>
-      packets >> frame;
+      packets;
+  if (kind == "fresh") vector.fresh = parse_fresh(line);
+  line >> frame;
   vector.header.profile = static_cast<ProfileId>(profile);
   if (const std::vector<std::string> parts = split(pose); parts.size() == 4) {
     vector.header.pose = FramePose{static_cast<std::int16_t>(std::stoi(parts[0])),
@@ -82,13 +111,13 @@ std::vector<Vector> read_vectors(const std::string& kind_wanted) {
     std::string kind;
     line >> kind;
     if (kind != kind_wanted) continue;
-    if (kind == "good" || kind == "sealed") {
-      vectors.push_back(parse_good(line, kind == "sealed"));
+    if (kind == "good" || kind == "sealed" || kind == "fresh") {
+      vectors.push_back(parse_good(line, kind));
     } else {
       Vector vector;
       std::string key, frame;
       line >> vector.name >> vector.counter;
-      if (kind == "refused") line >> key;
+      if (kind == "refused" || kind == "freshness") line >> key;
       line >> frame;
       vector.key = key_from_hex(key);
       vector.frame = from_hex(frame);
@@ -186,9 +215,58 @@ TEST(AirFrameVectors, SealedFramesAreWrittenByteForByte) {
   }
 }
 
+TEST(AirFrameVectors, FreshFramesAreOpenedFieldByField) {
+  const std::vector<Vector> vectors = read_vectors("fresh");
+  ASSERT_GE(vectors.size(), 6U);
+  for (const Vector& vector : vectors) {
+    SCOPED_TRACE(vector.name);
+    Frame frame;
+    Opener opener(vector.key);
+    ASSERT_EQ(opener.open(vector.frame, frame), ParseResult::kOk);
+    EXPECT_EQ(frame.header, vector.header);
+    std::vector<Bytes> packets;
+    PacketReader reader(frame.packets);
+    for (std::span<const std::uint8_t> packet; reader.next(packet);) {
+      packets.emplace_back(packet.begin(), packet.end());
+    }
+    EXPECT_EQ(packets, vector.packets);
+    EXPECT_FALSE(reader.is_malformed());
+  }
+}
+
+TEST(AirFrameVectors, FreshFramesAreWrittenByteForByte) {
+  for (const Vector& vector : read_vectors("fresh")) {
+    SCOPED_TRACE(vector.name);
+    const Sealer sealer(vector.key, vector.session);
+    Bytes buffer(2000, 0xEE);
+    FrameWriter writer(buffer, vector.header, 1500, &sealer, vector.fresh);
+    for (const Bytes& packet : vector.packets) ASSERT_TRUE(writer.append(packet));
+    const std::span<const std::uint8_t> written = writer.finish();
+    EXPECT_EQ(Bytes(written.begin(), written.end()), vector.frame);
+  }
+}
+
+TEST(AirFrameVectors, FreshnessIsJudgedAsThePageSays) {
+  const auto draw = [](std::span<std::uint8_t> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<std::uint8_t>(0xC0 + i);
+  };
+  const std::vector<Vector> vectors = read_vectors("freshness");
+  ASSERT_GE(vectors.size(), 9U);
+  Freshness::Ms now = 100'000;
+  const auto freshness = std::make_shared<Freshness>(voice_of({1, 2, 3, 4, 5, 6}, 1), now, draw);
+  Opener opener(vectors.front().key);
+  opener.check_freshness(freshness);
+  for (const Vector& vector : vectors) {
+    SCOPED_TRACE(vector.name);
+    Frame frame;
+    const std::string_view counter = counter_name(opener.open(vector.frame, frame, ++now));
+    EXPECT_EQ(counter.empty() ? "-" : counter, vector.counter);
+  }
+}
+
 TEST(AirFrameVectors, FramesAgainstTheKeysRulesAreRefusedUnderTheCounterOfThePage) {
   const std::vector<Vector> vectors = read_vectors("refused");
-  ASSERT_GE(vectors.size(), 15U);
+  ASSERT_GE(vectors.size(), 20U);
   for (const Vector& vector : vectors) {
     SCOPED_TRACE(vector.name);
     Frame frame;
