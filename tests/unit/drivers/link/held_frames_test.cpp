@@ -20,9 +20,9 @@ namespace {
 
 using Ms = std::chrono::milliseconds;
 
-constexpr std::size_t kLimitBytes = 1400;
-constexpr std::size_t kPacketBytes = 20;
-constexpr std::uint64_t kSeed = 1;
+constexpr std::size_t kFrameLimitBytes = 1400;
+constexpr std::size_t kWordBytes = 20;
+constexpr std::uint64_t kSwarmSeed = 1;
 
 HeldFrames::Held frame_of(std::uint8_t robot, std::uint32_t counter, Ms at = Ms(0),
                           std::size_t bytes = 100) {
@@ -99,7 +99,7 @@ struct OnAir {
 class KeyedSwarm {
  public:
   KeyedSwarm(std::size_t robots, double rate_hz)
-      : interval_(static_cast<int>(1000 / rate_hz)), draws_(kSeed) {
+      : interval_(static_cast<int>(1000 / rate_hz)), draws_(kSwarmSeed) {
     for (std::size_t i = 0; i < robots; ++i) {
       robots_.push_back(std::make_unique<Robot>());
       start(i);
@@ -111,7 +111,7 @@ class KeyedSwarm {
     Robot& robot = *robots_[i];
     ++robot.starts;
     robot.user = std::make_unique<TestLinkUser>(static_cast<std::uint16_t>(i + 1), draw());
-    robot.builder = FrameBuilder(frame::ProfileId::kKilobot, kPacketBytes);
+    robot.builder = FrameBuilder(frame::ProfileId::kKilobot, kWordBytes);
     robot.receiver = FrameReceiver(frame::ProfileId::kKilobot);
     robot.freshness.reset();
     use_key_freshly(key_, nullptr, robot.user->header.epoch, now, robot.freshness, robot.builder,
@@ -176,7 +176,7 @@ class KeyedSwarm {
  private:
   struct Robot {
     std::unique_ptr<TestLinkUser> user;
-    FrameBuilder builder{frame::ProfileId::kKilobot, kPacketBytes};
+    FrameBuilder builder{frame::ProfileId::kKilobot, kWordBytes};
     FrameReceiver receiver{frame::ProfileId::kKilobot};
     std::shared_ptr<frame::Freshness> freshness;
     LinkCounters counters;
@@ -188,7 +188,7 @@ class KeyedSwarm {
 
   void say(std::size_t i) {
     Robot& robot = *robots_[i];
-    Bytes packet = numbered_packet(++robot.said, kPacketBytes);
+    Bytes packet = numbered_packet(++robot.said, kWordBytes);
     packet[4] = static_cast<std::uint8_t>(i);
     packet[5] = static_cast<std::uint8_t>(robot.starts);
     const auto at = static_cast<std::uint32_t>(milliseconds(now));
@@ -196,15 +196,15 @@ class KeyedSwarm {
       packet[6 + byte] = static_cast<std::uint8_t>(at >> 8 * byte);
     }
     robot.user->waiting.push_back(packet);
-    Bytes bytes(robot.builder.buffer_bytes(kLimitBytes));
+    Bytes bytes(robot.builder.buffer_bytes(kFrameLimitBytes));
     bytes.resize(
-        robot.builder.build(*robot.user, bytes, kLimitBytes, robot.counters, now).size_bytes);
+        robot.builder.build(*robot.user, bytes, kFrameLimitBytes, robot.counters, now).size_bytes);
     transmit(i, bytes);
   }
   void say_nothing(std::size_t i) {
     Robot& robot = *robots_[i];
-    Bytes bytes(robot.builder.buffer_bytes(kLimitBytes));
-    bytes.resize(robot.builder.build_beacon(*robot.user, bytes, kLimitBytes, now).size_bytes);
+    Bytes bytes(robot.builder.buffer_bytes(kFrameLimitBytes));
+    bytes.resize(robot.builder.build_beacon(*robot.user, bytes, kFrameLimitBytes, now).size_bytes);
     transmit(i, bytes);
   }
   void transmit(std::size_t from, const Bytes& bytes) {
@@ -300,7 +300,7 @@ TEST(KeyedSwarm, NothingThatWasRecordedIsDeliveredTwiceOrLate) {
   const std::vector<OnAir> all = record;
   for (const OnAir& each : all) swarm.hear(0, each.bytes);  // in order, as it was
   EXPECT_GT(all.size(), 9000U);
-  EXPECT_EQ(swarm.twice, 0U) << "seed " << kSeed;
+  EXPECT_EQ(swarm.twice, 0U) << "seed " << kSwarmSeed;
   EXPECT_EQ(swarm.late, 0U) << "the latest after "
                             << std::chrono::duration_cast<Ms>(swarm.latest).count() << " ms";
   const std::size_t heard = swarm.heard(0, 99);
