@@ -234,7 +234,10 @@ void KilobotLink::on_reception(const GatewayReception& reception) {
   const IrForm form = form_of(config_.profile);
   heard_at_ = Clock::now();
   ++counters_.frames_received;
-  if (reception.ir_type != form.heard_type && reception.ir_type != form.sent_type) {
+  const bool is_from_robot = form.heard_type == kilobot::kIrSwarmtalk
+                                 ? kilobot::is_swarmtalk(reception.ir_type)
+                                 : reception.ir_type == form.heard_type;
+  if (!is_from_robot && reception.ir_type != form.sent_type) {
     ++messages_of_programs_;
     return;
   }
@@ -247,7 +250,6 @@ void KilobotLink::on_reception(const GatewayReception& reception) {
   drivers::FrameReception frame;
   frame.received_at = heard_at_;
   // The light of an overhead controller tells no distance.
-  const bool is_from_robot = reception.ir_type == form.heard_type;
   if (is_from_robot && reception.distance_mm) frame.distance_m = *reception.distance_mm / 1000.0f;
   user_->on_packet(packet, frame);
 }

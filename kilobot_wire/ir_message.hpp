@@ -11,12 +11,15 @@ constexpr uint8_t kIrDataBytes = 9;
 constexpr uint8_t kIrBodyBytes = 10;     // data and type: what the checksum covers
 constexpr uint8_t kIrMessageBytes = 12;  // body and checksum, little-endian: what is on the air
 
-/// Types of message. 0 to 0x7F belong to programs and are heard in every state of a robot.
+/// Types of message. 0 to 0x5F belong to programs and are heard in every state of a robot.
 enum IrType : uint8_t {
   kIrClassic2020 = 0x00,  // a packet of the Classic2020 profile (8 bytes); also kilolib's NORMAL
   kIrGps = 0x01,          // id, x, y, theta, sent by an overhead controller
   kIrSwarmtalk = 0x02,    // a packet of the Kilobot profile
   kIrSwarmtalkFromOverhead = 0x03,  // the same from an overhead controller: no distance
+  // kIrSwarmtalk with a report: so many times kIrReportUnits before this message began, its sender
+  // heard what it could not read (0 to kIrMostReport).
+  kIrReports = 0x60,
   kIrFirstControl = 0x80,
   kIrBoot = 0x80,     // to the bootloader
   kIrPage = 0x81,     // bootloader only: page, word offset, 3 words
@@ -30,6 +33,14 @@ enum IrType : uint8_t {
   kIrReadUid = 0x89,  // show one bit of the uid by turning
   kIrCalibrate = 0x8A,
 };
+
+constexpr uint8_t kIrMostReport = 0x1F;
+constexpr uint8_t kIrReportUnits = 32;  // of 128 us: 4.1 ms
+
+/// Whether a message carries a packet of the Kilobot profile from a robot, with a report or not.
+constexpr bool is_swarmtalk(uint8_t type) {
+  return type == kIrSwarmtalk || static_cast<uint8_t>(type - kIrReports) <= kIrMostReport;
+}
 
 struct IrMessage {
   uint8_t data[kIrDataBytes];

@@ -26,12 +26,11 @@ constexpr uint16_t kSleepListenUnits = 781;  // 100 ms: after something was hear
 /// Modes of a calibration message.
 enum CalibrationMode : uint8_t { kSave, kSetUid, kTurnLeft, kTurnRight, kStraight };
 
-/// Listens for `duration` units. @return whether a pulse or a message came
+/// Listens for `duration` units. @return whether a pulse came
 bool listen(uint16_t duration) {
   const uint16_t end = static_cast<uint16_t>(units() + duration);
-  const uint8_t heard = receptions_heard();
   bool found = false;
-  while (!has_come(units(), end)) found = found || is_receiving() || heard != receptions_heard();
+  while (!has_come(units(), end)) found = found || is_receiving();
   return found;
 }
 
@@ -82,7 +81,7 @@ void Control::begin_moving() {
 void Control::move(uint8_t mode, uint8_t left, uint8_t right) {
   if (moves_ == mode && motion_.has_duties(left, right)) return;
   moves_ = mode;
-  if (mode == 0) {
+  if (mode <= kSetUid) {
     motion_.stop();
   } else {
     motion_.push(mode != kTurnRight, mode != kTurnLeft, left, right);
@@ -110,20 +109,21 @@ void Control::calibrate(const uint8_t* data) {
   const uint8_t mode = data[0];
   if (mode == kSave) return save_calibration();
   begin_moving();
+  uint8_t left = 0;
+  uint8_t right = 0;
   if (mode == kSetUid) {
     uid_ = static_cast<uint16_t>(data[1] | (static_cast<uint16_t>(data[2]) << 8));
-    move(0, 0, 0);
   } else if (mode == kTurnLeft) {
-    motors_.turn_left = data[3];
-    move(mode, data[3], 0);
+    motors_.turn_left = left = data[3];
   } else if (mode == kTurnRight) {
-    motors_.turn_right = data[4];
-    move(mode, 0, data[4]);
+    motors_.turn_right = right = data[4];
   } else if (mode == kStraight) {
-    motors_.straight_left = data[5];
-    motors_.straight_right = data[6];
-    move(mode, data[5], data[6]);
+    motors_.straight_left = left = data[5];
+    motors_.straight_right = right = data[6];
+  } else {
+    return;
   }
+  move(mode, left, right);
 }
 
 /// A flash at a time: it is as long as it is, whatever the main loop has to do.

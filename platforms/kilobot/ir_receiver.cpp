@@ -21,7 +21,7 @@ IrReception ring[kSlots];
 volatile uint8_t receiving;  // written by the interrupts
 volatile uint8_t oldest;     // written by the main loop
 volatile uint16_t lost_count;
-volatile uint8_t heard_count;
+volatile bool is_garbled;
 volatile bool is_complete;  // all bytes of a message have come
 
 /// Timer 1 runs only while a message arrives.
@@ -66,7 +66,6 @@ inline void store_byte(IrReception& slot, uint8_t index, uint8_t byte) {
 
 void finish() {
   const uint8_t type = ring[receiving].message.type;
-  heard_count = static_cast<uint8_t>(heard_count + 1);
   if (type >= kIrFirstControl) on_urgent_message(type);
   const uint8_t next = static_cast<uint8_t>((receiving + 1) % kSlots);
   if (next == oldest) {
@@ -74,7 +73,6 @@ void finish() {
   } else {
     receiving = next;
   }
-  wake_up();
 }
 
 }  // namespace
@@ -102,6 +100,8 @@ ISR(ANALOG_COMP_vect) {
     OCR1A = static_cast<uint16_t>(TCNT1 + kSoonCycles);
   } else {
     listen_for_leader();
+    is_garbled = true;
+    wake_up();
   }
 }
 
@@ -110,7 +110,12 @@ ISR(TIMER1_COMPA_vect) {
   listen_for_leader();
   if (!is_complete) return;
   is_complete = false;
-  if (decoder.is_intact()) finish();
+  if (decoder.is_intact()) {
+    finish();
+  } else {
+    is_garbled = true;
+  }
+  wake_up();
 }
 
 void start_receiver() {
@@ -144,16 +149,18 @@ void drop_reception() {
   oldest = static_cast<uint8_t>((oldest + 1) % kSlots);
 }
 
+bool take_garbled() {
+  const bool was_garbled = is_garbled;
+  is_garbled = false;
+  return was_garbled;
+}
+
 uint16_t receptions_lost() {
   uint16_t count;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     count = lost_count;
   }
   return count;
-}
-
-uint8_t receptions_heard() {
-  return heard_count;
 }
 
 }  // namespace kilobot

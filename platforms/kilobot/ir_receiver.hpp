@@ -42,8 +42,8 @@ void drop_reception();
 /// Messages lost because the ring was full; wraps.
 uint16_t receptions_lost();
 
-/// Whole messages heard, of any type; wraps.
-uint8_t receptions_heard();
+/// Whether something was heard since the last call that cannot be read: two messages at once.
+bool take_garbled();
 
 /// Called with each control message (type 0x80 and above) from inside the interrupt, before it is
 /// queued: for what has to work even when the program hangs. Each image defines it.

@@ -54,9 +54,9 @@ class Joined {
     new (Place{&room_.parts}) Parts(arguments...);
   }
 
-  [[noreturn]] void run(uint16_t spacing = kDefaultSpacing) {
+  [[noreturn]] void run(uint16_t period = kDefaultPeriod) {
     tell_fields();
-    run_program({&setup, &loop, &receive, &next}, spacing);
+    run_program({&setup, &loop, &receive, &next}, period);
   }
 
   static const ProgramTemplate<Robot>& program() { return room_.parts.program; }

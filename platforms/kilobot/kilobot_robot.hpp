@@ -77,7 +77,8 @@ class BasicKilobotRobot {
   void receive(const IrReception& reception) {
     const uint8_t type = reception.message.type;
     const bool is_from_overhead = kType == kIrSwarmtalk && type == kIrSwarmtalkFromOverhead;
-    if (type != kType && !is_from_overhead) return;
+    const bool is_from_robot = kType == kIrSwarmtalk ? is_swarmtalk(type) : type == kType;
+    if (!is_from_robot && !is_from_overhead) return;
     node_.on_packet(reception.message.data, kPacketBytes, {distance_mm(reception)});
   }
 
@@ -85,7 +86,7 @@ class BasicKilobotRobot {
   bool next(IrMessage& out) {
     out = {};
     if (node_.pull_packet(out.data) == 0) return false;
-    out.type = kType;
+    out.type = kType == kIrSwarmtalk ? swarmtalk_type() : kType;
     return true;
   }
 

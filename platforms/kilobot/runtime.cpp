@@ -17,18 +17,25 @@ constexpr uint16_t kPassUnits = 32;  // 4.1 ms between two passes of the main lo
 constexpr uint16_t kPushUnits = 2;   // the same while a push of the motors has to end in time
 
 Control robot_control;
-Backoff backoff;
-uint8_t heard_at_last_send;
+Turns turns;
 IrMessage message;  // waits for free air if has_message
 bool has_message;
 
+__attribute__((noinline)) void move() {
+  turns.move(random16());
+}
+
 /// The time of a message differs from robot to robot by more than its lowest bits.
 void receive_all(const Program& program) {
+  if (take_garbled()) turns.on_garbled(units());
   while (const IrReception* reception = next_reception()) {
-    stir_random(static_cast<uint8_t>(units()));
-    if (reception->message.type >= kIrFirstControl) {
+    const uint16_t now = units();
+    stir_random(static_cast<uint8_t>(now));
+    const uint8_t type = reception->message.type;
+    if (type >= kIrFirstControl) {
       robot_control.handle(reception->message);
     } else {
+      if (turns.on_heard(static_cast<uint16_t>(now - Turns::kMessageUnits), type)) move();
       program.receive(*reception);
     }
     drop_reception();
@@ -36,21 +43,17 @@ void receive_all(const Program& program) {
 }
 
 /// Tries to send when its time has come. A message that met taken air waits for the next try.
-void send(const Program& program) {
-  if (!backoff.is_due(units())) return;
-  const bool is_running = robot_control.state() == State::kRunning;
-  if (is_running && !is_receiving() && !has_message) has_message = program.next(message);
-  if (is_running && has_message && send_ir(message)) {
+void send(const Program& program, uint16_t period) {
+  const uint16_t now = units();
+  if (!turns.is_due(now)) return;
+  if (robot_control.state() == State::kRunning) {
+    if (is_receiving()) return move();
+    if (!has_message) has_message = program.next(message);
+    if (has_message && !send_ir(message)) return move();
     has_message = false;
-    const uint8_t heard = receptions_heard();
-    backoff.on_sent(units(), static_cast<uint8_t>(heard - heard_at_last_send), random16());
-    heard_at_last_send = heard;
-    return;
   }
-  // A robot with nothing to say keeps drawing, too, so that all that answer one message at once do
-  // not answer at the same moment; and one that does not run, since a time that is long past counts
-  // as one to come.
-  backoff.on_deferred(units(), random16());
+  // Also with nothing to say, or before RUN: a time that is long past would count as one to come.
+  turns.on_turn(now, period);
 }
 
 void run_state(const Program& program) {
@@ -59,7 +62,6 @@ void run_state(const Program& program) {
     robot_control.on_set_up();
   }
   if (robot_control.state() == State::kRunning) program.loop();
-  send(program);
 }
 
 }  // namespace
@@ -68,7 +70,11 @@ Control& control() {
   return robot_control;
 }
 
-void run_program(const Program& program, uint16_t spacing) {
+uint8_t swarmtalk_type() {
+  return turns.type(units());
+}
+
+void run_program(const Program& program, uint16_t period) {
   start_board();
   start_clock();
   sei();
@@ -77,15 +83,17 @@ void run_program(const Program& program, uint16_t spacing) {
   start_sender();
   start_receiver();
   start_guard();
-  backoff.start(units(), spacing, random16());
+  turns.start(units());
+  move();
   uint16_t next_pass = units();
   for (;;) {
     const bool sends_first =
-        robot_control.state() == State::kRunning && has_come(next_pass, backoff.due());
-    sleep_until(sends_first ? backoff.due() : next_pass);
+        robot_control.state() == State::kRunning && has_come(next_pass, turns.due());
+    sleep_until(sends_first ? turns.due() : next_pass);
     const uint16_t pass = robot_control.motion().is_pushing() ? kPushUnits : kPassUnits;
     next_pass = static_cast<uint16_t>(units() + pass);
     feed_guard();
+    send(program, period);  // first: turns begin in time
     receive_all(program);
     robot_control.poll();
     run_state(program);

@@ -5,9 +5,9 @@
 
 #include <stdint.h>
 
-#include "platforms/kilobot/backoff.hpp"
 #include "platforms/kilobot/control.hpp"
 #include "platforms/kilobot/ir_receiver.hpp"
+#include "platforms/kilobot/turns.hpp"
 
 namespace swarmtalk {
 namespace kilobot {
@@ -20,14 +20,18 @@ struct Program {
   bool (*next)(IrMessage& out);            // the message to send now; false: none. RUNNING only
 };
 
-/// Mean time between two messages of one robot, 65 ms: with nine robots in earshot that always
-/// have something to say the air is half taken, and most of it arrives.
-constexpr uint16_t kDefaultSpacing = 2 * kUnitsPerTick;
+/// Time from one turn to the next, 102 ms. Shorter, and robots that have two dozen others within
+/// two hops find no slots for all; longer, and what they hear is older.
+constexpr uint16_t kDefaultPeriod = 20 * Turns::kSlotUnits;
 
 /// Brings the hardware up and never returns.
-/// @param spacing  mean time between two messages of this robot, in units of 128 us; shorter ones
-///                 than Backoff::kLeastSpacing count as that
-[[noreturn]] void run_program(const Program& program, uint16_t spacing = kDefaultSpacing);
+/// @param period  from one turn to the next in units of 128 us, whole slots; longer where many are
+///                heard
+[[noreturn]] void run_program(const Program& program, uint16_t period = kDefaultPeriod);
+
+/// The type of a message with a packet of the Kilobot profile, sent now: it may report that
+/// messages have met.
+uint8_t swarmtalk_type();
 
 /// The robot's state, uid, motor calibration and motors.
 Control& control();

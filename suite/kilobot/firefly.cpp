@@ -4,6 +4,13 @@
 
 #include "platforms/kilobot/join.hpp"
 
+namespace {
+
+/// 522 ms: the pace of the paper's robots (kilolib's), at which messages wait as long as there.
+constexpr uint16_t kPeriod = 102 * swarmtalk::kilobot::Turns::kSlotUnits;
+
+}  // namespace
+
 #ifdef FIREFLY_NO_DELAY
 swarmtalk::kilobot::Joined<swarmtalk::suite::FireflyNoDelay> joined;
 #else
@@ -12,5 +19,5 @@ swarmtalk::kilobot::Joined<swarmtalk::suite::Firefly> joined;
 
 int main() {
   SWARMTALK_KILOBOT_OFFSET(flash, joined, joined.program().flashes());
-  joined.run();
+  joined.run(kPeriod);
 }

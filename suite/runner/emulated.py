@@ -21,7 +21,8 @@ RUN_AT_S = 0.5    # by then all robots are switched on and listen
 SAMPLE_US = 1000  # the emulator looks at memory so often
 SETUP_US = 10000  # after RUN; a robot's setup() is over
 FRAME_US = 4371   # a message in the air, and its first to its last pulse
-RUN, PACKET = 0x88, 2  # types of infrared messages
+RUN = 0x88  # types of infrared messages
+PACKETS = {2, *range(0x60, 0x80)}  # with a report of its sender or not
 LED_LEVELS = 3
 COUNTS_PER_MM = 6  # of a signal's strength, as the emulator has it
 
@@ -187,7 +188,7 @@ class Conversion:
     def frames(self, kind: str) -> list[tuple[int, int, Packet, str]]:
         """Packets "sent" or "heard" undamaged: time, robot, packet, bytes."""
         return [(e["time_us"], e["robot"], Packet(e["data"], self.fields), e["data"])
-                for e in self.by_kind[kind] if e["type"] == PACKET and e["crc_ok"]]
+                for e in self.by_kind[kind] if e["type"] in PACKETS and e["crc_ok"]]
 
     def events(self) -> list[dict]:
         """The suite's events, in order of time, and the air's figures."""

@@ -1,18 +1,19 @@
-// The parts of the Kilobot firmware that are pure logic, on the host: checksum, decoder, back-off,
+// The parts of the Kilobot firmware that are pure logic, on the host: checksum, decoder, turns,
 // distance, serial frames. Vectors are those that robots and controllers in use agree on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "kilobot_wire/gateway_frame.hpp"
 #include "kilobot_wire/overhead_frame.hpp"
-#include "platforms/kilobot/backoff.hpp"
 #include "platforms/kilobot/distance.hpp"
 #include "platforms/kilobot/ir_decoder.hpp"
+#include "platforms/kilobot/turns.hpp"
 
 namespace swarmtalk::kilobot {
 namespace {
@@ -192,29 +193,132 @@ TEST(Distance, GoesOverFromOneAmplifierToTheOtherWithoutAJump) {
   }
 }
 
-TEST(Backoff, KeepsTheSpacingOnAverageAndGivesWayToNeighbours) {
-  std::uint32_t state = 1;
-  const auto noise = [&state] {
-    state = state * 1664525u + 1013904223u;
-    return static_cast<std::uint16_t>(state >> 16);
-  };
-  for (const int neighbours : {0, 30}) {
-    Backoff backoff;
-    backoff.start(0, 512, noise());
-    std::uint32_t total = 0;
-    std::uint16_t now = 0;
-    for (int i = 0; i < 1000; ++i) {
-      backoff.on_sent(now, static_cast<std::uint8_t>(neighbours), noise());
-      const auto wait = static_cast<std::uint16_t>(backoff.due() - now);
-      if (i >= 100) total += wait;
-      now = backoff.due();
-      EXPECT_TRUE(backoff.is_due(now));
-      EXPECT_FALSE(backoff.is_due(static_cast<std::uint16_t>(now - 1)));
-    }
-    const double mean = total / 900.0;
-    const double expected = neighbours == 0 ? 512 : (neighbours + 2) * Backoff::kMessageUnits;
-    EXPECT_NEAR(mean, expected, expected * 0.05);
+/// What messages do to a robot whose last turn began at 1000 and whose next is at 1800.
+class TurnsTest : public ::testing::Test {
+ protected:
+  static constexpr std::uint16_t kBegun = 1000;
+  static constexpr std::uint16_t kPeriod = 800;
+
+  void SetUp() override {
+    turns_.start(kBegun);
+    ASSERT_TRUE(turns_.is_due(kBegun));
+    turns_.on_turn(kBegun, kPeriod);
   }
+
+  /// A message that began at `begun` and reports what was heard `age` reports' units before.
+  bool hear_report(std::uint16_t begun, int age) {
+    return turns_.on_heard(begun, static_cast<std::uint8_t>(kIrReports + age));
+  }
+
+  Turns turns_;
+};
+
+TEST_F(TurnsTest, ATurnComesOnceInAPeriodHoweverLateTheLastOneWas) {
+  EXPECT_FALSE(turns_.is_due(kBegun + kPeriod - 1));
+  EXPECT_TRUE(turns_.is_due(kBegun + kPeriod));
+  turns_.on_turn(kBegun + kPeriod + 7, kPeriod);
+  EXPECT_EQ(turns_.due(), kBegun + 2 * kPeriod);
+}
+
+TEST_F(TurnsTest, WhoHasMissedTurnsDoesNotMakeUpForThem) {
+  const std::uint16_t late = kBegun + 3 * kPeriod + 5;
+  turns_.on_turn(late, kPeriod);
+  EXPECT_EQ(turns_.due(), kBegun + 4 * kPeriod);
+}
+
+TEST_F(TurnsTest, OfTheBeatOfOthersHalfIsTaken) {
+  for (const int offset : {-19, -8, -2, 0, 2, 8, 19}) {
+    Turns turns = turns_;
+    const int slots = 7;
+    turns.on_heard(static_cast<std::uint16_t>(kBegun + slots * Turns::kSlotUnits + offset),
+                   kIrSwarmtalk);
+    EXPECT_NEAR(turns.due() - (kBegun + kPeriod), offset / 2.0, 0.51) << offset;
+  }
+}
+
+TEST_F(TurnsTest, SixRobotsWithClocksHalfAPercentApartFindOneBeat) {
+  // Each in its slot of a period that is 20 of them, and each a little fast or slow.
+  constexpr int kRobots = 6;
+  Turns turns[kRobots];
+  double due[kRobots];
+  std::uint16_t now = 0;
+  for (int i = 0; i < kRobots; ++i) turns[i].start(static_cast<std::uint16_t>(i * 133));
+  int worst = 0;
+  for (int period = 0; period < 100; ++period) {
+    for (int turn = 0; turn < kRobots; ++turn) {
+      int next = 0;
+      for (int i = 0; i < kRobots; ++i) {
+        due[i] = static_cast<std::int16_t>(turns[i].due() - now);
+        if (due[i] < due[next]) next = i;
+      }
+      now = turns[next].due();
+      turns[next].on_turn(now, static_cast<std::uint16_t>(kPeriod + 2 * next - 5));
+      for (int i = 0; i < kRobots; ++i) {
+        if (i != next) turns[i].on_heard(now, kIrSwarmtalk);
+      }
+      if (period < 50) continue;
+      for (int i = 0; i < kRobots; ++i) {
+        const int phase = static_cast<std::uint16_t>(turns[i].due() - now) % Turns::kSlotUnits;
+        worst = std::max(worst, std::min(phase, Turns::kSlotUnits - phase));
+      }
+    }
+  }
+  EXPECT_LE(worst, 5) << "of 40 units to a slot, 4 of them gap";
+}
+
+TEST_F(TurnsTest, OnlyWhoHasSentThenIsMeantByAReport) {
+  // Heard at 1600, of something at 1600 - 32 * age: the robot's message lasted until 1034.
+  for (int age = 0; age <= kIrMostReport; ++age) {
+    int moves = 0;
+    for (const int begun : {1600, 1601}) {
+      Turns turns = turns_;
+      moves += turns.on_heard(static_cast<std::uint16_t>(begun),
+                              static_cast<std::uint8_t>(kIrReports + age));
+    }
+    const int then = 1601 - age * kIrReportUnits;
+    const bool is_meant = then >= kBegun + 4 && then < kBegun + 4 + 35 + 32;
+    EXPECT_EQ(moves, is_meant ? 1 : 0) << age << ": half of those who are meant move";
+  }
+}
+
+TEST_F(TurnsTest, AMessageMovesItsSenderOnce) {
+  ASSERT_TRUE(hear_report(1601, 18));
+  EXPECT_FALSE(hear_report(1641, 19)) << "another robot says the same";
+}
+
+TEST_F(TurnsTest, AMoveIsOneToSixteenSlots) {
+  std::set<int> slots;
+  for (int noise = 0; noise < 64; ++noise) {
+    Turns turns = turns_;
+    turns.move(static_cast<std::uint16_t>(noise));
+    slots.insert((turns.due() - turns_.due()) / Turns::kSlotUnits);
+    EXPECT_EQ((turns.due() - turns_.due()) % Turns::kSlotUnits, 0);
+  }
+  EXPECT_EQ(slots.size(), 16u);
+  EXPECT_EQ(*slots.begin(), 1);
+  EXPECT_EQ(*slots.rbegin(), 16);
+}
+
+TEST_F(TurnsTest, TheFirstGarbledMessageIsReportedOnce) {
+  EXPECT_EQ(turns_.type(1500), kIrSwarmtalk);
+  turns_.on_garbled(1500);
+  turns_.on_garbled(1600);
+  EXPECT_EQ(turns_.type(1500 + 10 * kIrReportUnits), kIrReports + 10);
+  EXPECT_EQ(turns_.type(1500 + 11 * kIrReportUnits), kIrSwarmtalk);
+  turns_.on_garbled(2000);
+  EXPECT_EQ(turns_.type(2000 + 32 * kIrReportUnits), kIrSwarmtalk) << "too long ago to be told";
+  turns_.on_garbled(4000);
+  EXPECT_EQ(turns_.type(4000), kIrReports) << "an old one does not stand in its way";
+}
+
+TEST(IrType, MessagesWithReportsAreSwarmtalkMessages) {
+  int count = 0;
+  for (int type = 0; type < 256; ++type) count += is_swarmtalk(static_cast<std::uint8_t>(type));
+  EXPECT_EQ(count, 33);
+  EXPECT_TRUE(is_swarmtalk(kIrSwarmtalk));
+  EXPECT_TRUE(is_swarmtalk(kIrReports));
+  EXPECT_TRUE(is_swarmtalk(kIrReports + kIrMostReport));
+  EXPECT_FALSE(is_swarmtalk(kIrFirstControl));
 }
 
 }  // namespace

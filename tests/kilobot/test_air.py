@@ -18,7 +18,7 @@ def test_two_robots_hear_each_other_at_the_right_distance(tmp_path, mm):
         sent = log.sent(other, QUIET)
         heard = log.variable(node, "beacon_heard:2") - log.variable(node, "beacon_heard:2", QUIET)
         print(f"{node}: heard {heard} of {sent}")
-        assert sent >= 20
+        assert sent >= 17  # a turn each 102 ms
         assert heard >= 0.9 * sent
         assert log.variable(node, "beacon_last_uid:2") == int(other[1:]) + 1
         assert abs(log.variable(node, "beacon_distance_mm:2") - mm) <= 1
@@ -68,4 +68,4 @@ def test_nine_saturated_robots_starve_nobody(tmp_path, drift_ppm, range_mm):
     print(f"drift {drift_ppm} ppm, range {range_mm} mm: {sent}, "
           f"least to most {min(sent) / max(sent):.2f}")
     assert min(sent) >= 0.5 * max(sent)
-    assert sum(sent) > 1000  # of at most 2280 in 10 s
+    assert sum(sent) > 800  # of 880: each has one turn in 102 ms, and 10 s

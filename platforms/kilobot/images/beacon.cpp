@@ -44,5 +44,5 @@ bool next(IrMessage& out) {
 }  // namespace
 
 int main() {
-  run_program({&setup, &loop, &receive, &next}, Backoff::kLeastSpacing);
+  run_program({&setup, &loop, &receive, &next});
 }

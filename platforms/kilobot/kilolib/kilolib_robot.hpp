@@ -65,7 +65,7 @@ class KilolibRobot {
 
   /// kilo_message_rx: from the interrupt. A message that finds no place is lost, as on the air.
   void on_message(const message_t& message, const distance_measurement_t& measurement) {
-    if (message.type != kIrSwarmtalk && message.type != kIrSwarmtalkFromOverhead) return;
+    if (!is_swarmtalk(message.type) && message.type != kIrSwarmtalkFromOverhead) return;
     for (uint8_t i = 0; i < kSlots; ++i) {
       if (slots_[i].is_full) continue;
       slots_[i] = Slot{message, measurement, true};
@@ -100,7 +100,7 @@ class KilolibRobot {
   /// The interrupt leaves a full slot alone, so it can be read with interrupts on.
   void receive(Slot& slot) {
     if (!slot.is_full) return;
-    const bool is_robot = slot.message.type == kIrSwarmtalk;
+    const bool is_robot = is_swarmtalk(slot.message.type);
     const Distance mm = is_robot ? estimate_distance(&slot.measurement) : Distance{-1};
     node_.on_packet(slot.message.data, kIrDataBytes, {mm});
     slot.is_full = false;
