@@ -125,13 +125,21 @@ json move(WifiAir& air, const json& request) {
   return json::object();
 }
 
+void begin(WifiAir& air, const Fault& fault) {
+  if (air.interference().active().size() >= kMostFaults) {
+    throw std::runtime_error("there are " + std::to_string(kMostFaults) +
+                             " lines and jammers already; end some (heal, unjam)");
+  }
+  air.interference().begin(fault);
+}
+
 json part(WifiAir& air, const json& request) {
   if (request.contains("x_m")) {
     Fault fault;
     fault.kind = Fault::Kind::kPartition;
     fault.end_us = UINT64_MAX;
     fault.x_mm = length_mm(request, "x_m");
-    air.interference().begin(fault);
+    begin(air, fault);
     return json::object();
   }
   std::vector<uint32_t> robots;
@@ -158,7 +166,7 @@ json jam(WifiAir& air, const json& request) {
   fault.y_mm = length_mm(request, "y_m");
   fault.radius_mm = length_mm(request, "radius_m");
   if (!(fault.radius_mm > 0)) throw std::runtime_error("the radius of a jammer is above 0 m");
-  air.interference().begin(fault);
+  begin(air, fault);
   return json::object();
 }
 
@@ -179,13 +187,16 @@ json carry_out(WifiAir& air, const json& status, const json& request) {
 
 }  // namespace
 
-json answer(WifiAir& air, const json& status, std::string_view request) {
+// What is not JSON is told without its bytes, which an answer could not hold.
+std::string answer(WifiAir& air, const json& status, std::string_view request) {
+  const json parsed = json::parse(request, nullptr, false);
+  if (parsed.is_discarded()) return json{{"error", "a request that is not JSON"}}.dump();
   try {
-    return carry_out(air, status, json::parse(request));
+    return carry_out(air, status, parsed).dump();
   } catch (const json::exception& error) {
-    return {{"error", std::string("a request that is none: ") + error.what()}};
+    return json{{"error", std::string("a request that is none: ") + error.what()}}.dump();
   } catch (const std::exception& error) {
-    return {{"error", error.what()}};
+    return json{{"error", error.what()}}.dump();
   }
 }
 

@@ -3,6 +3,7 @@
 // by the medium's process only.
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -11,10 +12,14 @@
 
 namespace swarmtalk::lab::radio {
 
+/// Lines and jammers at a time: each costs something for each frame.
+inline constexpr std::size_t kMostFaults = 256;
+
 /// Requests ("do"): "status"; "link" (from, to, and loss or null: as all); "move" (robot, x_m,
 /// y_m); "part" (robots: they hear only each other) or (x_m: nothing crosses this line); "heal";
 /// "jam" (x_m, y_m, radius_m); "unjam".
 /// @param status  of the process; the answer to "status" is this and what the air says of itself
-nlohmann::json answer(sim::WifiAir& air, const nlohmann::json& status, std::string_view request);
+/// @return JSON in one line, whatever bytes the request has
+std::string answer(sim::WifiAir& air, const nlohmann::json& status, std::string_view request);
 
 }  // namespace swarmtalk::lab::radio

@@ -185,7 +185,7 @@ void RadioServer::answer_requests() {
                                      {"p99_us", lateness_.within_us(0.99)},
                                      {"worst_us", lateness_.worst_us()}}},
                                    {"lost", {{"interface", before}}}};
-    return answer(air_, status, request).dump();
+    return answer(air_, status, request);
   });
 }
 
