@@ -2,8 +2,14 @@
 
 #include "recording/compression.hpp"
 #include "recording/crc32.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::recording {
+namespace {
+
+constexpr std::size_t kBytesOfAValue = 128;  // beside its bytes, of each schema, channel, key
+
+}  // namespace
 
 std::string McapReader::open() {
   in_.seekg(0, std::ios::end);
@@ -23,7 +29,7 @@ void McapReader::rewind() {
   in_chunk_ = ByteReader({});
   schemas_.clear();  // what comes late in the file is not known yet
   channels_.clear();
-  chunks_ = messages_ = damaged_chunks_ = unread_bytes_ = 0;
+  kept_bytes_ = chunks_ = messages_ = damaged_chunks_ = unread_bytes_ = 0;
   is_at_data_end_ = is_cut_ = false;
   damage_.clear();
   if (!read(kMcapMagic.size(), record_) || record_ != kMcapMagic) at_ = 0;
@@ -134,7 +140,7 @@ void McapReader::open_chunk(std::string_view content) {
   const std::string_view packed = reader.take(reader.u64());
   if (!reader.is_good()) return damage("a chunk's fields do not fit into it");
   if (!compression.empty() && compression != kZstd) {
-    return damage("a chunk is compressed with '" + std::string(compression.substr(0, 16)) +
+    return damage("a chunk is compressed with '" + text::plain(compression.substr(0, 16)) +
                   "'; this program knows zstd");
   }
   if (size_bytes > kMaxChunkBytes) return damage("a chunk is longer than 64 MiB");
@@ -179,8 +185,18 @@ bool McapReader::take_schema(std::string_view content) {
   schema.name = reader.counted();
   schema.encoding = reader.counted();
   schema.bytes = reader.counted();
-  if (reader.is_good() && id != 0) schemas_[id] = std::move(schema);
-  return reader.is_good();
+  if (!reader.is_good() || id == 0 || schemas_.contains(id)) return reader.is_good();
+  if (!keep(content.size())) return false;
+  schemas_[id] = std::move(schema);
+  return true;
+}
+
+/// @return whether there is room for a record of this size and as many values in it
+bool McapReader::keep(std::size_t size_bytes, std::size_t values) {
+  const std::uint64_t bytes = size_bytes + kBytesOfAValue * (1 + values);
+  if (bytes > kMaxKeptBytes - kept_bytes_) return false;
+  kept_bytes_ += bytes;
+  return true;
 }
 
 bool McapReader::take_channel(std::string_view content) {
@@ -191,11 +207,13 @@ bool McapReader::take_channel(std::string_view content) {
   channel.topic = reader.counted();
   channel.encoding = reader.counted();
   ByteReader metadata(reader.counted());
-  while (!metadata.is_at_end()) {
+  while (!metadata.is_at_end() && channel.metadata.size() < kMaxKeptBytes / kBytesOfAValue) {
     const std::string key(metadata.counted());
     channel.metadata[key] = metadata.counted();
   }
   if (!reader.is_good() || !metadata.is_good()) return false;
+  if (channels_.contains(id)) return true;
+  if (!keep(content.size(), channel.metadata.size())) return false;
   channels_[id] = std::move(channel);
   return true;
 }

@@ -17,6 +17,8 @@ namespace swarmtalk::recording {
 class McapReader {
  public:
   static constexpr std::uint64_t kMaxChunkBytes = 64 * 1024 * 1024;  // packed or not
+  /// Of all schemas and channels together, which are kept; a small file may unpack to many.
+  static constexpr std::uint64_t kMaxKeptBytes = 32 * 1024 * 1024;
 
   /// @param in  can be sought; outlives the reader
   explicit McapReader(std::istream& in) : in_(in) {}
@@ -61,6 +63,7 @@ class McapReader {
   void damage(const std::string& cause);
   bool take_schema(std::string_view content);
   bool take_channel(std::string_view content);
+  bool keep(std::size_t size_bytes, std::size_t values = 0);
   bool take_message(std::string_view content, McapMessage& message) const;
 
   std::istream& in_;
@@ -72,6 +75,7 @@ class McapReader {
   ByteReader in_chunk_{{}};
   std::unordered_map<std::uint16_t, McapSchema> schemas_;
   std::unordered_map<std::uint16_t, McapChannel> channels_;
+  std::uint64_t kept_bytes_ = 0;  // of both, also of those that others have replaced
   std::uint64_t chunks_ = 0;
   std::uint64_t messages_ = 0;
   std::uint64_t damaged_chunks_ = 0;

@@ -221,5 +221,81 @@ TEST_F(Mcap, ALongRunOfMessagesIsClosedAsChunksByItself) {
   EXPECT_LT(writer.open_messages(), 11u);
 }
 
+/// A record as it stands in a file.
+std::string record(McapOp op, const std::string& content) {
+  std::string bytes(1, static_cast<char>(op));
+  for (int shift = 0; shift < 64; shift += 8) {
+    bytes.push_back(static_cast<char>(std::uint64_t{content.size()} >> shift));
+  }
+  return bytes + content;
+}
+
+std::string little(std::uint32_t value, int bytes) {
+  std::string text;
+  for (int i = 0; i < bytes; ++i) text.push_back(static_cast<char>(std::uint64_t{value} >> 8 * i));
+  return text;
+}
+
+std::string counted_text(const std::string& text) {
+  return little(static_cast<std::uint32_t>(text.size()), 4) + text;
+}
+
+TEST(HostileMcap, SchemasDoNotFillTheMemory) {
+  constexpr std::uint32_t kSchemas = 40;
+  std::string bytes(kMcapMagic);
+  const std::string large(std::size_t{1} << 20, 'x');
+  for (std::uint32_t id = 1; id <= kSchemas; ++id) {
+    bytes += record(McapOp::kSchema,
+                    little(id, 2) + counted_text("s") + counted_text("") + counted_text(large));
+  }
+  std::istringstream in(bytes);
+  McapReader reader(in);
+  ASSERT_EQ(reader.open(), "");
+  McapMessage message;
+  for (int round = 0; round < 2; ++round) {  // what is played again needs no more
+    EXPECT_FALSE(reader.next(message));
+    std::uint64_t kept = 0;
+    for (std::uint32_t id = 1; id <= kSchemas; ++id) {
+      const McapSchema* const schema = reader.schema(static_cast<std::uint16_t>(id));
+      kept += schema != nullptr ? schema->bytes.size() : 0;
+    }
+    EXPECT_LE(kept, McapReader::kMaxKeptBytes);
+    EXPECT_GE(kept, McapReader::kMaxKeptBytes / 2);
+    EXPECT_GT(reader.damaged_chunks(), 0U);
+    reader.rewind();
+  }
+}
+
+TEST(HostileMcap, KeysOfAChannelDoNotFillTheMemory) {
+  std::string keys;
+  for (std::uint32_t i = 0; i < 400'000; ++i) keys += counted_text(little(i, 4)) + counted_text("");
+  std::string bytes(kMcapMagic);
+  bytes += record(McapOp::kChannel, little(1, 2) + little(0, 2) + counted_text("/t") +
+                                        counted_text("json") + counted_text(keys));
+  std::istringstream in(bytes);
+  McapReader reader(in);
+  ASSERT_EQ(reader.open(), "");
+  McapMessage message;
+  EXPECT_FALSE(reader.next(message));
+  EXPECT_EQ(reader.channel(1), nullptr);
+  EXPECT_EQ(reader.damaged_chunks(), 1U);
+}
+
+TEST(HostileMcap, TextOfTheFileIsToldInPlainCharacters) {
+  std::string bytes(kMcapMagic);
+  bytes += record(McapOp::kChunk, little(0, 8) + little(0, 8) + little(0, 8) + little(0, 4) +
+                                      counted_text("\x1b[2J\xff\xc2\x9b") + little(0, 8));
+  std::istringstream in(bytes);
+  McapReader reader(in);
+  ASSERT_EQ(reader.open(), "");
+  McapMessage message;
+  EXPECT_FALSE(reader.next(message));
+  const std::string problem = reader.problem();
+  EXPECT_NE(problem.find("compressed with"), std::string::npos) << problem;
+  EXPECT_TRUE(std::all_of(problem.begin(), problem.end(), [](char c) {
+    return c >= ' ' && c < 0x7F;
+  })) << problem;
+}
+
 }  // namespace
 }  // namespace swarmtalk::recording
