@@ -118,7 +118,7 @@ int doctor(const Common& common, const DoctorArguments& arguments) {
   std::vector<Fixed> fixes;
   if (arguments.has_fix) fixes = fix_all(report);
   const int written = print(
-      common.is_json ? to_json(report, fixes, facts, is_tested ? &peer : nullptr).dump() + "\n"
+      common.is_json ? json_text(to_json(report, fixes, facts, is_tested ? &peer : nullptr)) + "\n"
                      : to_text(report, fixes, look_of_output()));
   if (written != kExitOk) return written;
   if (report.has_findings() && !are_all_fixed(report, fixes)) return kExitFailure;

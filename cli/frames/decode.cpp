@@ -146,7 +146,7 @@ int decode_one(const Common& common, const std::string& profile, const std::stri
   if (!json.is_null()) {
     std::string text;
     if (common.is_json) {
-      text = json.dump() + "\n";
+      text = json_text(json) + "\n";
     } else {
       lines_of(json, "", text);
     }

@@ -14,6 +14,11 @@ namespace swarmtalk::cli {
 
 using Json = nlohmann::ordered_json;
 
+/// JSON in one line. Of what strangers said, bytes that are not UTF-8 are replaced by U+FFFD.
+inline std::string json_text(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 /// Metres or radians, rounded to a millionth so that float noise is not printed; null if unknown.
 Json number(float value);
 Json to_json(const std::optional<Pose>& pose);

@@ -179,5 +179,11 @@ TEST(Format, DegreesHaveNoMinusZero) {
   EXPECT_EQ(degrees(-0.001F), "0 deg");
 }
 
+TEST(JsonText, TakesWhatIsNotUtf8) {
+  const Json json{{"network", "lab\xff\xfe"}, {"text", "a\xc3"}};
+  EXPECT_EQ(json_text(json),
+            "{\"network\":\"lab\xEF\xBF\xBD\xEF\xBF\xBD\",\"text\":\"a\xEF\xBF\xBD\"}");
+}
+
 }  // namespace
 }  // namespace swarmtalk::cli
