@@ -2,6 +2,7 @@
 import os
 import time
 
+import frames
 import pytest
 from conftest import needs_root, wait_for
 from stranger import counter
@@ -10,6 +11,7 @@ from wires import heard
 pytestmark = needs_root
 SECONDS = os.environ["SWARMTALK_HOSTILE_SECONDS"]
 CHANNEL = 5
+ROBOTS = int(os.environ.get("SWARMTALK_FLOOD_ROBOTS", "4"))
 
 
 def test_an_origin_that_is_not_text_disconnects_nobody(air):
@@ -70,6 +72,36 @@ def test_a_flood_of_large_ttl_ends(air):
     wait_for(waits, timeout=15, what="the end of the flood")
     assert all(counter(robot, "node_forwards_too_late") > 0 for robot in robots)
     assert all(counter(robot, "node_packets_forwarded") > 0 for robot in robots)
+
+
+def messages_per_frame(size):
+    return 1400 // (size + frames.HEADER_BYTES + 2)
+
+
+@pytest.mark.long
+def test_a_flood_into_many_robots_ends_within_twice_the_time_to_send_it_once(air):
+    """What the simulator says (tests/swarm/rate_flood.hpp), of daemons, at 120 kB/s. tools/long: 40
+    robots (SWARMTALK_FLOOD_ROBOTS)."""
+    rate_hz = 3
+    robots = [air.daemon(number, f"rate_hz = {rate_hz}\n") for number in range(1, ROBOTS + 1)]
+    flood_s = 10 if ROBOTS > 10 else 2
+    messages = int(air.attack("flood", "--channel", CHANNEL, "--rate", 86, "--seconds", flood_s))
+    ended = time.monotonic()
+    once_s = messages / messages_per_frame(100) / rate_hz
+
+    def sent():
+        return sum(counter(robot, "node_packets_forwarded") for robot in robots)
+
+    last, over_s = sent(), 0.0
+    while time.monotonic() - ended - over_s < 5:
+        time.sleep(0.5)
+        now = sent()
+        if now != last:
+            last, over_s = now, time.monotonic() - ended
+        assert over_s + flood_s < 2 * once_s
+    print(f"{ROBOTS} robots, {messages} messages: over {over_s + flood_s:.0f} s after its "
+          f"beginning; to send each once takes {once_s:.0f} s; {last} packets sent on")
+    assert last > 0 and all(robot.daemon.poll() is None for robot in robots)
 
 
 def test_a_robot_that_does_not_forward_hears_all_the_same(air):

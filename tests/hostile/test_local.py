@@ -13,7 +13,7 @@ import pytest
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parent / "attacks"))
 
-from local_client import (STRANGER, Client, Daemon, MemoryGroup, field, frame,  # noqa: E402
+from local_client import (ROOT, STRANGER, Client, Daemon, MemoryGroup, field, frame,  # noqa: E402
                           wait_for)
 
 SEED = int(os.environ.get("SWARMTALK_SEED", "1"))
@@ -97,6 +97,8 @@ def test_floods_of_changes_cost_their_sender_only():
 @pytest.fixture
 def group():
     """A control group with the unit's limit, or a skip with the reason."""
+    unit = (ROOT / "systemd/swarmtalkd.service.in").read_text(encoding="utf-8")
+    assert "\nMemoryMax=256M\n" in unit
     try:
         made = MemoryGroup(256 << 20)
     except OSError as error:
@@ -148,6 +150,7 @@ def test_all_limits_used_up_at_once_need_less_than_the_unit_gives(group):
         assert daemon.cli("reload").returncode == 0
         print(f"{group.used_kib()} KiB of 262144 in use, {taken}")
         assert group.used_kib() < 250 * 1024
+        assert group.killed() == 0
         for attack in attacks:
             attack.communicate("")
 

@@ -21,7 +21,7 @@ from local_frames import field, fields, frame  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 STRANGER = 65534  # nobody: a user without any right on this machine
-WAIT_S = 20
+WAIT_S = int(os.environ.get("SWARMTALK_WAIT_S", "20"))
 FAILURE, SUBSCRIBE, SUBSCRIBED, ADVERTISE, ADVERTISED, GET_STATUS, STATUS = 3, 5, 6, 8, 9, 14, 15
 
 
@@ -216,6 +216,13 @@ class MemoryGroup:
 
     def used_kib(self):
         return int(self.usage.read_text()) // 1024
+
+    def killed(self):
+        """How many of its processes the kernel has ended for memory."""
+        events = self.folder / ("memory.events" if self.usage.name == "memory.current"
+                                else "memory.oom_control")
+        counts = dict(line.split() for line in events.read_text().splitlines())
+        return int(counts["oom_kill"])
 
     def close(self):
         """When no process is in it."""
