@@ -54,6 +54,25 @@ def test_recorded_frames_are_not_taken_whatever_starts_meanwhile(air, keys):
     assert counter(hearer, "frames_not_proven") + counter(hearer, "frames_replayed") > 20
 
 
+def test_what_a_robot_says_first_is_heard(air, keys):
+    line = f'key_file = "{keys[0]}"\n'
+    hearer, sender = air.daemon(2, line), air.robot("a")
+    starts = 5
+    listener = hearer.subscribe(CHANNEL, "-C", starts, "-W", "40")
+    for start in range(starts):
+        sender.start(f'[node]\nid = 1\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n{line}',
+                     wait=False)
+        # Before it has shown that it lives.
+        wait_for(lambda number=start: sender.cli("pub", CHANNEL, f"first {number}").returncode == 0,
+                 what="the daemon")
+        wait_for(lambda number=start: counter(hearer, "node_messages_received") > number,
+                 what="its first message")
+        sender.stop()
+    assert [message["text"] for message in heard(listener)] == [
+        f"first {start}" for start in range(starts)]
+    assert counter(hearer, "frames_proven_later") > 0
+
+
 def test_a_frame_of_an_older_release_is_counted_as_that(air, keys):
     line = f'key_file = "{keys[0]}"\n'
     old, new = air.daemon(1, line + "check_freshness = false\n"), air.daemon(2, line)

@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint64_t kSeed = 1;
 
-/// SWARMTALK_FLOOD_ROBOTS: more of them; 400 take half an hour.
+/// SWARMTALK_FLOOD_ROBOTS: more of them; 400 take two minutes of CPU.
 uint32_t robots() {
   const char* const text = std::getenv("SWARMTALK_FLOOD_ROBOTS");
   return text == nullptr ? 40 : static_cast<uint32_t>(std::strtoul(text, nullptr, 10));
