@@ -46,7 +46,8 @@ Mcu::Mcu(const Image& image, const Eeprom& eeprom, const McuSettings& settings)
   avr_->log = LOG_NONE;
   std::copy(image.flash.begin(), image.flash.end(), avr_->flash);
   avr_->codeend = avr_->flashend;
-  avr_->reset_pc = avr_->pc = image.entry >= kBootloaderStart ? image.entry : 0;
+  const std::uint32_t start = settings.resets_to_bootloader ? kBootloaderStart : 0;
+  avr_->reset_pc = avr_->pc = image.entry >= kBootloaderStart ? image.entry : start;
   avr_->run_cycle_limit = 1;
   std::fill(avr_->data + reg::kRamStart, avr_->data + reg::kRamEnd + 1, kStackPaint);
   Eeprom contents = eeprom;

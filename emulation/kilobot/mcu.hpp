@@ -37,6 +37,7 @@ struct McuSettings {
   int converter_noise_counts = 0;      // standard deviation of a converted signal strength
   std::uint16_t battery_counts = 700;  // what the converter shows for the battery
   std::uint64_t seed = 1;              // for converter noise
+  bool resets_to_bootloader = false;   // fuse BOOTRST: a reset begins at kBootloaderStart
 };
 
 class Mcu {

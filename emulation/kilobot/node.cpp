@@ -39,6 +39,7 @@ Eeprom starting_eeprom(const NodeSpec& spec, const Image& image) {
 McuSettings settings_of(const Scenario& scenario, const NodeSpec& spec, unsigned number) {
   McuSettings settings;
   settings.clock_hz = spec.clock_hz;
+  settings.resets_to_bootloader = spec.resets_to_bootloader;
   settings.infrared_led = spec.infrared_led;
   settings.converter_noise_counts = scenario.noise_counts;
   settings.seed = Random(scenario.seed, 1000 + number).next();

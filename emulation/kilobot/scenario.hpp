@@ -25,6 +25,7 @@ struct NodeSpec {
   std::optional<double> drift_ppm;    // default: random
   Pin infrared_led;
   std::uint32_t clock_hz = 8'000'000;
+  bool resets_to_bootloader = false;  // fuse BOOTRST
   double x_mm = 0;
   double y_mm = 0;
   double theta_rad = 0;

@@ -127,6 +127,7 @@ void take_node(Section& section, NodeSpec& node) {
   section.take("drift_ppm", node.drift_ppm);
   section.take("infrared_pin", node.infrared_led);
   section.take("clock_hz", node.clock_hz);
+  section.take("resets_to_bootloader", node.resets_to_bootloader);
   section.take("x_mm", node.x_mm);
   section.take("y_mm", node.y_mm);
   section.take("theta_rad", node.theta_rad);

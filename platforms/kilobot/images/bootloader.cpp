@@ -7,6 +7,8 @@
 // A page with holes is written as it is, with ones in the holes, which later writes fill without
 // erasing (data sheet sec. 27.2: a write only clears bits). Page 0 waits in RAM and is written
 // last; a jump to the bootloader stands in for it, so a robot that loses power comes back here.
+// While page 0 itself is erased and written (9 ms, twice) only the fuse BOOTRST helps: with it a
+// reset begins here, and the program is started if its first page is in place.
 //
 // Messages: kIrPages data[0] = pages of the program; kIrPage data[0] = page, data[1] = word offset
 // (0, 3, ... 63), data[2..7] = three words; kIrBoot begins anew; anything else starts the program
@@ -181,6 +183,12 @@ void take_message() {
   }
 }
 
+/// Whether a reset began here. A program that jumps here has left its timer running, or has cleared
+/// the cause of its own reset.
+bool is_reset() {
+  return GPIOR0 != 0 && TCCR0B == 0;
+}
+
 bool is_timing() {
   return (TCCR1B & (1 << CS10)) != 0;
 }
@@ -220,11 +228,13 @@ void show_waiting() {
 
 /// A watchdog that the program left running would interrupt.
 extern "C" void __attribute__((naked, used, section(".init3"))) swarmtalk_stop_watchdog() {
+  GPIOR0 = MCUSR;
   MCUSR = 0;
   wdt_disable();
 }
 
 int main() {
+  if (is_reset() && has_program()) start_program();
   start_board();
   begin_again();
   TCCR0B = (1 << CS02) | (1 << CS00);
