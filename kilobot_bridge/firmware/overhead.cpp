@@ -188,6 +188,11 @@ ISR(USART_RX_vect) {
 }
 
 int main() {
+#if defined(SWARMTALK_16_MHZ)
+  // A board with a 16 MHz crystal runs as one with 8 (data sheet sec. 9.11).
+  CLKPR = 1 << CLKPCE;
+  CLKPR = 1 << CLKPS0;
+#endif
 #if defined(SWARMTALK_AT_BOOT_SECTION)
   // The vectors are where the program is.
   MCUCR = 1 << IVCE;

@@ -54,9 +54,9 @@ def test_a_flood_is_heard_as_fast_as_it_can_leave(tmp_path, seed):
 
 @pytest.mark.parametrize("seed", [2, swarm.long(3), swarm.long(5)])
 def test_two_robots_that_flood_tell_their_own_messages_from_others(tmp_path, seed):
-    """Each sends and forwards in turn, so fewer messages than above leave each."""
+    """Each sends and forwards in turn, so half as many messages as above leave each."""
     log = flood(tmp_path, [SENDS | 1, SENDS | 2], seconds=60, seed=seed)
-    assert min(counted(log, node, "sent") for node in ("k0", "k1")) > 370
+    assert min(counted(log, node, "sent") for node in ("k0", "k1")) > 280
     assert min(share_heard(log, "k0", "k1"), share_heard(log, "k1", "k0")) >= 0.98
     assert_nobody_is_confused(log, ["k0", "k1"], IDS_DIFFER)
 

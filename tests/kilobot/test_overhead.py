@@ -1,6 +1,7 @@
 """The overhead controller's own firmware, seen by a robot in its light and at its LED."""
 import pytest
 
+import elf_image
 import swarm
 from overhead_frames import LED_TOGGLE, WAKEUP, forward, frame, send_at, stop
 
@@ -56,3 +57,19 @@ def test_the_led_toggles_a_flag_of_its_own(tmp_path):
     def at(seconds):
         return [on for t, on in lights if t <= seconds][-1]
     assert [at(2.25), at(2.45), at(2.65), at(2.85)] == [True, False, False, True]
+
+
+@pytest.mark.parametrize("name, prescales", [("overhead_arduino", 0), ("overhead_arduino_16mhz", 2)])
+def test_a_controller_on_an_arduino_speaks_at_8_mhz(tmp_path, name, prescales):
+    """The emulator has no clock prescaler, so the image with one runs there as it does behind it;
+    that it writes the prescaler (0x61, twice) is read in its code."""
+    ohc = {"image": swarm.image(name), "infrared_pin": "B1", "status_pin": "B5",
+           "send": [send_at(2.1, forward(WAKEUP)), send_at(2.6, stop())]}
+    log = swarm.emulate(tmp_path, swarm.grid(1, 1, 0, image=swarm.image("blank")), ohc=ohc,
+                        seconds=3, seed=1)
+    assert len([e for e in log.of("sent", "ohc", type=WAKEUP) if e["crc_ok"]]) >= 40
+    code = elf_image.flash_bytes(swarm.image(name), tmp_path)
+    words = [int.from_bytes(code[i:i + 2], "little") for i in range(0, len(code) - 1, 2)]
+    writes = [i for i in range(1, len(words))
+              if words[i] == 0x61 and words[i - 1] & 0xFE0F == 0x9200]  # sts 0x61, register
+    assert len(writes) == prescales
