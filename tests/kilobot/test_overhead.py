@@ -59,7 +59,8 @@ def test_the_led_toggles_a_flag_of_its_own(tmp_path):
     assert [at(2.25), at(2.45), at(2.65), at(2.85)] == [True, False, False, True]
 
 
-@pytest.mark.parametrize("name, prescales", [("overhead_arduino", 0), ("overhead_arduino_16mhz", 2)])
+@pytest.mark.parametrize("name, prescales", [
+    ("overhead_arduino", 0), ("overhead_arduino_16mhz", 2)])
 def test_a_controller_on_an_arduino_speaks_at_8_mhz(tmp_path, name, prescales):
     """The emulator has no clock prescaler, so the image with one runs there as it does behind it;
     that it writes the prescaler (0x61, twice) is read in its code."""
