@@ -149,6 +149,7 @@ void convert(const ipc::Neighbours& from, std::vector<Neighbour>& to) {
     made.duplicate_id = each.duplicate_id();
     made.out_of_range = each.out_of_range();
     if (each.has_signal_dbm()) made.signal_dbm = each.signal_dbm();
+    made.is_ghost = each.ghost();
   }
 }
 

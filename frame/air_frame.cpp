@@ -16,10 +16,11 @@ constexpr std::size_t kVersionAt = 2;
 constexpr std::size_t kFlagsAt = 3;
 constexpr std::size_t kLengthAt = 4;
 constexpr std::size_t kProfileAt = 6;
-constexpr std::size_t kZeroAt = 7;
+constexpr std::size_t kMarksAt = 7;
 constexpr std::size_t kPoseAt = kHeaderBytes;
 
 constexpr std::uint16_t kMagic = 0x5354;  // "ST"
+constexpr std::uint8_t kMarkGhost = 0x01;
 constexpr std::uint8_t kFlagPose = 0x01;
 constexpr std::uint8_t kFlagSealed = 0x02;
 constexpr std::uint8_t kFlagBeacon = 0x04;
@@ -93,7 +94,7 @@ FrameWriter::FrameWriter(std::span<std::uint8_t> buffer, const FrameHeader& head
   at[kFlagsAt] = header.pose ? kFlagPose : 0;
   if (header.is_beacon) at[kFlagsAt] |= kFlagBeacon;
   at[kProfileAt] = static_cast<std::uint8_t>(header.profile);
-  at[kZeroAt] = 0;
+  at[kMarksAt] = header.is_ghost ? kMarkGhost : 0;
   put_u16(at + kNodeAt, header.node);
   put_u32(at + kEpochAt, header.epoch);
   put_u32(at + kCounterAt, header.counter);
@@ -214,6 +215,7 @@ ParseResult parse(std::span<const std::uint8_t> bytes, Frame& frame, SealedFrame
   frame.size_bytes = length;
   frame.header.pose.reset();
   frame.header.is_beacon = (flags & kFlagBeacon) != 0;
+  frame.header.is_ghost = (at[kMarksAt] & kMarkGhost) != 0;
   frame.packets = {};
   frame.last_messages = {};
   if (is_sealed) {

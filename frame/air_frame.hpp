@@ -70,6 +70,7 @@ struct FrameHeader {
   std::uint32_t counter = 0;      // frames sent in this epoch, from 1
   std::optional<FramePose> pose;  // none: the robot has no pose
   bool is_beacon = false;         // last messages follow, in place of packets
+  bool is_ghost = false;          // of a simulated robot on the air of real ones
 
   std::size_t size_bytes() const { return kHeaderBytes + (pose ? kPoseBytes : 0); }
   bool operator==(const FrameHeader&) const = default;

@@ -113,6 +113,7 @@ void RadioMedium::remove(const State& state) const {
 void RadioMedium::refresh(State& state) const {
   const auto status = nlohmann::json::parse(radio::ask(state.control_socket, R"({"do":"status"})"));
   for (const auto& place : status.at("robots")) {
+    if (place.value("ghost", false)) continue;
     Robot& robot = state.robots.at(place.at("robot").get<std::size_t>() - 1);
     robot.pose.x_m = place.at("x_m").get<double>();
     robot.pose.y_m = place.at("y_m").get<double>();

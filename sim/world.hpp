@@ -25,6 +25,8 @@ struct Hooks {
   void* context = nullptr;
   void (*loop)(void* context, uint32_t robot) = nullptr;     // once per tick of the robot's clock
   void (*restart)(void* context, uint32_t robot) = nullptr;  // its node is new: set it up again
+  /// A packet goes on the air; in this world's, too.
+  void (*sent)(void* context, uint32_t robot, const uint8_t* packet, uint16_t size) = nullptr;
 };
 
 struct WorldConfig {
@@ -95,6 +97,16 @@ class World {
       }
     }
     now_us_ = end_us;
+  }
+
+  /// When something happens next, if that is by `end_us`.
+  std::optional<uint64_t> next_us(uint64_t end_us) { return queue_.next_us(end_us); }
+
+  /// A robot hears a packet that comes from elsewhere than this world, now. @return as its node
+  core::Error hear(uint32_t robot, const uint8_t* packet, uint16_t size,
+                   const typename P::Sensing& sensing) {
+    if (!robots_[robot]->is_alive) return core::Error::kOk;
+    return robots_[robot]->node->on_packet(packet, size, sensing);
   }
 
   uint64_t now_us() const { return now_us_; }

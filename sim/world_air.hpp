@@ -34,6 +34,7 @@ void World<P>::transmit(uint32_t index, Robot& robot) {
   robot.packet_bytes = robot.node->pull_packet(robot.packet);
   if (robot.packet_bytes == 0) return;
   ++air_.sent;
+  if (hooks_.sent != nullptr) hooks_.sent(hooks_.context, index, robot.packet, robot.packet_bytes);
   robot.sends_until_us = now_us_ + config_.radio.air_us;
   if (robot.arrival_from != kNobody && robot.damage == Damage::kNone) {
     robot.damage = Damage::kSending;

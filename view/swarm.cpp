@@ -82,6 +82,7 @@ void Swarm::note_neighbours(const std::vector<Neighbour>& neighbours, Time now) 
     heard->frames = neighbour.frames;
     heard->frames_lost = neighbour.frames_lost;
     heard->has_namesake = neighbour.duplicate_id;
+    heard->is_ghost = neighbour.is_ghost;
     if (neighbour.pose) take_place(*heard, place_of(*neighbour.pose, now));
     if (self != nullptr) note_hearing(*self, neighbour.node_id, neighbour.loss, heard_at);
   }

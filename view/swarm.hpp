@@ -38,7 +38,8 @@ struct SwarmRobot {
   std::uint32_t epoch = 0;  // of its daemon's start; 0: not known
   bool is_self = false;     // the one whose daemon we ask
   bool has_namesake = false;
-  std::string name;  // that its configuration gives it; empty: not known
+  bool is_ghost = false;  // simulated, by its own word
+  std::string name;       // that its configuration gives it; empty: not known
   std::optional<Place> place;
   std::optional<Time> heard_at;  // by our daemon itself, the last time
   std::optional<Time> told_at;   // the time for which somebody's report speaks of it

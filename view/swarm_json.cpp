@@ -58,6 +58,7 @@ Json robot_json(const SwarmRobot& robot, Time now) {
   if (robot.heard_at) json["heard_age"] = age_ms(now, *robot.heard_at);
   if (robot.told_at) json["told_age"] = age_ms(now, *robot.told_at);
   if (robot.has_namesake) json["twin"] = true;
+  if (robot.is_ghost) json["ghost"] = true;
   if (!robot.name.empty()) json["name"] = robot.name;
   if (const auto led = robot.values.find("led"); led != robot.values.end()) {
     if (is_colour(led->second)) json["led"] = led->second;

@@ -200,6 +200,7 @@ Rows neighbour_rows(const Json& top, const TopLook& look) {
                     payload_name(each["link"].get<std::string>()),
                     each["duplicate_id"].get<bool>()   ? "TWO ROBOTS HAVE THIS ID"
                     : each["out_of_range"].get<bool>() ? "out of range"
+                    : each["ghost"].get<bool>()        ? "ghost"
                                                        : ""});
   }
   return rows;

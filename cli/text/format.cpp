@@ -201,6 +201,7 @@ Json to_json(const std::vector<Neighbour>& neighbours) {
                     {"loss", number(each.loss)},
                     {"duplicate_id", each.duplicate_id},
                     {"out_of_range", each.out_of_range},
+                    {"ghost", each.is_ghost},
                     {"signal_dbm", nullptr}});
     if (each.signal_dbm) json.back()["signal_dbm"] = *each.signal_dbm;
   }
@@ -355,6 +356,7 @@ std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) 
   for (const Neighbour& each : neighbours) {
     std::string remark = each.duplicate_id ? "TWO ROBOTS HAVE THIS ID" : "";
     if (each.out_of_range) remark += remark.empty() ? "out of range" : ", out of range";
+    if (each.is_ghost) remark += remark.empty() ? "ghost" : ", ghost";
     rows.push_back({each.link, std::to_string(each.node_id), metres(each.distance_m),
                     degrees(each.bearing_rad), std::to_string(each.age.count()) + " ms ago",
                     format("%.0f %%", 100 * static_cast<double>(each.loss)),

@@ -443,7 +443,8 @@ _NEIGHBOUR = {
     4: ("address", _text, u""), 5: ("age", _milliseconds, 0.0),
     6: ("distance", _same, UNKNOWN), 7: ("bearing", _same, UNKNOWN), 8: ("pose", _pose, None),
     9: ("frames", _same, 0), 10: ("frames_lost", _same, 0), 11: ("loss", _same, 0.0),
-    12: ("duplicate_id", bool, False), 13: ("out_of_range", bool, False)}
+    12: ("duplicate_id", bool, False), 13: ("out_of_range", bool, False),
+    31: ("ghost", bool, False)}
 
 
 def _counter(buf):

@@ -124,6 +124,7 @@ struct LinkConfig {
   std::string also_key_file;             // with key_file: its frames are taken as well; empty: none
   bool checks_freshness = true;          // raw_l2, udp: of sealed frames
   VirtualRange virtual_range;            // raw_l2, udp, replay
+  bool hears_ghosts = true;              // raw_l2, udp, replay: packets of simulated robots
   Forwarding forwarding;
   double rate_hz = 0.0;  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;

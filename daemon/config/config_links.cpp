@@ -122,8 +122,8 @@ Keys node_keys() {
   return {"type", "profile", "node_id"};
 }
 Keys frame_keys() {
-  return {"key_file", "also_key_file",   "virtual_range_m",    "virtual_range_unknown",
-          "forward",  "max_forward_ttl", "max_forward_wait_ms"};
+  return {"key_file", "also_key_file", "virtual_range_m", "virtual_range_unknown",
+          "ghosts",   "forward",       "max_forward_ttl", "max_forward_wait_ms"};
 }
 Keys air_keys() {
   return {"check_freshness", "rate_hz",       "burst_frames",        "jitter_us",
@@ -189,6 +189,7 @@ LinkConfig read_link(const TableReader& table, const std::string& name) {
   read_profile(table, link);
   read_keys(table, link);
   read_virtual_range(table, link.virtual_range);
+  link.hears_ghosts = table.read_choice("ghosts", {"hear", "ignore"}) != 1;
   read_forwarding(table, link.forwarding);
   return link;
 }

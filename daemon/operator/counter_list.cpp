@@ -126,6 +126,7 @@ constexpr CounterHelp kCounters[] = {
     {kLink, "neighbours_evicted", "robots left out of the neighbour table for want of room"},
     {kLink, "packets_too_far", "packets from beyond virtual_range_m"},
     {kLink, "packets_unknown_distance", "packets dropped by virtual_range_unknown"},
+    {kLink, "packets_of_ghosts", "packets of simulated robots, dropped by ghosts = \"ignore\""},
 };
 
 constexpr std::string_view kDrops[] = {
@@ -138,7 +139,7 @@ constexpr std::string_view kDrops[] = {
     "node_unknown_channels", "node_duplicates",          "node_own_echoes",
     "node_no_memory",        "node_forward_queue_full",  "node_bad_origins",
     "node_aged_out",         "node_contradictions",      "node_id_collisions",
-    "packets_too_far",       "packets_unknown_distance"};
+    "packets_too_far",       "packets_unknown_distance", "packets_of_ghosts"};
 
 }  // namespace
 

@@ -170,6 +170,7 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
       station->link().set_air_rate(link.air_rate_mbps);
       station->link().set_beacon(std::chrono::milliseconds(link.beacon_ms));
       station->set_virtual_range(link.virtual_range);
+      station->set_ghosts(link.hears_ghosts);
       station->set_forwarding(link.forwarding);
     }
   }

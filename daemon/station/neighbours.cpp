@@ -33,6 +33,7 @@ Neighbours::Duplicate Neighbours::heard(const drivers::FrameReception& frame, co
   neighbour.range = range;
   neighbour.is_out_of_range = is_out_of_range;
   neighbour.pose = frame.pose;
+  neighbour.is_ghost = frame.is_ghost;
   return find_duplicate(neighbour);
 }
 

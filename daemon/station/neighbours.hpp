@@ -26,6 +26,7 @@ struct Neighbour {
   std::optional<frame::FramePose> pose;  // the last it sent, possibly stale
   std::uint64_t frames = 0;              // heard
   std::uint64_t frames_lost = 0;         // gaps in its count of frames
+  bool is_ghost = false;                 // simulated, by its own word
   bool is_duplicate = false;             // another robot with the same id is heard as well
 
   /// Share of its frames that did not come in the last 5 to 10 s in which it was heard: 0 to 1.

@@ -16,6 +16,7 @@
 #include "daemon/message/gateway_origin.hpp"
 #include "daemon/pose/pose_keeper.hpp"
 #include "daemon/pose/ranging.hpp"
+#include "daemon/station/hearing.hpp"
 #include "daemon/station/last_messages.hpp"
 #include "daemon/station/node_identity.hpp"
 #include "daemon/station/node_words.hpp"
@@ -146,7 +147,8 @@ class NodeStation final : public Station, public drivers::LinkUser {
     node_->set_node_id(static_cast<typename W::NodeId>(identity_.id()));
   }
 
-  void set_virtual_range(const VirtualRange& range) override { virtual_range_ = range; }
+  void set_virtual_range(const VirtualRange& range) override { hearing_.set_virtual_range(range); }
+  void set_ghosts(bool are_heard) override { hearing_.set_ghosts(are_heard); }
   void set_forwarding(const Forwarding& forwarding) override {
     const std::uint64_t wait_us = std::uint64_t{forwarding.max_wait_ms} * 1000;
     node_->limit_forwarding(forwarding.is_on ? forwarding.max_ttl : std::uint8_t{0},
@@ -289,7 +291,6 @@ class NodeStation final : public Station, public drivers::LinkUser {
   const Range& range_once(const drivers::FrameReception& frame) {
     return range_.of(frame, [this](const auto& each) { return range_of(each); });
   }
-  bool is_out_of_range(const Range& range) const;
 
   std::string name_;
   ProfileName profile_;
@@ -310,9 +311,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;
   [[no_unique_address]] Repairing<P> repairing_;
-  VirtualRange virtual_range_;
-  std::uint64_t packets_too_far_ = 0;
-  std::uint64_t packets_unknown_distance_ = 0;
+  Hearing hearing_;
   std::unique_ptr<drivers::Link> link_;  // last: it calls the others until it is gone
 };
 
@@ -329,10 +328,7 @@ template <class P>
 void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
                                const drivers::FrameReception& frame) {
   const Range& range = range_once(frame);
-  if (is_out_of_range(range)) {
-    ++(std::isnan(range.distance_m) ? packets_unknown_distance_ : packets_too_far_);
-    return;
-  }
+  if (!hearing_.takes(frame, range)) return;
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
   const core::Error result =
@@ -355,7 +351,7 @@ template <class P>
 void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
   const Range range = range_once(frame);
   range_.end();
-  const auto found = neighbours_.heard(frame, range, is_out_of_range(range));
+  const auto found = neighbours_.heard(frame, range, hearing_.is_out_of_range(range));
   if (found.older != nullptr) user_.on_duplicate(*this, *found.older, *found.younger);
   const bool is_told = std::exchange(is_namesake_told_, false);
   const bool is_namesake =
@@ -366,7 +362,7 @@ void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
 template <class P>
 void NodeStation<P>::on_last_message(const frame::LastMessage& last,
                                      const drivers::FrameReception& frame) {
-  if (P::kMessageBits != 32 || is_out_of_range(range_of(frame))) return;
+  if (P::kMessageBits != 32 || !hearing_.takes_beacon(frame, range_of(frame))) return;
   MessageHead head;
   head.channel = last.channel;
   head.sender = frame.transmitter;
@@ -376,13 +372,6 @@ void NodeStation<P>::on_last_message(const frame::LastMessage& last,
   head.has_wide_number = true;
   head.drops = {frame.kernel_drops, node_->counters().no_memory};
   user_.on_last_message(*this, head);
-}
-
-template <class P>
-bool NodeStation<P>::is_out_of_range(const Range& range) const {
-  if (virtual_range_.limit_m == 0.0) return false;
-  if (std::isnan(range.distance_m)) return virtual_range_.drops_unknown;
-  return static_cast<double>(range.distance_m) > virtual_range_.limit_m + kPoseStepM;
 }
 
 template <class P>
@@ -423,9 +412,8 @@ drivers::Counters NodeStation<P>::counters() const {
   drivers::Counters counters = node_counters<P>(node_->counters(), repairing_.received());
   counters.insert(counters.end(), {{"node_forwards_too_late", node_->forwards_too_late()},
                                    {"node_bad_origins", bad_origins_},
-                                   {"neighbours_evicted", neighbours_.evicted()},
-                                   {"packets_too_far", packets_too_far_},
-                                   {"packets_unknown_distance", packets_unknown_distance_}});
+                                   {"neighbours_evicted", neighbours_.evicted()}});
+  hearing_.add_counters(counters);
   repairing_.add_counters(counters);
   return counters;
 }

@@ -103,6 +103,9 @@ class Station {
   /// neither heard nor forwarded, and counted.
   virtual void set_virtual_range(const VirtualRange& range) = 0;
 
+  /// Whether packets of simulated robots are taken.
+  virtual void set_ghosts(bool are_heard) = 0;
+
   /// From now on packets of others are sent on within these limits only.
   virtual void set_forwarding(const Forwarding& /*forwarding*/) {}
 

@@ -19,6 +19,7 @@ std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkCon
     station->link().set_air_rate(config.air_rate_mbps);
     station->link().set_beacon(std::chrono::milliseconds(config.beacon_ms));
     station->set_virtual_range(config.virtual_range);
+    station->set_ghosts(config.hears_ghosts);
     station->set_forwarding(config.forwarding);
     return station;
   };

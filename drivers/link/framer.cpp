@@ -185,7 +185,8 @@ bool FrameReceiver::hand_up(const frame::Frame& frame, const FrameArrival& arriv
   counters.bytes_received += frame.size_bytes;
   const FrameReception reception{frame.header.node,    frame.header.epoch,    frame.header.counter,
                                  frame.header.pose,    arrival.received_at,   {},
-                                 arrival.kernel_drops, arrival.is_time_known, arrival.hardware};
+                                 arrival.kernel_drops, arrival.is_time_known, arrival.hardware,
+                                 frame.header.is_ghost};
   frame::PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) {
     ++counters.packets_received;

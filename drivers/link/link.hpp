@@ -42,6 +42,7 @@ struct FrameReception {
   std::uint64_t kernel_drops = 0;  // frames that the socket's full buffer lost before this one
   bool is_time_known = true;       // false: the wall clock was set, received_at is when it was read
   std::uint64_t hardware = 0;      // transmitter's address on the medium; 0: not known
+  bool is_ghost = false;           // the transmitter says that it is simulated
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.

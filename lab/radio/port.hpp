@@ -25,6 +25,9 @@ class Port {
 
   /// Frames that the kernel had no more room for before they were read here.
   virtual std::uint64_t dropped_frames() const = 0;
+
+  /// Nothing will come from it any more, as read() has found.
+  virtual bool is_gone() const { return false; }
 };
 
 }  // namespace swarmtalk::lab::radio

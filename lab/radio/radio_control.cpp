@@ -1,5 +1,6 @@
 #include "lab/radio/radio_control.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -61,15 +62,20 @@ json interference_of(WifiAir& air) {
   return {{"lines_x_m", lines}, {"jammers", jammers}};
 }
 
-json robots_of(const WifiAir& air) {
+/// @param real    so many are robots of the lab; those behind them are ghosts
+/// @param ghosts  numbers of those who are there
+json robots_of(const WifiAir& air, uint32_t real, const json& ghosts) {
   json robots = json::array();
   for (uint32_t station = 0; station < air.size(); ++station) {
+    const bool is_ghost = station >= real;
+    if (is_ghost && std::find(ghosts.begin(), ghosts.end(), station + 1) == ghosts.end()) continue;
     int neighbours = 0;
     for (uint32_t other = 0; other < air.size(); ++other) {
       neighbours += other != station && air.is_in_range(other, station);
     }
     json robot = counts_of(air.counters(station));
     robot["robot"] = station + 1;
+    robot["ghost"] = is_ghost;
     robot["x_m"] = air.body(station).x_mm / 1000;
     robot["y_m"] = air.body(station).y_mm / 1000;
     robot["in_range"] = neighbours;
@@ -94,7 +100,8 @@ json status_of(WifiAir& air, const json& process) {
   json counts = counts_of(air.counters());
   counts["lost"].update(process.at("lost"));
   status.update(counts);
-  status["robots"] = robots_of(air);
+  status["robots"] =
+      robots_of(air, process.value("real", air.size()), process.value("ghosts", json::array()));
   return status;
 }
 

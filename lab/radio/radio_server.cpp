@@ -27,6 +27,8 @@ constexpr std::uint64_t kLookAheadUs = 20000;
 constexpr std::uint64_t kWakeUs = 200;
 constexpr int kFramesPerTurn = 64;
 constexpr int kNice = -10;
+// Where a ghost is that has gone, or has not told its place: out of everybody's reach.
+constexpr double kNowhereMm = 1e9;
 
 std::uint64_t monotonic_us() {
   timespec now{};
@@ -67,15 +69,17 @@ RadioServer::RadioServer(const sim::WifiAirConfig& air, const std::string& contr
       epoll_(epoll_create1(EPOLL_CLOEXEC)),
       timer_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)),
       control_(control_path),
+      door_(ghost_door_of(control_path)),
       air_(air, seed,
            {[this](std::uint32_t, std::uint32_t to, std::span<const std::uint8_t> frame) {
-              return ports_[to]->write(frame);
+              return ports_[to] != nullptr && ports_[to]->write(frame);
             },
             [this](std::uint32_t, std::uint64_t at_us) { lateness_.add(at_us, clock_us()); }}),
       random_(seed + 1) {
   if (epoll_ < 0 || timer_ < 0) throw std::runtime_error("the medium is out of descriptors");
   watch(timer_, kTimer);
   watch(control_.descriptor(), kControl);
+  watch(door_.descriptor(), kDoor);
 }
 
 RadioServer::~RadioServer() {
@@ -100,6 +104,45 @@ void RadioServer::add(std::unique_ptr<Port> port, double x_m, double y_m) {
   const std::uint32_t station = air_.add(x_m * 1000, y_m * 1000);
   watch(port->descriptor(), kFirstPort + station);
   ports_.push_back(std::move(port));
+  robots_ = air_.size();
+}
+
+void RadioServer::let_ghosts_in() {
+  while (std::unique_ptr<GhostPort> port = door_.accept()) {
+    if (free_.empty() && air_.size() - robots_ >= kMostGhosts) continue;  // turned away
+    std::uint32_t station = air_.size();
+    if (free_.empty()) {
+      air_.add(kNowhereMm, kNowhereMm);
+      ports_.push_back(nullptr);
+      is_placed_.push_back(false);
+    } else {
+      station = free_.back();
+      free_.pop_back();
+    }
+    watch(port->descriptor(), kFirstPort + station);
+    ports_[station] = std::move(port);
+  }
+}
+
+void RadioServer::place_ghost(std::uint32_t station, std::span<const std::uint8_t> packet) {
+  const auto place =
+      read_ghost_place({reinterpret_cast<const char*>(packet.data()), packet.size()});
+  if (!place) return let_ghost_out(station);
+  air_.move(station, place->x_m * 1000, place->y_m * 1000);
+  if (is_placed_[station - robots_]) return;
+  is_placed_[station - robots_] = true;
+  const std::string told =
+      nlohmann::json{{"robot", station + 1}, {"header_bytes", air_.config().header_bytes}}.dump();
+  ports_[station]->write({reinterpret_cast<const std::uint8_t*>(told.data()), told.size()});
+}
+
+// Its station stays for the next one: who it was is in the counters of others.
+void RadioServer::let_ghost_out(std::uint32_t station) {
+  epoll_ctl(epoll_, EPOLL_CTL_DEL, ports_[station]->descriptor(), nullptr);
+  air_.move(station, kNowhereMm, kNowhereMm);
+  is_placed_[station - robots_] = false;
+  ports_[station].reset();
+  free_.push_back(station);
 }
 
 void RadioServer::arm_timer() {
@@ -134,6 +177,7 @@ int RadioServer::run(const sigset_t& signals) {
       if (tag >= kFirstPort) read_port(tag - kFirstPort, since_us, now_us);
       if (tag == kSignal) ended_by = next_signal(signal_fd);
       is_asked |= tag == kControl;
+      if (tag == kDoor) let_ghosts_in();
     }
     offer_arrivals();
     air_.run(std::max(now_us, air_.now_us()));
@@ -146,14 +190,21 @@ int RadioServer::run(const sigset_t& signals) {
 void RadioServer::read_port(std::uint32_t station, std::uint64_t since_us, std::uint64_t now_us) {
   std::array<std::uint8_t, kMaxFrameBytes> buffer;
   const std::size_t first = arrivals_.size();
-  for (int frames = 0; frames < kFramesPerTurn; ++frames) {
+  const bool is_ghost = station >= robots_;
+  for (int frames = 0; frames < kFramesPerTurn && ports_[station] != nullptr; ++frames) {
     const std::size_t size = ports_[station]->read(buffer);
     if (size == 0) break;
+    if (is_ghost && buffer[0] == '{') {
+      place_ghost(station, std::span(buffer).first(size));
+      continue;
+    }
+    if (is_ghost && !is_placed_[station - robots_]) continue;
     const double share = random_.uniform();
     const auto at_us =
         since_us + static_cast<std::uint64_t>(share * static_cast<double>(now_us - since_us));
     arrivals_.push_back({at_us, station, {buffer.begin(), buffer.begin() + size}});
   }
+  if (is_ghost && ports_[station] != nullptr && ports_[station]->is_gone()) let_ghost_out(station);
   // One robot's frames keep their order.
   std::vector<std::uint64_t> moments;
   for (std::size_t i = first; i < arrivals_.size(); ++i) moments.push_back(arrivals_[i].at_us);
@@ -173,8 +224,14 @@ void RadioServer::offer_arrivals() {
 void RadioServer::answer_requests() {
   control_.serve([this](std::string_view request) {
     std::uint64_t before = 0;
-    for (const auto& port : ports_) before += port->dropped_frames();
+    for (const auto& port : ports_) before += port != nullptr ? port->dropped_frames() : 0;
+    nlohmann::json ghosts = nlohmann::json::array();
+    for (std::uint32_t station = robots_; station < air_.size(); ++station) {
+      if (is_placed_[station - robots_]) ghosts.push_back(station + 1);
+    }
     const nlohmann::json status = {{"pid", getpid()},
+                                   {"real", robots_},
+                                   {"ghosts", ghosts},
                                    {"scheduling", scheduling_},
                                    {"cpu_s", cpu_seconds()},
                                    {"late",

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "lab/radio/control_socket.hpp"
+#include "lab/radio/ghost_door.hpp"
 #include "lab/radio/lateness.hpp"
 #include "lab/radio/port.hpp"
 #include "sim/random.hpp"
@@ -30,7 +31,7 @@ class RadioServer {
   RadioServer(const RadioServer&) = delete;
   RadioServer& operator=(const RadioServer&) = delete;
 
-  /// The next robot. All before run().
+  /// The next robot. All before run(); ghosts come while it runs, and go.
   void add(std::unique_ptr<Port> port, double x_m, double y_m);
 
   /// Serves until one of `signals` comes, which have to be blocked. @return which
@@ -42,7 +43,7 @@ class RadioServer {
     std::uint32_t station;
     std::vector<std::uint8_t> frame;
   };
-  enum Tag : std::uint32_t { kTimer, kControl, kSignal, kFirstPort };
+  enum Tag : std::uint32_t { kTimer, kControl, kSignal, kDoor, kFirstPort };
 
   std::uint64_t clock_us() const;
   void watch(int fd, std::uint32_t tag);
@@ -50,13 +51,20 @@ class RadioServer {
   void read_port(std::uint32_t station, std::uint64_t since_us, std::uint64_t now_us);
   void offer_arrivals();
   void answer_requests();
+  void let_ghosts_in();
+  void place_ghost(std::uint32_t station, std::span<const std::uint8_t> packet);
+  void let_ghost_out(std::uint32_t station);
 
   std::uint64_t start_us_ = 0;
   int epoll_ = -1;
   int timer_ = -1;
   ControlSocket control_;
+  GhostDoor door_;
   Lateness lateness_;
   std::vector<std::unique_ptr<Port>> ports_;
+  std::vector<std::uint32_t> free_;  // stations of ghosts that have gone
+  std::vector<bool> is_placed_;      // by ghost: has told where it is
+  std::uint32_t robots_ = 0;         // the stations behind them are ghosts'
   sim::WifiAir air_;
   sim::Random random_;
   std::vector<Arrival> arrivals_;

@@ -16,6 +16,7 @@ local f = {
   is_fresh = ProtoField.bool("swarmtalk.flags.fresh", "Sealed, and shows that it is of now", 8, nil, 0x08),
   length = ProtoField.uint16("swarmtalk.length", "Length"),
   profile = ProtoField.uint8("swarmtalk.profile", "Profile", base.DEC, PROFILES),
+  is_ghost = ProtoField.bool("swarmtalk.ghost", "Ghost: a simulated robot", 8, nil, 0x01),
   transmitter = ProtoField.uint16("swarmtalk.transmitter", "Transmitter"),
   epoch = ProtoField.uint32("swarmtalk.epoch", "Epoch", base.HEX),
   counter = ProtoField.uint32("swarmtalk.counter", "Frame counter"),
@@ -230,6 +231,7 @@ function air.dissector(buffer, info, root)
   if not is_known then branch:add_proto_expert_info(e.flags) end
   tree:add(f.length, buffer(4, 2))
   tree:add(f.profile, buffer(6, 1))
+  tree:add(f.is_ghost, buffer(7, 1))
   tree:add(f.transmitter, buffer(8, 2))
   tree:add(f.epoch, buffer(10, 4))
   tree:add(f.counter, buffer(14, 4))

@@ -5,7 +5,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <deque>
+#include <functional>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "platforms/observed_robot.hpp"
 #include "platforms/sim/world_robot.hpp"
@@ -23,8 +26,12 @@ class Simulation {
   using Profile = typename Robot::Profile;
   using Recorder = platforms::Recorder;
 
-  Simulation(const Scenario& scenario, const sim::WorldConfig& config, std::FILE* log)
-      : scenario_(scenario), world_(config, scenario.seed), recorder_(log) {
+  using Sent = std::function<void(uint32_t robot, std::span<const uint8_t> packet)>;
+
+  /// @param first_id  node id of the first robot, unless they draw theirs
+  Simulation(const Scenario& scenario, const sim::WorldConfig& config, std::FILE* log,
+             uint32_t first_id = 0)
+      : scenario_(scenario), world_(config, scenario.seed), recorder_(log), first_id_(first_id) {
     for (const Placement& place : scenario.robots) {
       const uint32_t index = world_.add(place.x_mm, place.y_mm, place.theta_rad);
       sites_.emplace_back(recorder_, world_, index);
@@ -35,13 +42,23 @@ class Simulation {
   template <class IsStopped>
   double run(IsStopped is_stopped) {
     for (uint32_t i = 0; i < world_.size(); ++i) write_links(i);
-    world_.start({this, &on_loop, &on_restart});
+    start(nullptr);
     const uint64_t end_us = static_cast<uint64_t>(scenario_.seconds * 1e6);
     while (world_.now_us() < end_us && !is_stopped()) {
       world_.run_until(std::min(end_us, world_.now_us() + kSliceUs));
     }
-    for (uint32_t i = 0; i < world_.size(); ++i) write_end(i);
+    finish();
     return static_cast<double>(world_.now_us()) / 1e6;
+  }
+
+  /// In place of run(), for whoever moves the world's clock: before, and behind it.
+  /// @param sent  is called for each packet that goes on the air; may be empty
+  void start(Sent sent) {
+    sent_ = std::move(sent);
+    world_.start({this, &on_loop, &on_restart, sent_ ? &on_sent : nullptr});
+  }
+  void finish() {
+    for (uint32_t i = 0; i < world_.size(); ++i) write_end(i);
   }
 
   World& world() { return world_; }
@@ -69,6 +86,10 @@ class Simulation {
     if (me.recorder_.is_on() && me.world_.now_us() - site.pose_us >= kPoseUs) me.write_pose(index);
   }
 
+  static void on_sent(void* self, uint32_t index, const uint8_t* packet, uint16_t size) {
+    static_cast<Simulation*>(self)->sent_(index, {packet, size});
+  }
+
   static void on_restart(void* self, uint32_t index) {
     Simulation& me = *static_cast<Simulation*>(self);
     me.sites_[index].program.reset();
@@ -80,8 +101,8 @@ class Simulation {
     Site& site = sites_[index];
     if (!scenario_.has_random_ids) {
       // All ones means "no node".
-      world_.node(index).set_node_id(
-          static_cast<typename World::Node::NodeId>(index % core::Wire<Profile>::kNoNode));
+      world_.node(index).set_node_id(static_cast<typename World::Node::NodeId>(
+          (first_id_ + index) % core::Wire<Profile>::kNoNode));
     }
     make(site.program, static_cast<Program*>(nullptr), site.robot, scenario_.robots[index].role,
          index);
@@ -128,6 +149,8 @@ class Simulation {
   const Scenario& scenario_;
   World world_;
   Recorder recorder_;
+  uint32_t first_id_;
+  Sent sent_;
   std::deque<Site> sites_;  // never moved: programs keep pointers to their robot
 };
 

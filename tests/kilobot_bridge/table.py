@@ -87,6 +87,31 @@ def stack(tmp_path):
         yield made
 
 
+class Wire:
+    """Two network namespaces joined by a cable; names are this process's own."""
+
+    def __init__(self, stack):
+        self.names = [f"stkb{os.getpid()}{end}" for end in "ab"]
+        for name in self.names:
+            self.ip("netns", "add", name)
+            stack.callback(self.ip, "netns", "del", name)
+        self.ip("link", "add", "air0", "netns", self.names[0], "type", "veth", "peer", "name",
+                "air0", "netns", self.names[1])
+        for name in self.names:
+            done = run("ip", "netns", "exec", name, "sysctl", "-qw",
+                       "net.ipv6.conf.all.disable_ipv6=1")
+            assert done.returncode == 0, done.stderr
+            self.ip("-n", name, "link", "set", "air0", "up")
+
+    @staticmethod
+    def ip(*words):
+        done = run("ip", *words)
+        assert done.returncode == 0, done.stderr
+
+    def prefix(self, end):
+        return ("ip", "netns", "exec", self.names[end])
+
+
 class Daemon:
     """A swarmtalkd with its configuration; `prefix` runs it elsewhere, in a namespace."""
 

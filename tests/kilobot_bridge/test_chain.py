@@ -1,11 +1,10 @@
 """The whole way: command line, daemon, bridge, emulated controller, infrared, emulated robots."""
 import json
-import os
 import time
 
 import pytest
 import swarm
-from table import (EMULATOR, IMAGES, Daemon, kilobot_link, needs_emulator, needs_root, run,
+from table import (EMULATOR, IMAGES, Daemon, Wire, kilobot_link, needs_emulator, needs_root,
                    wait_for)
 
 pytestmark = needs_emulator
@@ -26,31 +25,6 @@ def start_emulator(stack, robots, medium=None, **root):
     stack.start("emulator", EMULATOR, "--scenario", scenario, "--log", log)
     wait_for((stack.folder / "ohc").exists, what="the controller's terminal")
     return log
-
-
-class Wire:
-    """Two network namespaces joined by a cable; names are this process's own."""
-
-    def __init__(self, stack):
-        self.names = [f"stkb{os.getpid()}{end}" for end in "ab"]
-        for name in self.names:
-            self.ip("netns", "add", name)
-            stack.callback(self.ip, "netns", "del", name)
-        self.ip("link", "add", "air0", "netns", self.names[0], "type", "veth", "peer", "name",
-                "air0", "netns", self.names[1])
-        for name in self.names:
-            done = run("ip", "netns", "exec", name, "sysctl", "-qw",
-                       "net.ipv6.conf.all.disable_ipv6=1")
-            assert done.returncode == 0, done.stderr
-            self.ip("-n", name, "link", "set", "air0", "up")
-
-    @staticmethod
-    def ip(*words):
-        done = run("ip", *words)
-        assert done.returncode == 0, done.stderr
-
-    def prefix(self, end):
-        return ("ip", "netns", "exec", self.names[end])
 
 
 def air(node: int, x_m: float) -> str:

@@ -153,6 +153,7 @@ class RandomFrame {
           FramePose{static_cast<std::int16_t>(random_()), static_cast<std::int16_t>(random_()),
                     static_cast<std::uint16_t>(random_()), static_cast<std::uint8_t>(random_())};
     }
+    header.is_ghost = below(2) == 0;
     return header;
   }
 
@@ -191,6 +192,23 @@ TEST(AirFrame, SurvivesARoundTripWithRandomContents) {
     }
     ASSERT_EQ(packets, sent);
     ASSERT_FALSE(reader.is_malformed());
+  }
+}
+
+TEST(AirFrame, TheMarkOfAGhostIsOneBitOfByteSevenAndTheOthersAreNotRead) {
+  Bytes buffer(100);
+  FrameHeader header;
+  for (const bool is_ghost : {false, true}) {
+    header.is_ghost = is_ghost;
+    FrameWriter writer(buffer, header, buffer.size());
+    const std::span<const std::uint8_t> bytes = writer.finish();
+    EXPECT_EQ(bytes[7], is_ghost ? 1 : 0);
+    EXPECT_EQ(bytes[3], 0) << "no flag: robots of today would drop the frame";
+    Bytes received(bytes.begin(), bytes.end());
+    received[7] |= 0xFE;
+    Frame frame;
+    ASSERT_EQ(parse(received, frame), ParseResult::kOk);
+    EXPECT_EQ(frame.header.is_ghost, is_ghost);
   }
 }
 

@@ -90,6 +90,7 @@ struct Neighbour {
   bool duplicate_id = false;              // another robot with this id is heard too
   bool out_of_range = false;              // of the link's virtual_range_m: its messages are dropped
   std::optional<int> signal_dbm;          // none: not told, or through an access point
+  bool is_ghost = false;                  // simulated, on the air of real robots
 };
 
 /// All that the daemon says about itself.

@@ -153,7 +153,8 @@ const Wrong kWrong[] = {
     {"key_of_another_link_type", std::string(kLink) + "ethertype = 0x88B5\n",
      "f.toml:3: key 'links.w.ethertype': is not known; known here: type, profile, node_id, "
      "interface, "
-     "address, port, key_file, also_key_file, virtual_range_m, virtual_range_unknown, forward, "
+     "address, port, key_file, also_key_file, virtual_range_m, virtual_range_unknown, ghosts, "
+     "forward, "
      "max_forward_ttl, max_forward_wait_ms, check_freshness, rate_hz, burst_frames, "
      "jitter_us, beacon_ms, air_rate_mbps, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",

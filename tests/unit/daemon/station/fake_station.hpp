@@ -117,6 +117,7 @@ class FakeStation final : public Station {
   void protect_next(std::uint8_t wanted) override { protections.push_back(wanted); }
   void cancel(std::uint16_t channel) override { busy.erase(channel); }
   void set_virtual_range(const VirtualRange& to) override { virtual_range = to; }
+  void set_ghosts(bool are_heard) override { hears_ghosts = are_heard; }
   void adopt_node_id() override { node_id = identity().id(); }
 
   /// The last packet of what was sent last on this channel has left.
@@ -147,6 +148,7 @@ class FakeStation final : public Station {
   std::uint64_t last_waited_us = 0;
   std::uint16_t node_id = 0;
   VirtualRange virtual_range;
+  bool hears_ghosts = true;
 
  private:
   StationUser& user_;
