@@ -4,14 +4,13 @@ transmissions; unmodified daemons in a Wi-Fi guest. One boot for all runs.
 
     benchmarks/wifi_modes.py [--runs N] [--messages N] [--loss SHARE] [--modes MODE...]
 
-Each run sends messages from one robot to two others, first over the kernel's own medium, which
-loses nothing, then over ours, which loses SHARE of all frames on each way. With several runs,
-intervals are Student's, 95 %. Ends with 1 if a message is unaccounted for. SWARMTALK_BUILD: another
-build.
+Each run sends messages from one robot to two others over our own air, which first loses nothing,
+then SHARE of all frames on each way. With several runs, intervals are Student's, 95 %. Ends with 1
+if a message is unaccounted for. SWARMTALK_BUILD: another build.
 """
 import argparse
 import collections
-import contextlib
+import itertools
 import math
 import pathlib
 import re
@@ -70,26 +69,29 @@ def run(machine, mode: str, messages: int) -> dict:
             "air": len(frames) / sent, "rates": rates_of(group)}
 
 
-def measure(machine, mode: str, options, share: float) -> dict:
+def measure(machine, mode: str, share: float, runs: int = 1, messages: int = 100):
+    """Runs of one mode on our own air, which first loses nothing and then this share on each way.
+    @return (without loss, with it), each with lists: arrived, unaccounted, air, and rates"""
+    with machine.medium() as medium, machine.network(mode):
+        for robot in machine.robots:
+            machine.daemon(robot)
+        clear = runs_of(machine, mode, runs, messages)
+        names = [*machine.robots, "ap1"]
+        for sender, receiver in itertools.permutations(names, 2):
+            medium.lose(sender, receiver, share)
+        lossy = runs_of(machine, mode, runs, messages)
+        machine.end_daemons()
+    return clear, lossy
+
+
+def runs_of(machine, mode: str, runs: int, messages: int) -> dict:
     found = collections.defaultdict(list)
     rates = collections.Counter()
-    with machine.medium() if share else contextlib.nullcontext() as medium:
-        with machine.network(mode):
-            for robot in machine.robots:
-                machine.daemon(robot)
-            if share:
-                names = [*machine.robots, "ap1"]
-                for sender in names:
-                    for receiver in names:
-                        if sender != receiver:
-                            medium.lose(sender, receiver, share)
-            for _ in range(options.runs):
-                result = run(machine, mode, options.messages)
-                found["arrived"].append(result["arrived"])
-                found["unaccounted"].append(result["unaccounted"])
-                found["air"].append(result["air"])
-                rates += result["rates"]
-            machine.end_daemons()
+    for _ in range(runs):
+        result = run(machine, mode, messages)
+        for key in ("arrived", "unaccounted", "air"):
+            found[key].append(result[key])
+        rates += result["rates"]
     found["rates"] = [rate for rate, count in rates.most_common() if count * 20 > rates.total()]
     return found
 
@@ -110,8 +112,7 @@ def main() -> int:
     with guest.Guest(radios=3, access_points=1) as machine:
         machine.check("", "ip link set hwsim0 up")
         for mode in options.modes:
-            clear = measure(machine, mode, options, 0)
-            lossy = measure(machine, mode, options, options.loss)
+            clear, lossy = measure(machine, mode, options.loss, options.runs, options.messages)
             unaccounted += sum(clear["unaccounted"]) + sum(lossy["unaccounted"])
             rates = ", ".join(f"{rate:g}" for rate in clear["rates"]) or "none"
             print(f"| {mode} | {interval(clear['arrived'])} | {rates} | "

@@ -153,6 +153,13 @@ def test_a_weak_signal_is_named(machine):
             machine.check("", f"echo {2 ** 64 - 50} > {file}")
 
 
+def test_a_link_that_works_one_way_only_is_named(machine):
+    with machine.medium() as medium, swarm(machine, "ibss"):
+        healthy(machine, "--peer", "2")
+        medium.lose("r1", "r2", 1)
+        assert "does not hear this robot" in only(machine, "one-way", "--peer", "2")["what"]
+
+
 def test_the_wrong_mode_is_named(machine):
     with swarm(machine, "ibss"):
         machine.check("r1", "ip link set wlan0 down; iw dev wlan0 set type monitor; "
