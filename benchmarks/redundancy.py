@@ -5,14 +5,17 @@ usage: benchmarks/redundancy.py [--build build-test] [--picture FILE] [--seconds
        benchmarks/redundancy.py --waits         how long a late copy should wait for a frame
        benchmarks/redundancy.py --air           what the air of many robots carries: rate, beacon
        benchmarks/redundancy.py --daemons       the same with real daemons on a wire that loses
+       benchmarks/redundancy.py --radio         the same on the radio medium of swarmtalk-lab
 
 Simulated, but for --daemons: the daemon's own code for packets and frames, each frame lost at each
 receiver by itself, none colliding. Air: the estimate of drivers/link/airtime.hpp at 6 Mb/s. With
---daemons it needs root; a wire has no air time, so the air is what the daemons' counters say.
+--daemons it needs root; a wire has no air time, so the air is what the daemons' counters say. With
+--radio (root) it is what the medium says that the frames took, and the mean wait before each.
 """
 import argparse
 import concurrent.futures
 import json
+import os
 import pathlib
 import signal
 import subprocess
@@ -24,6 +27,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/support"))
 TIMEOUT_S = 600
 CHANNEL_BYTES = 1383
+MEAN_WAIT_US = 101.5  # before a broadcast: DIFS and 7.5 slots, as drivers/link/airtime.hpp has it
 ONE = {"message_bytes": 24, "rate_hz": 8, "robots": 10, "talkers": 10}
 LONG = {"rate_hz": 5, "robots": 11, "talkers": 1}
 KINDS = {
@@ -48,7 +52,9 @@ def parse():
     parser.add_argument("--waits", action="store_true")
     parser.add_argument("--air", action="store_true")
     parser.add_argument("--daemons", action="store_true")
-    parser.add_argument("--messages", type=int, default=1000, help="of each way, with --daemons")
+    parser.add_argument("--radio", action="store_true")
+    parser.add_argument("--messages", type=int, default=1000,
+                        help="of each way, with --daemons and --radio")
     return parser.parse_args()
 
 
@@ -220,11 +226,11 @@ class Daemons:
             if time.monotonic() > deadline:
                 sys.exit("redundancy.py: the programs do not subscribe")
             time.sleep(0.1)
-        before = self._status(1)["links"][0]["counters"]
+        before = self._air_us()
         subprocess.run(self._cli(1, "pub", "c", "--file", path, "--repeat", messages, "--rate",
                                  rate, *words), check=True, timeout=TIMEOUT_S)
         time.sleep(1)
-        after = self._status(1)["links"][0]["counters"]
+        after = self._air_us()
         heard = duplicates = 0
         for hearer, file in zip(hearers, files):
             hearer.send_signal(signal.SIGTERM)
@@ -234,8 +240,11 @@ class Daemons:
             file.close()
             heard += len(set(numbers))
             duplicates += len(numbers) - len(set(numbers))
-        return (heard / (messages * self.HEARERS),
-                (after["airtime_us_sent"] - before["airtime_us_sent"]) / messages, duplicates)
+        return heard / (messages * self.HEARERS), (after - before) / messages, duplicates
+
+    def _air_us(self):
+        """That the frames of robot 1 took so far."""
+        return self._status(1)["links"][0]["counters"]["airtime_us_sent"]
 
     def __exit__(self, *_):
         for process in reversed(self._processes):
@@ -246,12 +255,43 @@ class Daemons:
         self._folder.cleanup()
 
 
-def daemons(build, loss, messages):
+class RadioDaemons(Daemons):
+    """The same on the radio of swarmtalk-lab: robots in one place, where frames take air, wait for
+    each other, and this share of all receptions fails."""
+
+    def __init__(self, build, loss):
+        self._build = build
+        self._loss = loss
+        self._processes = []
+        self._folder = tempfile.TemporaryDirectory(prefix="redundancy-")
+        self._tool = [build / "lab/swarmtalk-lab", "--name", f"redundancy{os.getpid()}"]
+
+    def __enter__(self):
+        subprocess.run([*self._tool, "up", str(1 + self.HEARERS), "--medium", "radio", "--loss",
+                        str(self._loss)], check=True, timeout=60)
+        return self
+
+    def __exit__(self, *_):
+        subprocess.run([*self._tool, "down"], check=True, timeout=60)
+        self._folder.cleanup()
+
+    def _cli(self, number, *words):
+        return [str(word) for word in (*self._tool, "exec", number, "--",
+                                       self._build / "cli/swarmtalk-cli", *words)]
+
+    def _air_us(self):
+        done = subprocess.run([*self._tool, "medium", "status", "--json"], check=True, timeout=60,
+                              capture_output=True, text=True)
+        robot = json.loads(done.stdout)["robots"][0]
+        return robot["air_us"] + MEAN_WAIT_US * robot["sent"]
+
+
+def daemons(kind_of_lab, build, loss, messages):
     kinds = {"one packet of 24 B": (bytes(24), 20), "four full packets":
              (bytes(4 * CHANNEL_BYTES), 20)}
     ways = [("nothing", ()), *((f"redundancy {n}", ("--redundancy", n)) for n in (1, 2, 3, 4)),
-            ("2 copies", ("--copies", 2))]
-    with Daemons(build, loss) as lab:
+            ("2 copies", ("--copies", 2)), ("3 copies", ("--copies", 3))]
+    with kind_of_lab(build, loss) as lab:
         print(f"real daemons, {100 * loss:.0f} % of frames lost, {messages} messages to "
               f"{lab.HEARERS} robots")
         for kind, (payload, rate) in kinds.items():
@@ -278,9 +318,9 @@ def air(cell):
 
 def main():
     arguments = parse()
-    if arguments.daemons:
-        return daemons(arguments.build.resolve(), arguments.loss[0] if len(arguments.loss) == 1
-                       else 0.2, arguments.messages)
+    if arguments.daemons or arguments.radio:
+        return daemons(RadioDaemons if arguments.radio else Daemons, arguments.build.resolve(),
+                       arguments.loss[0] if len(arguments.loss) == 1 else 0.2, arguments.messages)
     cell = Cell(arguments.build.resolve(), arguments.seconds)
     if arguments.waits:
         return waits(cell)
