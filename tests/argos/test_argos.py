@@ -47,8 +47,7 @@ def check_runs(folder, program, robot, runs):
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "firefly",
-                                     "edge_following"])
+@pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "edge_following"])
 def test_a_run_succeeds(tmp_path, robot, program):
     check_runs(tmp_path, program, robot, 1)
 
@@ -58,6 +57,12 @@ def test_a_run_succeeds(tmp_path, robot, program):
 @pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "edge_following"])
 def test_ten_of_ten_runs_succeed(tmp_path, robot, program):
     check_runs(tmp_path, program, robot, 10)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_fireflies_synchronise(tmp_path, robot):
+    check_runs(tmp_path, "firefly", robot, 1)
 
 
 @pytest.fixture
@@ -162,8 +167,8 @@ def children(parent: int) -> list[int]:
 
 @pytest.mark.parametrize("killed", ["simulator", "runner"])
 def test_whoever_is_killed_nothing_is_left_behind(tmp_path, killed):
-    """Neither a process nor shared memory, which the plugin's own controllers leave."""
-    shared = set(os.listdir("/dev/shm"))
+    """Neither a process nor shared memory, which the plugin's own controllers leave: there is none
+    while it runs."""
     with subprocess.Popen([SUITE, "run", "hop_count", "--platform", f"argos-{ROBOTS[0]}",
                            "--seconds", "100000"], cwd=tmp_path, env=ENVIRONMENT,
                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as runner:
@@ -174,7 +179,8 @@ def test_whoever_is_killed_nothing_is_left_behind(tmp_path, killed):
             time.sleep(0.01)
         simulator, = children(runner.pid)
         assert children(simulator) == [], "a process per robot"
-        mine = {name for name in os.listdir("/dev/shm") if name.startswith(f"{simulator}_")}
+        mapped = pathlib.Path(f"/proc/{simulator}/maps").read_text()
+        assert "/dev/shm/" not in mapped, "shared memory"
         os.kill(simulator if killed == "simulator" else runner.pid, signal.SIGKILL)
         errors = runner.communicate(timeout=60)[1]
         if killed == "simulator":
@@ -182,7 +188,8 @@ def test_whoever_is_killed_nothing_is_left_behind(tmp_path, killed):
         while pathlib.Path(f"/proc/{simulator}/stat").exists():
             assert time.monotonic() < deadline + 60, "the simulator goes on"
             time.sleep(0.01)
-    assert not mine and set(os.listdir("/dev/shm")) <= shared | mine
+    # The plugin's are called so; others' on this machine are not ours to judge.
+    assert not [name for name in os.listdir("/dev/shm") if name.startswith(f"{simulator}_")]
 
 
 BAD = {
