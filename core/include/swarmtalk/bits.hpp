@@ -61,6 +61,14 @@ struct Field {
                      static_cast<Span>((static_cast<Span>(value) & kMask) << kShift) >>
                      (kByte < kFirst || kByte > kLast ? 0 : (kLast - kByte) * 8));
   }
+  /// Subtracts one. REQUIRES that it is not 0, so that nothing is borrowed from a neighbour.
+  static void decrease(uint8_t* bytes) {
+    constexpr Span kAll = static_cast<Span>(~Span{0});
+    Bytes<Span, kFirst, kLast>::write(bytes,
+                                      static_cast<Span>(Bytes<Span, kFirst, kLast>::read(bytes) -
+                                                        static_cast<Span>(Span{1} << kShift)),
+                                      kAll);
+  }
   /// Writes the low kWidth bits of `value`; the neighbours' bits stay.
   static void put(uint8_t* bytes, Value value) {
     Bytes<Span, kFirst, kLast>::write(
@@ -76,6 +84,7 @@ struct Field<kOffset, 0> {
   static Value get(const uint8_t*) { return 0; }
   static bool is_same(const uint8_t*, const uint8_t*) { return true; }
   static void put(uint8_t*, Value) {}
+  static void decrease(uint8_t*) {}
   template <uint16_t kByte>
   static uint8_t part(Value) {
     return 0;

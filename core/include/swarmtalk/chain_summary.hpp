@@ -42,6 +42,7 @@ class ChainSummary {
   using Entry = Record<P>;
   using Key = RecordKey<P>;
   using Place = UintFor<bits_for(P::kRecords)>;
+  using Stream = typename Key::Bits;
 
   /// A second record is about to come to `alone`, which has counted for itself until now.
   void begin(Entry& alone, Place place) {
@@ -50,10 +51,13 @@ class ChainSummary {
     begun_ = UINT32_C(0x11111111) * index_of(alone.key);
     serial_ = 0;
     alone.set_serial(static_cast<uint8_t>(1 - alone.later()));
-    is_mixed_ = false;
+    stream_ = alone.key.hashed();
   }
-  bool is_mixed() const { return is_mixed_; }
-  void set_mixed() { is_mixed_ = true; }
+  /// Nothing is summed up: the chain has one record, or records of several streams.
+  void end() { stream_ = kNoStream; }
+  bool is_kept() const { return stream_ != kNoStream; }
+  /// Whether it is kept, and of this key's stream.
+  SWARMTALK_INLINE bool is_of(const Key& key) const { return stream_ == key.hashed(); }
 
   Place place_of(const Key& key) const { return place_of_[index_of(key)]; }
   /// Of the message begun last, and of the eighth before the one that begins now. Both may have
@@ -83,9 +87,9 @@ class ChainSummary {
     put(to, place);
   }
   /// Its message begins.
-  SWARMTALK_INLINE void count_begun(Entry& record) {
+  SWARMTALK_INLINE void count_begun(Entry& record, const Key& key) {
     record.set_serial(++serial_);
-    begun_ = begun_ << 4 | index_of(record.key);
+    begun_ = begun_ << 4 | index_of(key);
   }
   /// From now on the record counts for itself.
   void count_out(Entry& record) const {
@@ -94,10 +98,12 @@ class ChainSummary {
 
  private:
   static uint32_t index_of(const Key& key) { return key.number() % 16u; }
+  /// None has a number in it.
+  static constexpr Stream kNoStream = static_cast<Stream>(~Stream{0});
 
-  uint32_t begun_;  // numbers of the last eight messages, the last one in the lowest four bits
-  uint8_t serial_;  // of the last one
-  bool is_mixed_;
+  uint32_t begun_;      // numbers of the last eight messages, the last one in the lowest four bits
+  Stream stream_;       // sender and channel
+  uint8_t serial_;      // of the last one
   Place place_of_[16];  // by message number
 };
 
@@ -109,8 +115,9 @@ class ChainSummary<P, false> {
   using Key = RecordKey<P>;
   using Place = UintFor<bits_for(P::kRecords)>;
   static void begin(Entry&, Place) {}
-  static bool is_mixed() { return true; }
-  static void set_mixed() {}
+  static void end() {}
+  static bool is_kept() { return false; }
+  static bool is_of(const Key&) { return false; }
   static Place place_of(const Key&) { return 0; }
   static Place last() { return 0; }
   static Place eighth() { return 0; }
@@ -120,7 +127,7 @@ class ChainSummary<P, false> {
   static void put(const Key&, Place) {}
   static void remove(const Key&) {}
   static void move(const Key&, const Key&, Place) {}
-  static void count_begun(Entry&) {}
+  static void count_begun(Entry&, const Key&) {}
   static void count_out(Entry&) {}
 };
 

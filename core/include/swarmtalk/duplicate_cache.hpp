@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "swarmtalk/forecast.hpp"
+#include "swarmtalk/lifetimes.hpp"
 #include "swarmtalk/record_index.hpp"
 #include "swarmtalk/sweep_turn.hpp"
 #include "swarmtalk/types.hpp"
@@ -26,7 +27,8 @@ namespace core {
 
 template <class P>
 class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
-                       private SweepTurn<(P::kBuckets > 0)> {
+                       private SweepTurn<(P::kBuckets > 0)>,
+                       private Lifetimes<P> {
   using Lookup = RecordIndex<P, (P::kBuckets == 0)>;  // a base: without a table it takes no memory
   using Turn = SweepTurn<(P::kBuckets > 0)>;
 
@@ -38,6 +40,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   using Mask = typename Entry::Mask;
   using Ticks = UintFor<P::kClockBits>;
   using Index = UintFor<bits_for(P::kRecords)>;
+  /// Whether floods have a way without a walk: see begin_next_flood().
+  static constexpr bool kSummarizes = Lookup::kSummarizes;
   /// Without buckets every new message looks at every record anyway.
   static constexpr bool kScans = P::kBuckets == 0;
 
@@ -45,7 +49,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   void start() {
     set_zero(now_);
     set_zero(sweep_);
-    young_ = kSurely;
+    young_.start();
     if (kScans) set_zero(records_);
     Lookup::start(records_);
   }
@@ -83,8 +87,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     const uint8_t flags = record.flags;
     if (!kNumbersReturn || (flags & Entry::kFlood) == 0) return false;
     if (!direct) {
-      return (flags & Entry::kDirect) != 0 && age(record) > kSurely &&
-             Lookup::is_passed(records_, record);
+      return (flags & Entry::kDirect) != 0 && age(record) > kSurely && Lookup::is_passed(record);
     }
     if ((flags & Entry::kOpen) != 0) {  // it sends a message in one piece
       return (flags & Entry::kDirect) != 0 && (record.is_overtaken() || age(record) > kSurely);
@@ -97,7 +100,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
                                          : (flags & Entry::kRelayed) != 0;
   }
   /// Copies of a flooded message do not wander any more, as far as one can tell.
-  bool is_stale(const Entry& record) const { return since(record) > young_; }
+  bool is_stale(const Entry& record) const { return since(record) > young_.ticks(); }
   /// A copy of a flooded message came by a forwarder: others may have more of them waiting. Where
   /// its sender has gone on they are late, and the time that counts is its own.
   void hear_copy(Entry& record) {
@@ -107,11 +110,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
   }
   /// @param packets  that wait to be sent on here; about as many wait at our neighbours
-  void set_waiting(uint16_t packets) {
-    young_ = kWanderEnds && packets > (kFloodLife - kSurely) / kWander
-                 ? kFloodLife
-                 : static_cast<Ticks>(kSurely + packets * kWander);
-  }
+  SWARMTALK_INLINE void set_waiting(uint16_t packets) { young_.set_waiting(packets); }
 
   /// Begins a record for a message, closed, nothing forwarded or delivered, and counts it with its
   /// sender's other messages on the channel.
@@ -206,6 +205,13 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   template <class Node>
   SWARMTALK_HOT Entry* begin_flood(const Key& key, uint8_t kind, Mask bit, bool& is_copy,
                                    Node& node);
+  /// The same for a message whose sender itself was heard sending it and the last one of its
+  /// number, where that one's record is there and over. To be closed by close_flood().
+  /// @return null, and nothing changed, for all others
+  template <class Node>
+  SWARMTALK_HOT Entry* begin_next_flood(const Key& key, Node& node);
+  /// @param forwarded  its packets that wait to be sent on
+  SWARMTALK_HOT void close_flood(Entry& record, Mask forwarded);
   /// The record of a one-hop message that is being put together, its end not held. @return null if
   /// there is none, or if it is past its time
   SWARMTALK_HOT Entry* find_open_one_hop(const Key& key) {
@@ -276,17 +282,23 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     uint32_t left = Turn::kTurn;
     if (P::kClockBits < 32) left += (Turn::since_last(now_) * used) >> (P::kClockBits - 2);
     if (used < left) left = used;
+    Entry* record = computed_once(&records_[sweep_]);
+    Entry* open = nullptr;
+    const Entry* const stop = end();
+    const Ticks now = static_cast<Ticks>(now_);
     for (; left != 0; --left) {
-      Entry* const record = step(sweep_);
-      if (!is_over(*record)) continue;
-      if (!record->is_open()) {
-        record->flags = 0;
-        continue;
+      if (++record >= stop) record = records_;
+      const uint8_t flags = record->flags;
+      if (flags == 0 || !is_over(flags, static_cast<Ticks>(now - record->stamp))) continue;
+      if ((flags & Entry::kOpen) != 0) {
+        open = record;
+        Turn::next_turn_in(1);  // the rest of this turn
+        break;
       }
-      Turn::next_turn_in(1);  // the rest of this turn
-      return record;
+      record->flags = 0;
     }
-    return nullptr;
+    sweep_ = static_cast<Index>(record - records_);
+    return open;
   }
 
   /// Small numbers are the next message's of the same sender soon.
@@ -301,30 +313,16 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Records of a large table that are looked at to find one to give away.
   static constexpr uint8_t kCompared = 8;
 
-  // Lifetimes are whole steps, so that a record's age in steps fits a byte on a small robot.
-  static constexpr uint8_t kStepTicks = P::kClockBits == 16 ? 8 : 1;
-  static constexpr uint32_t in_steps(uint32_t ticks) {
-    return (ticks + kStepTicks - 1) / kStepTicks;
-  }
-  static constexpr Ticks whole_steps(uint32_t ticks) {
-    return static_cast<Ticks>(in_steps(ticks) * kStepTicks);
-  }
-  static constexpr Ticks kOneHopLife = whole_steps(P::kOneHopDuplicateTicks);
-  static constexpr Ticks kAssemblyLife = whole_steps(P::kAssemblyTicks);
-  static constexpr Ticks kFloodLife = whole_steps(P::kFloodTicks);
-  static constexpr Ticks kSurely = whole_steps(P::kFloodSurelyTicks);
-  /// How much longer for each packet that waits.
-  static constexpr Ticks kWander =
-      static_cast<Ticks>(kSurely < 8u * kStepTicks ? 1 : kSurely / kStepTicks / 8u * kStepTicks);
-  static constexpr bool kWanderEnds =
-      (kFloodLife - kSurely) / kWander < P::kForwardSlots;  // else all that wait may count
+  using Lifetimes<P>::kAssemblyLife;
+  using Lifetimes<P>::kFloodLife;
+  using Lifetimes<P>::kLongestLife;
+  using Lifetimes<P>::kOneHopLife;
+  using Lifetimes<P>::kSurely;
   static SWARMTALK_INLINE bool is_over(uint8_t flags, Ticks passed) {
     return flags == 0 || passed > ((flags & Entry::kFlood) != 0  ? kFloodLife
                                    : (flags & Entry::kOpen) != 0 ? kAssemblyLife
                                                                  : kOneHopLife);
   }
-  static constexpr uint32_t kLongestLife =
-      P::kFloodTicks > P::kAssemblyTicks ? P::kFloodTicks : P::kAssemblyTicks;
 
   /// How willingly a record is given away: expired ones first, then one-hop ones by age, then
   /// flooded ones by age; 0: none.
@@ -443,7 +441,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       if ((flags & Entry::kFlood) == 0) {
         if (passed <= kOneHopLife) score = static_cast<Score>(passed + (kFloodLife + 1u));
       } else if (passed <= kFloodLife) {
-        if (!insist && passed <= young_) return;
+        if (!insist && passed <= young_.ticks()) return;
         score = static_cast<Score>(passed + 1u);
       }
     }
@@ -478,7 +476,9 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       Entry* const record = step(at);
       if (record->is_open()) continue;
       const bool is_precious = record->is_flood() && !is_over(*record);
-      if (is_precious && (chosen != nullptr || (!insist && age(*record) <= young_))) continue;
+      if (is_precious && (chosen != nullptr || (!insist && age(*record) <= young_.ticks()))) {
+        continue;
+      }
       chosen = record;
       Lookup::hand() = at;
       if (!is_precious) break;
@@ -489,7 +489,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
   uint32_t now_;
   Index sweep_;  // the record looked at last for its age
-  Ticks young_;  // a flooded message's copies still wander: the longer, the more wait
+  WanderTime<P, kScans> young_;
   Entry records_[P::kRecords];
 };
 

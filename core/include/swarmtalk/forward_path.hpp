@@ -33,6 +33,24 @@ SWARMTALK_HOT void Swarmtalk<P>::forward_unlimited(const Arrival& arrival, Entry
 }
 
 template <class P>
+SWARMTALK_HOT bool Swarmtalk<P>::queue_forward(const uint8_t* packet, uint16_t size) {
+  if (!forward_queue_.is_empty()) return queue_behind(packet, static_cast<PacketSize>(size));
+  forward_queue_.push_first(packet, static_cast<PacketSize>(size),
+                            static_cast<typename W::WaitTicks>(cache_.now()));
+  cache_.set_waiting(1);
+  round_robin_.set_ready(0, true);
+  return true;
+}
+template <class P>
+SWARMTALK_ASIDE bool Swarmtalk<P>::queue_behind(const uint8_t* packet, PacketSize size) {
+  const auto pushed = forward_queue_.push(packet, size, W::decode(packet),
+                                          static_cast<typename W::WaitTicks>(cache_.now()));
+  if (pushed != Pushed::kDone) count(counters_.forward_queue_full);
+  cache_.set_waiting(forward_queue_.size());
+  return pushed != Pushed::kFull;
+}
+
+template <class P>
 inline void Swarmtalk<P>::drop_late_forwards() {
   if (this->max_wait() == 0 || forward_queue_.is_empty()) return;
   const auto dropped = forward_queue_.drop_older_than(

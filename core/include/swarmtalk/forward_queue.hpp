@@ -92,6 +92,18 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     return pushed;
   }
 
+  /// As push(), into an empty queue.
+  SWARMTALK_INLINE void push_first(const uint8_t* packet, PacketSize size, Ticks now) {
+    Queued& queued = *computed_once(&slot(0));
+    const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
+                                       : static_cast<PacketSize>(size - W::kChecksumBytes);
+    memcpy(queued.packet, packet, bare);
+    queued.set_size(bare);
+    queued.since = now;
+    W::count_hop(queued.packet);
+    count_ = 1;
+  }
+
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
@@ -131,7 +143,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)
   PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
-    Queued& queued = slot(0);
+    Queued& queued = *computed_once(&slot(0));
     const PacketSize bare = static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);
     if (timestamped && bare >= W::kHeaderBytes + W::kTimestampBytes) {

@@ -165,19 +165,27 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     Slot* const link = P::kPadded && last.payload_bytes == W::kBodyBytes
                            ? copy_back<true>(record, message, to, W::kBodyBytes)
                            : copy_back<false>(record, message, to, last.payload_max());
-    *link = free_;
-    free_ = record.first;
+    if (kKeepsLists) {
+      give_back(record.first);
+    } else {
+      *link = free_;
+      free_ = record.first;
+    }
     begin(record);
     return total;
   }
 
   /// Gives back what an open message holds, and closes it: it is done.
   void release(Entry& record) {
+    record.close();
+    if (kKeepsLists) {
+      if (record.first != kNoSlot) give_back(record.first);
+      return;
+    }
     Slot* link = &record.first;
     while (*link != kNoSlot) link = &slot_at(*link).next;
     *link = free_;
     free_ = record.first;
-    record.close();
   }
 
   // Of a mask of packets held: whether a packet before the last is missing; how many packets.
@@ -194,8 +202,12 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   }
 
  private:
+  /// Whether what is free is a list of messages' lists: none is walked along when it is given back.
+  static constexpr bool kKeepsLists = P::kBuckets == 0;
   struct Held {
-    uint8_t body[W::kBodyBytes];  // payload; the running delay at the end of the first of a list
+    // Payload; the running delay at the end of the first of a list. In a free list's first: the
+    // first of the next free list.
+    uint8_t body[W::kBodyBytes < sizeof(Slot) ? sizeof(Slot) : W::kBodyBytes];
     Slot next;
   };
 
@@ -259,10 +271,26 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   Slot unused_slot() {
     const Slot slot = free_;
     if (slot != kNoSlot) {
-      free_ = slot_at(slot).next;
+      const Held& taken = *in_register(&slot_at(slot));
+      free_ = kKeepsLists ? first_of_rest(taken) : taken.next;
       return slot;
     }
     return used_ == P::kFragmentSlots ? kNoSlot : used_++;
+  }
+
+  /// A message's list, not empty, is free.
+  void give_back(Slot first) {
+    memcpy(slot_at(first).body, &free_, sizeof(Slot));
+    free_ = first;
+  }
+  /// What is free once the first slot of all is taken.
+  Slot first_of_rest(const Held& taken) {
+    Slot others;
+    memcpy(&others, taken.body, sizeof(Slot));
+    const Slot rest = taken.next;
+    if (rest == kNoSlot) return others;
+    memcpy(slot_at(rest).body, &others, sizeof(Slot));
+    return rest;
   }
 
   static PacketSize tail_of(const Entry& record, const Fragment<P>& last, uint16_t at, Mask top) {
@@ -282,7 +310,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   }
 
   Slot used_;  // slots 0..used_-1 have been used; the rest is untouched memory
-  Slot free_;  // list of used ones that are free again
+  Slot free_;  // list of used ones that are free again, or of lists of them
   Held slots_[P::kFragmentSlots];
 };
 

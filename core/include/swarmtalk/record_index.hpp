@@ -194,11 +194,12 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
 template <class P, bool kScan>
 class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   using Hash = BucketOf<P, (P::kMessageBits >= 16)>;
-  /// Whether chains have summaries.
-  static constexpr bool kSummarizes = P::kMessageBits == 4 && P::kChainSummaries;
-  using Summary = ChainSummary<P, kSummarizes>;
 
  public:
+  /// Whether chains have summaries.
+  static constexpr bool kSummarizes =
+      P::kMessageBits == 4 && P::kEpochBits == 0 && P::kChainSummaries;
+  using Summary = ChainSummary<P, kSummarizes>;
   static constexpr bool kHasSecret = Hash::kHasSecret;
   using Hash::set_secret;
   using Index = UintFor<bits_for(P::kRecords)>;
@@ -219,7 +220,7 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
     for (Entry* record = &records[head - 1];; record = &records[record->next_]) {
       if (record->key == key) return record;
       if (record->next_ == kNone) return nullptr;
-      if (kSummarizes && !summary(bucket).is_mixed()) {
+      if (kSummarizes && summary(bucket).is_kept()) {
         const Index place = summary(bucket).place_of(key);
         if (place == 0) return nullptr;
         record = &records[place - 1];
@@ -232,7 +233,9 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
     Index& head = heads_[bucket];
     record->next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
     head = static_cast<Index>(record - records + 1);
-    if (kSummarizes && record->next_ != kNone) add_to(records, bucket, *record);
+    if (!kSummarizes) return;
+    if (record->next_ != kNone) return add_to(records, bucket, *record);
+    summary(bucket).end();
   }
   void unlink(Entry* records, Entry* record) {
     const auto bucket = Hash::bucket(record->key);
@@ -251,9 +254,9 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   /// @param before  the record's key until now
   SWARMTALK_INLINE void rekeyed(Entry* records, Entry& record, const RecordKey<P>& before) {
     const auto bucket = Hash::bucket(record.key);
-    if (!is_summarized(records, bucket)) return;
+    if (!summary(bucket).is_kept()) return;
     if (!(record.key == before) && !take_over(records, bucket, record, before)) return;
-    summary(bucket).count_begun(record);
+    summary(bucket).count_begun(record, record.key);
   }
   /// A message begins. Calls `count(Entry&)` with the others of its stream that count for
   /// themselves, or do not know yet that they are overtaken; and `pass(Entry&)` with one that it is
@@ -263,40 +266,43 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
                                     const Pass& pass) {
     const auto bucket = Hash::bucket(key);
     if (heads_[bucket] == 0) return;
-    Entry* record = &records[heads_[bucket] - 1];
-    if (is_summarized(records, bucket)) {
-      if (record->key.is_same_stream(key)) note_begun(records, summary(bucket), count, pass);
+    Summary& chain = summary(bucket);
+    if (chain.is_kept()) {
+      if (chain.is_of(key)) note_begun(records, chain, count, pass);
       return;
     }
+    Entry* record = &records[heads_[bucket] - 1];
     for (; record != nullptr; record = next(records, record)) {
       if (record->key.is_same_stream(key)) count(*record);
     }
   }
   /// Whether as many messages as are counted have begun since a record's.
-  bool is_passed(const Entry* records, const Entry& record) const {
+  bool is_passed(const Entry& record) const {
     const auto bucket = Hash::bucket(record.key);
-    return record.is_passed() || (is_summarized(records, bucket) &&
-                                  summary(bucket).later_than(record) >= Entry::kMostLater);
+    return record.is_passed() ||
+           (summary(bucket).is_kept() && summary(bucket).later_than(record) >= Entry::kMostLater);
   }
   /// The summary of a key's stream; null if there is none now.
-  SWARMTALK_INLINE Summary* summary_of(const Entry* records, const RecordKey<P>& key) {
+  SWARMTALK_INLINE Summary* summary_of(const RecordKey<P>& key) {
     const auto bucket = Hash::bucket(key);
-    const Index head = heads_[bucket];
-    return head != 0 && is_summarized(records, bucket) && records[head - 1].key.is_same_stream(key)
-               ? &summary(bucket)
-               : nullptr;
+    Summary* const chain = computed_once(&summary(bucket));
+    return heads_[bucket] != 0 && chain->is_of(key) ? chain : nullptr;
   }
   template <class Count, class Pass>
   static SWARMTALK_INLINE void note_begun(Entry* records, Summary& chain, const Count& count,
                                           const Pass& pass) {
-    if (chain.last() != 0) {
-      Entry& record = records[chain.last() - 1];
-      if (!record.is_overtaken()) count(record);
-    }
+    note_last(records, chain, count);
     if (chain.eighth() == 0) return;
-    Entry& record = records[chain.eighth() - 1];
+    Entry& record = *(records + chain.eighth() - 1);
     if ((record.flags & (Entry::kOpen | Entry::kDirect)) == Entry::kDirect) return;
     if (record.flags != 0 && chain.is_eighth(record)) pass(record);
+  }
+  template <class Count>
+  static SWARMTALK_INLINE void note_last(Entry* records, Summary& chain, const Count& count) {
+    const Index place = chain.last();
+    if (place == 0) return;
+    Entry& record = *computed_once(records + place - 1);
+    if (!record.is_overtaken()) count(record);
   }
   Entry* first(Entry* records, const RecordKey<P>& key) const {
     const Index head = heads_[Hash::bucket(key)];
@@ -317,34 +323,32 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   Index& hand() { return hand_; }
 
  private:
-  // --- summaries ------------------------------------------------------------------------------
+  // --- summaries: not to be read where a chain is empty -----------------------------------------
   Summary& summary(uint16_t bucket) { return summaries_[kSummarizes ? bucket : 0]; }
   const Summary& summary(uint16_t bucket) const { return summaries_[kSummarizes ? bucket : 0]; }
-  /// REQUIRES a chain that is not empty
-  bool is_summarized(const Entry* records, uint16_t bucket) const {
-    return kSummarizes && !is_alone(records[heads_[bucket] - 1]) && !summary(bucket).is_mixed();
-  }
   /// A new message's record has been put at the head of a chain that had others.
   void add_to(Entry* records, uint16_t bucket, Entry& record) {
     Summary& chain = summary(bucket);
     Entry& before = records[record.next_];
     const bool is_same = record.key.is_same_stream(before.key);
     if (is_alone(before)) {
-      if (!is_same) return chain.set_mixed();
+      if (!is_same) return;
       chain.begin(before, static_cast<Index>(record.next_ + 1));
     }
-    if (chain.is_mixed()) return;
+    if (!chain.is_kept()) return;
     if (!is_same) return mix(records, bucket, record);
     chain.put(record.key, heads_[bucket]);
-    chain.count_begun(record);
+    chain.count_begun(record, record.key);
   }
   /// A record has been taken out of a chain that has others.
   void take_from(Entry* records, uint16_t bucket, const Entry& record) {
     Summary& chain = summary(bucket);
-    if (chain.is_mixed()) return;
+    if (!chain.is_kept()) return;
     chain.remove(record.key);
     Entry& head = records[heads_[bucket] - 1];
-    if (is_alone(head)) chain.count_out(head);
+    if (!is_alone(head)) return;
+    chain.count_out(head);
+    chain.end();
   }
   /// @return whether all are of one stream still
   bool take_over(Entry* records, uint16_t bucket, Entry& record, const RecordKey<P>& before) {
@@ -358,7 +362,7 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   /// A record of another stream than the others' has come.
   void mix(Entry* records, uint16_t bucket, const Entry& newcomer) {
     Summary& chain = summary(bucket);
-    chain.set_mixed();
+    chain.end();
     Entry* record = &records[heads_[bucket] - 1];
     for (; record != nullptr; record = next(records, record)) {
       if (record != &newcomer) chain.count_out(*record);
@@ -419,18 +423,21 @@ class RecordIndex<P, true> {
 #endif
     return nullptr;
   }
+  static constexpr bool kSummarizes = false;
   void link(Entry*, Entry*) {}
   void unlink(Entry*, Entry*) {}
   void rekeyed(Entry*, Entry&, const RecordKey<P>&) {}
   template <class Count, class Pass>
   void note_others(Entry*, const RecordKey<P>&, const Count&, const Pass&) {}
   using Summary = ChainSummary<P, false>;
-  static Summary* summary_of(const Entry*, const RecordKey<P>&) {
+  static Summary* summary_of(const RecordKey<P>&) {
     return nullptr;
   }
   template <class Count, class Pass>
   static void note_begun(Entry*, Summary&, const Count&, const Pass&) {}
-  static bool is_passed(const Entry*, const Entry& record) {
+  template <class Count>
+  static void note_last(Entry*, Summary&, const Count&) {}
+  static bool is_passed(const Entry& record) {
     return record.is_passed();
   }
   Entry* first(Entry* records, const RecordKey<P>&) const {

@@ -33,6 +33,8 @@ class BitSet {
     }
     return true;
   }
+  /// Whether 0 is in it, and no other.
+  bool is_first_alone() const { return kGroups == 1 && groups_[0] == 1; }
   /// Whether i begins a group of which none is in the set.
   bool is_empty_group(uint16_t i) const {
     return kGroups > 1 && i % kGroupBits == 0 && groups_[i / kGroupBits] == 0 &&
@@ -75,6 +77,7 @@ class RoundRobin {
   /// The next ready source after the last one given, which becomes the last. kNone: none is ready.
   Source next() {
     if (BitSet<kSources>::kIsWide) {
+      if (ready_.is_first_alone()) return last_ = 0;
       const Source found = peek();
       if (found != kNone) last_ = found;
       return found;

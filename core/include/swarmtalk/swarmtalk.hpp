@@ -315,9 +315,12 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   void forward(const Arrival& arrival, Entry& record);
   /// The same, its TTL being within the limits.
   SWARMTALK_HOT void forward_unlimited(const Arrival& arrival, Entry& record);
+  /// @return whether there was room
+  SWARMTALK_HOT bool queue_forward(const uint8_t* packet, uint16_t size);
+  SWARMTALK_ASIDE bool queue_behind(const uint8_t* packet, PacketSize size);
 
   // --- sending ------------------------------------------------------------------------------
-  SWARMTALK_APART PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
+  SWARMTALK_AT_END PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
     ensure_id();
     Fragmenter<P>& message = channel.fragmenter_;
     // A change of id never splits a message.
@@ -409,7 +412,11 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// @return false, and nothing changed, for all others
   template <bool kQuickly>
   SWARMTALK_HOT bool receive_usual(const uint8_t* bytes, uint16_t size, const Sensing& sensing);
-  /// The same for a flood that is whole in one packet, new or a copy.
+  /// The same for a flood that is whole in one packet, and comes from its sender itself, whose
+  /// messages have been heard for as long as their numbers last.
+  SWARMTALK_HOT bool receive_next_flood(Channel<P>& to, const uint8_t* bytes, uint16_t size,
+                                        const Sensing& sensing);
+  /// The same for any flood that is whole in one packet, new or a copy.
   /// @return false, and nothing changed, for all others
   SWARMTALK_ASIDE bool receive_usual_flood(Channel<P>& to, const uint8_t* bytes, uint16_t size,
                                            const Sensing& sensing);

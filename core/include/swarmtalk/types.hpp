@@ -13,13 +13,14 @@
 /// too few registers. SWARMTALK_SHARED: for a small one with many callers. Both are what measured
 /// smallest on AVR, and nothing elsewhere.
 /// SWARMTALK_ASIDE: for one that is not on the usual packet's way: kept out of its caller's
-/// registers.
+/// registers. SWARMTALK_AT_END: for the last call of a function, which the compiler jumps to.
 #ifdef __AVR__
 #define SWARMTALK_HOT
 #define SWARMTALK_APART __attribute__((noinline))
 #define SWARMTALK_HOT_APART __attribute__((noinline))
 #define SWARMTALK_SHARED __attribute__((noinline))
 #define SWARMTALK_ASIDE
+#define SWARMTALK_AT_END __attribute__((noinline))
 #define SWARMTALK_AVR_INLINE inline __attribute__((always_inline))
 #else
 #define SWARMTALK_HOT inline __attribute__((always_inline))
@@ -27,6 +28,7 @@
 #define SWARMTALK_HOT_APART SWARMTALK_HOT
 #define SWARMTALK_SHARED
 #define SWARMTALK_ASIDE __attribute__((noinline))
+#define SWARMTALK_AT_END __attribute__((noinline))
 #define SWARMTALK_AVR_INLINE
 #endif
 /// The parts of a node begin with start(), called by their constructors; on AVR by the node's own,
@@ -58,7 +60,17 @@ SWARMTALK_INLINE T* in_register(T* pointer) {
   return pointer;
 }
 
-/// The same for a number.
+/// `pointer`, which the compiler would work out anew at each use, to have more registers for other
+/// things: where there are enough of them.
+template <class T>
+SWARMTALK_INLINE T* computed_once(T* pointer) {
+#ifndef __AVR__
+  __asm__("" : "+r"(pointer));
+#endif
+  return pointer;
+}
+
+/// As in_register(), a number.
 template <class Number>
 SWARMTALK_INLINE Number in_register(Number number) {
 #ifdef __AVR__

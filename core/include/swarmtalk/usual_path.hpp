@@ -20,7 +20,10 @@ SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t si
   Channel<P>* const to = find_channel_usual(W::ChannelField::get(bytes));
   if (SWARMTALK_SELDOM(to == nullptr || !to->wants(sensing))) return false;
   if (SWARMTALK_SELDOM((W::ttl(bytes) | to->ttl_) != 0)) {
-    return kQuickly && receive_usual_flood(*to, bytes, size, sensing);
+    if (!kQuickly) return false;
+    return (knows_next_flood<P>() &&
+            receive_next_flood(*computed_once(to), bytes, size, sensing)) ||
+           receive_usual_flood(*to, bytes, size, sensing);
   }
   if (SWARMTALK_SELDOM(W::check(bytes, size) != Error::kOk)) return false;
   Arrival arrival;
@@ -35,7 +38,27 @@ SWARMTALK_HOT bool Swarmtalk<P>::receive_usual(const uint8_t* bytes, uint16_t si
   reception.has_delay = arrival.has_delay;
   reception.delay_ticks = arrival.delay_ticks;
   if (begin_one_hop<kQuickly>(arrival.key, Entry::kDone, false) == nullptr) return false;
-  deliver_usual(reception, sensing, *to, arrival.payload, arrival.payload_bytes);
+  deliver_usual(reception, sensing, *to, bytes + W::kHeaderBytes, arrival.payload_bytes);
+  return true;
+}
+
+template <class P>
+SWARMTALK_HOT bool Swarmtalk<P>::receive_next_flood(Channel<P>& to, const uint8_t* bytes,
+                                                    uint16_t size, const Sensing& sensing) {
+  if (W::ttl(bytes) != to.ttl_ || !W::is_alone(bytes) || to.timestamped_) return false;
+  if (SWARMTALK_SELDOM(W::NodeField::get(bytes) == identity_.id())) return false;
+  if (SWARMTALK_SELDOM(W::check(bytes, size) != Error::kOk)) return false;
+  Entry* const record = cache_.begin_next_flood(Key(bytes), *this);
+  if (SWARMTALK_SELDOM(record == nullptr)) return false;
+  cache_.close_flood(*record, queue_forward(bytes, size) ? Mask{1} : Mask{0});
+  Reception<P> reception;
+  W::decode(bytes, reception);
+  reception.sequence = 0;
+  reception.end = true;
+  reception.has_delay = false;
+  reception.delay_ticks = 0;
+  deliver_usual(reception, sensing, to, bytes + W::kHeaderBytes,
+                static_cast<uint16_t>(size - W::kHeaderBytes - W::kChecksumBytes));
   return true;
 }
 

@@ -249,6 +249,14 @@ struct Wire {
     }
   }
 
+  static void count_hop(uint8_t* packet) {
+    TtlField::decrease(packet);
+    const auto hops = HopsField::get(packet);
+    if (P::kHopsBits != 0 && hops != static_cast<uint8_t>(low_bits(P::kHopsBits))) {
+      HopsField::put(packet, static_cast<typename HopsField::Value>(hops + 1));
+    }
+  }
+
   static void set_hops(uint8_t* packet, uint8_t hops) {
     HopsField::put(packet, static_cast<typename HopsField::Value>(hops));
   }
@@ -268,6 +276,10 @@ struct Wire {
     return NodeField::is_same(a, b) && ChannelField::is_same(a, b) && EpochField::is_same(a, b);
   }
   static uint8_t ttl(const uint8_t* packet) { return TtlField::get(packet); }
+  /// Whether it is its message's only packet.
+  static bool is_alone(const uint8_t* packet) {
+    return bits::Field<kSequenceAt, P::kSequenceBits + 1>::get(packet) == 1;
+  }
 
   /// Timestamp in the last bytes of a body (little-endian) of `body_bytes` bytes.
   /// REQUIRES body_bytes >= kTimestampBytes.
