@@ -66,12 +66,14 @@ def run(machine, mode: str, messages: int) -> dict:
     shares = [100 * account.heard / account.sent for account in accounts.values()]
     return {"arrived": statistics.fmean(shares),
             "unaccounted": sum(abs(account.unaccounted) for account in accounts.values()),
+            "duplicates": sum(account.duplicates for account in accounts.values()),
             "air": len(frames) / sent, "rates": rates_of(group)}
 
 
 def measure(machine, mode: str, share: float, runs: int = 1, messages: int = 100):
     """Runs of one mode on our own air, which first loses nothing and then this share on each way.
-    @return (without loss, with it), each with lists: arrived, unaccounted, air, and rates"""
+    @return (without loss, with it), each with lists: arrived, unaccounted, duplicates, air, and
+    rates"""
     with machine.medium() as medium, machine.network(mode):
         for robot in machine.robots:
             machine.daemon(robot)
@@ -89,7 +91,7 @@ def runs_of(machine, mode: str, runs: int, messages: int) -> dict:
     rates = collections.Counter()
     for _ in range(runs):
         result = run(machine, mode, messages)
-        for key in ("arrived", "unaccounted", "air"):
+        for key in ("arrived", "unaccounted", "duplicates", "air"):
             found[key].append(result[key])
         rates += result["rates"]
     found["rates"] = [rate for rate, count in rates.most_common() if count * 20 > rates.total()]

@@ -49,6 +49,7 @@ def test_the_table_of_modes(machine, mode):
     clear, lossy = wifi_modes.measure(machine, mode, 0.2, messages=MESSAGES)
     print(mode, {key: value for key, value in clear.items()}, lossy["arrived"])
     assert clear["unaccounted"] == lossy["unaccounted"] == [0]
+    assert clear["duplicates"] == lossy["duplicates"] == [0]
     if mode == "ap-isolated":
         assert clear["arrived"] == lossy["arrived"] == [0] and clear["rates"] == []
         return
