@@ -15,6 +15,7 @@ constexpr std::size_t kMostAnswers = 200;
 constexpr std::size_t kMostUnasked = 64;   // answers to strangers who did not ask
 constexpr Freshness::Ms kLatelyMs = 2000;  // who is asked and answered was heard since
 constexpr Freshness::Ms kAskAgainMs = 150;
+constexpr Freshness::Ms kYoungMs = 2000;
 constexpr Freshness::Ms kRenewAgainMs = 5000;
 constexpr std::uint8_t kAskAloud = 5;  // frames for an ask alone, for each new voice
 
@@ -85,7 +86,8 @@ std::size_t Freshness::wanted_bytes(Ms now) const {
 }
 
 std::size_t Freshness::write(Ms now, std::span<std::uint8_t> room) {
-  nonces_.roll(now, draw_);
+  // A nonce from our start proves of no frame that it was sent after it.
+  nonces_.roll(now, draw_, since(remembers_since_, now) < kYoungMs ? kGapMs : OwnNonces::kRollMs);
   last_written_at_ = now;
   has_written_ = true;
   speak_at_ = now + kSilenceMs;

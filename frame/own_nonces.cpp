@@ -11,8 +11,8 @@ OwnNonces::Ms age(OwnNonces::Ms then, OwnNonces::Ms now) {
 
 }  // namespace
 
-void OwnNonces::roll(Ms now, const Draw& draw) {
-  if (!drawn_.empty() && age(drawn_.back().at, now) < kRollMs) return;
+void OwnNonces::roll(Ms now, const Draw& draw, Ms least_age) {
+  if (!drawn_.empty() && age(drawn_.back().at, now) < least_age) return;
   if (drawn_.size() == kKept) drawn_.erase(drawn_.begin());
   Drawn made{{}, now};
   draw(made.bytes);

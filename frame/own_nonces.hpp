@@ -22,8 +22,8 @@ class OwnNonces {
   static constexpr Ms kAnswerMs = 2500;     // ... and at which it proves nothing any more
   static constexpr std::size_t kKept = 64;  // more than a minute: a robot may be stopped for long
 
-  /// Draws one if there is none, or the newest has its age.
-  void roll(Ms now, const Draw& draw);
+  /// Draws one if there is none, or the newest is at least so old.
+  void roll(Ms now, const Draw& draw, Ms least_age = kRollMs);
 
   /// REQUIRES roll() before
   const Nonce& newest() const { return drawn_.back().bytes; }

@@ -15,23 +15,8 @@ uint32_t next_index = 0;
 void read(argos::TConfigurationNode& params, Settings& settings) {
   argos::TConfigurationAttributeIterator each;
   for (each = each.begin(&params); each != each.end(); ++each) {
-    const std::string name = each->Name();
-    if (name == "index") {
-      each->GetValue(&settings.index);
-    } else if (name == "role") {
-      each->GetValue(&settings.role);
-    } else if (name == "random_id") {
-      settings.has_random_id = each->Value() == "true";
-    } else if (name == "drift_ppm") {
-      each->GetValue(&settings.drift_ppm);
-    } else if (name == "power_on_spread_us") {
-      each->GetValue(&settings.power_on_spread_us);
-    } else {
-      THROW_ARGOSEXCEPTION("<params> has no attribute '"
-                           << name
-                           << "'; there is: index role random_id drift_ppm "
-                              "power_on_spread_us");
-    }
+    const std::string complaint = take_attribute(settings, each->Name(), each->Value());
+    if (!complaint.empty()) THROW_ARGOSEXCEPTION(complaint);
   }
 }
 

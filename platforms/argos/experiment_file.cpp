@@ -16,9 +16,10 @@ using argos::GetNodeAttributeOrDefault;
 using argos::NodeExists;
 using argos::TConfigurationNode;
 
-void read_range(TConfigurationNode& robot, double& range) {
-  GetNodeAttributeOrDefault(robot, "communication_range", range, range);
-  GetNodeAttributeOrDefault(robot, "rab_range", range, range);
+void read_range(TConfigurationNode& robot, Experiment::Place& place) {
+  GetNodeAttributeOrDefault(robot, "communication_range", place.range, place.range);
+  GetNodeAttributeOrDefault(robot, "rab_range", place.range, place.range);
+  place.is_kilobots = robot.Value() == "kilobot";
 }
 
 Experiment read_experiment() {
@@ -45,7 +46,7 @@ Experiment read_experiment() {
     GetNodeAttribute(GetNode(*each, "body"), "position", position);
     robot.x = position.GetX();
     robot.y = position.GetY();
-    read_range(*each, robot.range);
+    read_range(*each, robot);
     found.robots.push_back(robot);
   }
   return found;

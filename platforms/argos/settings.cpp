@@ -1,6 +1,8 @@
 #include "platforms/argos/settings.hpp"
 
+#include <charconv>
 #include <cstdio>
+#include <limits>
 #include <set>
 
 #include "platforms/argos/models.hpp"
@@ -8,7 +10,9 @@
 namespace swarmtalk::platforms::in_argos {
 namespace {
 
-constexpr double kLongestRange = 20;  // a radio that reaches farther was meant in cm or mm
+// A radio that reaches farther was meant in cm or mm.
+constexpr double kLongestRange = 20;
+constexpr double kLongestOfKilobots = 1;
 
 std::string number(double value) {
   char text[32];
@@ -16,7 +20,42 @@ std::string number(double value) {
   return text;
 }
 
+/// @return what is wrong; empty: `number` has the value
+template <typename Number>
+std::string read_whole(const std::string& name, const std::string& value, uint32_t most,
+                       Number& number) {
+  uint64_t read = 0;
+  const auto result = std::from_chars(value.data(), value.data() + value.size(), read);
+  const bool is_whole = result.ec == std::errc() && result.ptr == value.data() + value.size();
+  if (!is_whole || read > most) {
+    return "<params> has " + name + "=\"" + value + "\": it is a whole number from 0 to " +
+           std::to_string(most);
+  }
+  number = static_cast<Number>(read);
+  return "";
+}
+
 }  // namespace
+
+std::string take_attribute(Settings& settings, const std::string& name, const std::string& value) {
+  constexpr uint32_t kMostNodes = 65533;
+  constexpr uint32_t kMostRoles = 255;
+  constexpr uint32_t kMostDrift = 100'000;
+  if (name == "index") return read_whole(name, value, kMostNodes, settings.index);
+  if (name == "role") return read_whole(name, value, kMostRoles, settings.role);
+  if (name == "drift_ppm") return read_whole(name, value, kMostDrift, settings.drift_ppm);
+  if (name == "power_on_spread_us") {
+    return read_whole(name, value, std::numeric_limits<int32_t>::max(),
+                      settings.power_on_spread_us);
+  }
+  if (name == "random_id") {
+    settings.has_random_id = value == "true";
+    if (settings.has_random_id || value == "false") return "";
+    return "<params> has random_id=\"" + value + "\": it is true or false";
+  }
+  return "<params> has no attribute '" + name +
+         "'; there is: index role random_id drift_ppm power_on_spread_us";
+}
 
 std::string complaint_about(const Experiment& experiment) {
   if (experiment.steps_per_second != kStepsPerSecond) {
@@ -33,9 +72,11 @@ std::string complaint_about(const Experiment& experiment) {
   }
   std::set<std::string> names;
   for (const Experiment::Place& robot : experiment.robots) {
-    if (robot.range < 0 || robot.range > kLongestRange) {
+    const double longest = robot.is_kilobots ? kLongestOfKilobots : kLongestRange;
+    if (!(robot.range >= 0 && robot.range <= longest)) {
       return "robot " + robot.name + " has a radio range of " + number(robot.range) +
-             " m: ARGoS counts in metres, not in mm or cm";
+             " m, at most " + number(longest) +
+             " make sense: ARGoS counts in metres, not in mm or cm";
     }
     const double at[2] = {robot.x, robot.y};
     for (int axis = 0; axis < 2; ++axis) {

@@ -18,6 +18,10 @@ struct Settings {
   uint32_t power_on_spread_us = 0;  // it starts within this
 };
 
+/// Takes an attribute of a controller's <params>.
+/// @return what is wrong with it, in one line; empty: nothing
+std::string take_attribute(Settings& settings, const std::string& name, const std::string& value);
+
 /// The experiment, as far as it can be wrong in ways that ARGoS does not explain. Lengths in m.
 struct Experiment {
   uint32_t steps_per_second = 0;
@@ -27,7 +31,8 @@ struct Experiment {
     std::string name;
     double x = 0;
     double y = 0;
-    double range = 0;  // of its radio; 0: not said
+    double range = 0;          // of its radio; 0: not said
+    bool is_kilobots = false;  // the radio: it reaches some 0.1 m
   };
   std::vector<Place> robots;
 };

@@ -326,6 +326,7 @@ def write(folder: str, output: str, with_recordings: bool = False) -> int:
             log = run_log.Log(str(path))
             if log.program not in FIGURES:
                 raise run_log.LogError(f"{path}: no program {log.program!r}")
+            log.links()  # refuses one that was cut off among them
             logs[log.program].append(log)
         except run_log.LogError as error:
             print(f"swarmtalk-suite: {error}; left out", file=sys.stderr)

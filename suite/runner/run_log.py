@@ -73,6 +73,8 @@ class Log:
     def links(self) -> dict[int, list[int]]:
         """Who hears each robot, at the start."""
         logged = {e["robot"]: e["to"] for e in self.of("links")}
+        if logged and len(logged) < self.robots:
+            raise LogError(f"{self.path} is not a whole log: it was cut off while it began")
         if logged:
             return logged
         places = self.scenario["robots"]

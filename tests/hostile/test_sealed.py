@@ -1,4 +1,6 @@
 """What strangers on the air can do to robots that have a swarm key, and what they cannot."""
+import time
+
 import pytest
 from conftest import needs_root, program, run, wait_for
 from stranger import counter, tell
@@ -58,6 +60,7 @@ def test_what_a_robot_says_first_is_heard(air, keys):
     line = f'key_file = "{keys[0]}"\n'
     hearer, sender = air.daemon(2, line), air.robot("a")
     starts = 5
+    time.sleep(0.5)  # what comes in its first tenths of a second, a receiver cannot judge
     listener = hearer.subscribe(CHANNEL, "-C", starts, "-W", "40")
     for start in range(starts):
         sender.start(f'[node]\nid = 1\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n{line}',

@@ -76,8 +76,9 @@ def test_a_run_that_ends_before_it_can_be_judged_is_no_success(tmp_path):
     """All counts are right after 6 s; the criterion says 10."""
     done = suite(tmp_path, "run", "hop_count", "--robots", 9, "--seconds", 6)
     result = results(done)[0]
+    assert "10 s after the last start: use --seconds" in done.stderr, done.stderr
     assert done.returncode == 1 and result["wrong_hops"] == 0 and result["too_short"]
-    assert "use --seconds" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_a_robot_that_starts_anew_numbers_its_messages_anew(tmp_path):
@@ -151,7 +152,7 @@ def test_intervals_are_students(runs, quantile):
 
 def test_a_stop_for_a_seed_that_answers_late_is_no_stop_for_a_taken_one(tmp_path):
     """Each change of seeds is asked for; followers that never meet need never wait."""
-    result = run(tmp_path, "edge_following", "", "--platform", "sim-coachbot", "--seed", 52)
+    result = run(tmp_path, "edge_following", "", "--platform", "sim-coachbot", "--seed", 53)
     hand_overs = 4 * 2 * result["revolutions"]
     assert result["times_waited"] == 0 and 0.8 * hand_overs < result["times_asked"]
     other = run(tmp_path, "edge_following", "", "--platform", "sim-coachbot", "--seed", 54)

@@ -104,8 +104,12 @@ def test_files_that_are_no_logs_are_named_and_left_out(tmp_path):
     logs.mkdir()
     suite(tmp_path, "run", "hop_count", "--output", logs / "results.jsonl", "--logs", logs)
     (logs / "empty.jsonl").write_text("")
+    scenario, *events = next(logs.glob("hop_count-*.jsonl")).read_text().splitlines(keepends=True)
+    links = '{"t":0,"robot":0,"event":"links","to":[1]}\n'  # of all robots, where they are told
+    (logs / "cut.jsonl").write_text(scenario + links + events[0])
     done = suite(tmp_path, "report")
     assert done.returncode == 0 and "1 runs" in done.stdout
+    assert "cut.jsonl is not a whole log" in done.stderr
     assert "empty.jsonl is not a log" in done.stderr and "results.jsonl is not a log" in done.stderr
 
 

@@ -188,7 +188,7 @@ def small_disk(tmp_path):
         pytest.skip("a small disk of its own needs root")
     place = tmp_path / "disk"
     place.mkdir()
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", place],
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16m", "tmpfs", place],
                       capture_output=True).returncode != 0:
         pytest.skip("cannot mount a tmpfs here")
     yield place

@@ -291,7 +291,7 @@ TEST(LineOfSight, WhoStandsBehindOneOfTheTwoHidesNothing) {
 }
 
 Experiment sound() {
-  return {31, {-1, -1}, {1, 1}, {{"robot0", 0, 0, 0.075}, {"robot1", 0.05, 0, 0.075}}};
+  return {31, {-1, -1}, {1, 1}, {{"robot0", 0, 0, 0.075, true}, {"robot1", 0.05, 0, 0.86, false}}};
 }
 
 TEST(ExperimentFile, ASoundOneIsNotComplainedAbout) {
@@ -307,7 +307,9 @@ TEST(ExperimentFile, WhatIsWrongIsToldInOneLine) {
       {[](Experiment& e) { e.steps_per_second = 10; }, "write ticks_per_second=\"31\""},
       {[](Experiment& e) { e.arena_max[1] = -0.5; }, "the arena is 0.5 m wide"},
       {[](Experiment& e) { e.robots[1].x = 50; }, "robot1 stands at 50,0 m, outside the arena"},
-      {[](Experiment& e) { e.robots[0].range = 75; }, "a radio range of 75 m"},
+      {[](Experiment& e) { e.robots[0].range = 7.5; }, "a radio range of 7.5 m, at most 1 make"},
+      {[](Experiment& e) { e.robots[1].range = 86; }, "a radio range of 86 m, at most 20 make"},
+      {[](Experiment& e) { e.robots[1].range = std::nan(""); }, "a radio range of nan m"},
       {[](Experiment& e) { e.robots[1].name = "robot0"; }, "two robots are called robot0"}};
   for (const Case& each : cases) {
     Experiment experiment = sound();
@@ -316,6 +318,43 @@ TEST(ExperimentFile, WhatIsWrongIsToldInOneLine) {
     EXPECT_NE(says.find(each.says), std::string::npos) << says;
     EXPECT_EQ(says.find('\n'), std::string::npos);
   }
+}
+
+TEST(ExperimentFile, AttributesOfAControllerAreTaken) {
+  Settings settings;
+  EXPECT_EQ(take_attribute(settings, "index", "7"), "");
+  EXPECT_EQ(take_attribute(settings, "role", "2"), "");
+  EXPECT_EQ(take_attribute(settings, "random_id", "true"), "");
+  EXPECT_EQ(take_attribute(settings, "drift_ppm", "5000"), "");
+  EXPECT_EQ(take_attribute(settings, "power_on_spread_us", "500000"), "");
+  EXPECT_EQ(settings.index, 7u);
+  EXPECT_EQ(settings.role, 2);
+  EXPECT_TRUE(settings.has_random_id);
+  EXPECT_EQ(settings.drift_ppm, 5000u);
+  EXPECT_EQ(settings.power_on_spread_us, 500'000u);
+}
+
+TEST(ExperimentFile, AnAttributeWithoutSenseIsNamedWithItsValue) {
+  const char* const cases[][2] = {{"index", "one"},
+                                  {"index", "-1"},
+                                  {"index", "99999999999"},
+                                  {"role", "seed"},
+                                  {"role", "1.5"},
+                                  {"role", "256"},
+                                  {"drift_ppm", "nan"},
+                                  {"drift_ppm", "2000000"},
+                                  {"power_on_spread_us", "-5"},
+                                  {"power_on_spread_us", "4294967291"},
+                                  {"random_id", "maybe"},
+                                  {"index", ""},
+                                  {"index", "7 "}};
+  for (const auto& [name, value] : cases) {
+    Settings settings;
+    const std::string says = take_attribute(settings, name, value);
+    EXPECT_NE(says.find(std::string(name) + "=\"" + value + "\""), std::string::npos) << says;
+  }
+  Settings settings;
+  EXPECT_NE(take_attribute(settings, "indx", "1").find("no attribute 'indx'"), std::string::npos);
 }
 
 }  // namespace
