@@ -75,14 +75,16 @@ def measure(machine, mode: str, share: float, runs: int = 1, messages: int = 100
     @return (without loss, with it), each with lists: arrived, unaccounted, duplicates, air, and
     rates"""
     with machine.medium() as medium, machine.network(mode):
-        for robot in machine.robots:
-            machine.daemon(robot)
-        clear = runs_of(machine, mode, runs, messages)
-        names = [*machine.robots, "ap1"]
-        for sender, receiver in itertools.permutations(names, 2):
-            medium.lose(sender, receiver, share)
-        lossy = runs_of(machine, mode, runs, messages)
-        machine.end_daemons()
+        try:
+            for robot in machine.robots:
+                machine.daemon(robot)
+            clear = runs_of(machine, mode, runs, messages)
+            names = [*machine.robots, "ap1"]
+            for sender, receiver in itertools.permutations(names, 2):
+                medium.lose(sender, receiver, share)
+            lossy = runs_of(machine, mode, runs, messages)
+        finally:
+            machine.end_daemons()
     return clear, lossy
 
 

@@ -63,6 +63,7 @@ from wifi_network import Network  # noqa: E402
 TALKER = pathlib.Path(__file__).resolve().parent / "talker.py"
 BEACON_MS = 500
 SETTLE_S = 12
+START_S = 120  # an emulated processor beside other tests takes its time
 WARM_UP_TRIES = 8
 
 
@@ -121,8 +122,12 @@ class Daemon:
         self.socket = f"/run/{robot}.sock"
         self.config = machine.put(f"{robot}.toml", config)
         self.process = machine.start(robot, program("swarmtalkd"), "--config", str(self.config))
-        self.process.wait_for(lambda process: " serves " in process.stdout + process.stderr, 30,
-                              "swarmtalkd to serve")
+        try:
+            self.process.wait_for(lambda process: " serves " in process.stdout + process.stderr,
+                                  START_S, "swarmtalkd to serve")
+        except wifi_guest.GuestError:
+            self.process.close()
+            raise
 
     @property
     def log(self) -> str:

@@ -30,10 +30,12 @@ def machine():
 def swarm(machine, request):
     """Three robots with their daemons, in a network of the mode that the test names."""
     with machine.network(request.param) as network:
-        for robot in machine.robots:
-            machine.daemon(robot)
-        yield network
-        machine.end_daemons()
+        try:
+            for robot in machine.robots:
+                machine.daemon(robot)
+            yield network
+        finally:
+            machine.end_daemons()
 
 
 def rates(frames):
