@@ -199,7 +199,7 @@ BAD = {
     "range": ('(communication|rab)_range="[^"]*"', r'\1_range="750"', "counts in metres"),
     "params": ('role="1"', 'rôle="1"', "has no attribute"),
     "text": ('role="1"', 'role="seed"', 'role="seed": it is a whole number'),
-    "spread": ('role="1"', 'role="1" power_on_spread_us="-5"', 'power_on_spread_us="-5"'),
+    "spread": ('spread_us="[0-9]*"', 'spread_us="-5"', 'power_on_spread_us="-5"'),
     "indices": ('index="7"', 'index="8"', 'no robot with index="7"'),
     "program": ('library="([^"]*)hop_count', r'library="\1hip_count', "hip_count"),
     "label": ("<hop_count_", "<hip_count_", "hip_count"),
