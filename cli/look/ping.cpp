@@ -42,9 +42,20 @@ std::optional<std::array<std::uint32_t, 4>> read_question(std::string_view paylo
 
 /// What is known of one robot that is asked.
 struct Asked {
-  std::uint64_t sent = 0, answered = 0, heard_there = 0;
-  bool is_answered = false;  // the last question
-  std::uint32_t via = 0;     // from whom it has its last question; 0: not known
+  std::uint64_t answered = 0;
+  std::vector<std::uint64_t> sent;             // sequence numbers of the questions
+  std::uint64_t told_of = 0;                   // of those, up to the last that an answer tells of
+  std::uint64_t heard_there = 0;               // ... and of these, those that were heard there
+  bool is_answered = false;                    // the last question
+  std::uint32_t via = 0;                       // from whom it has its last question; 0: not known
+  std::uint32_t hops = Message::kHopsUnknown;  // that its last question had behind it
+
+  void take(const Pong& pong) {
+    const auto end = std::upper_bound(sent.begin(), sent.end(), pong.sequence);
+    told_of = std::max(told_of, static_cast<std::uint64_t>(end - sent.begin()));
+    heard_there = std::max<std::uint64_t>(heard_there, pong.heard);
+    hops = pong.hops;
+  }
   std::vector<double> round_trips_ms;
 };
 
@@ -103,7 +114,7 @@ class Pinger {
 
   Status ask(std::uint32_t robot) {
     Asked& asked = asked_[robot];
-    ++asked.sent;
+    asked.sent.push_back(sequence_);
     asked.is_answered = false;
     const Status status =
         publisher_.send("ping " + std::to_string(run_) + " " + std::to_string(sequence_) + " " +
@@ -121,7 +132,7 @@ class Pinger {
     const auto found = asked_.find(message.sender);
     if (!pong || pong->run != run_ || found == asked_.end()) return;
     Asked& asked = found->second;
-    asked.heard_there = std::max<std::uint64_t>(asked.heard_there, pong->heard);
+    asked.take(*pong);
     if (pong->sequence != sequence_ || asked.is_answered) return;  // came late: it was told as lost
     asked.is_answered = true;
     asked.via = pong->via;
@@ -129,6 +140,10 @@ class Pinger {
     const auto round_trip = message.received_at.value_or(Clock::now()) - asked_at_;
     asked.round_trips_ms.push_back(std::chrono::duration<double, std::milli>(round_trip).count());
     if (message.sender == arguments_.robot) tell(&message, pong->hops, round_trip);
+  }
+
+  static Json number_of_hops(std::uint32_t hops) {
+    return hops == Message::kHopsUnknown ? Json() : Json(hops);
   }
 
   static std::optional<double> median(std::vector<double> values) {
@@ -145,7 +160,9 @@ class Pinger {
       const Asked& asked = asked_[robot];
       const auto ms = median(asked.round_trips_ms);
       hops.push_back({{"robot", robot},
-                      {"sent", asked.sent},
+                      {"hops_there", number_of_hops(asked.hops)},
+                      {"sent", asked.sent.size()},
+                      {"told_of", asked.told_of},
                       {"heard_there", asked.heard_there},
                       {"answered", asked.answered},
                       {"median_ms", ms ? number_of(*ms) : Json()}});
@@ -156,17 +173,23 @@ class Pinger {
   void tell(const Message* answer, std::uint32_t hops_there, Clock::duration round_trip) {
     const double ms = std::chrono::duration<double, std::milli>(round_trip).count();
     const Asked& asked = asked_[arguments_.robot];
-    Json json{{"robot", arguments_.robot},  {"sequence", sequence_},
-              {"round_trip_ms", nullptr},   {"hops_there", nullptr},
-              {"hops_back", nullptr},       {"distance_m", nullptr},
-              {"sent", asked.sent},         {"heard_there", asked.heard_there},
-              {"answered", asked.answered}, {"hops", hops_json()}};
+    Json json{{"robot", arguments_.robot},
+              {"sequence", sequence_},
+              {"round_trip_ms", nullptr},
+              {"hops_there", nullptr},
+              {"hops_back", nullptr},
+              {"distance_m", nullptr},
+              {"sent", asked.sent.size()},
+              {"told_of", asked.told_of},
+              {"heard_there", asked.heard_there},
+              {"answered", asked.answered},
+              {"hops", hops_json()}};
     std::string line = "robot " + std::to_string(arguments_.robot) + ": " +
                        std::to_string(sequence_) + "  no answer within " +
                        std::to_string(arguments_.period_s).substr(0, 4) + " s";
     if (answer != nullptr) {
       json["round_trip_ms"] = number_of(ms);
-      if (hops_there != Message::kHopsUnknown) json["hops_there"] = hops_there;
+      json["hops_there"] = number_of_hops(hops_there);
       if (answer->hops != Message::kHopsUnknown) json["hops_back"] = answer->hops;
       json["distance_m"] = cli::number(answer->distance_m);
       std::ostringstream text;
@@ -178,13 +201,18 @@ class Pinger {
     written_ = print((common_.is_json ? json.dump() : line) + "\n");
   }
 
+  // Only an answer tells what was heard there: of questions since the last one nobody knows.
   static std::string counts(const Asked& asked) {
     const std::uint64_t back =
         asked.heard_there > asked.answered ? asked.heard_there - asked.answered : 0;
-    return std::to_string(asked.sent) + " sent, " + std::to_string(asked.answered) +
-           " answered; lost on the way there " +
-           std::to_string(asked.sent - std::min(asked.sent, asked.heard_there)) + ", back " +
-           std::to_string(back);
+    const std::uint64_t there = asked.told_of - std::min(asked.told_of, asked.heard_there);
+    std::string text = std::to_string(asked.sent.size()) + " sent, " +
+                       std::to_string(asked.answered) + " answered; lost on the way there " +
+                       std::to_string(there) + ", back " + std::to_string(back);
+    if (asked.told_of < asked.sent.size()) {
+      text += ", not known where " + std::to_string(asked.sent.size() - asked.told_of);
+    }
+    return text;
   }
 
   int end() {
@@ -192,12 +220,15 @@ class Pinger {
     const Asked& asked = asked_[arguments_.robot];
     if (!common_.is_json && sequence_ > 0) {
       std::string text;
-      std::size_t hop = 0;
       for (const std::uint32_t robot : path()) {
         if (!arguments_.is_by_hop) break;
+        if (asked_[robot].sent.empty()) continue;  // found with the last answer
         std::ostringstream line;
         line.precision(2);
-        line << std::fixed << "hop " << ++hop << "  robot " << robot << ": ";
+        const std::uint32_t hops = asked_[robot].hops;
+        line << std::fixed << "hop "
+             << (hops == Message::kHopsUnknown ? "?" : std::to_string(hops + 1)) << "  robot "
+             << robot << ": ";
         if (const auto ms = median(asked_[robot].round_trips_ms)) line << *ms << " ms  ";
         text += line.str() + counts(asked_[robot]) + "\n";
       }

@@ -73,11 +73,11 @@ def test_ping_tells_round_trips_and_who_does_not_answer(lab):
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert [each["sequence"] for each in answers] == [1, 2, 3]
     assert [each["hops_there"] for each in answers] == [0, 0, 0]
-    assert answers[-1]["heard_there"] == answers[-1]["answered"] == 3
+    assert answers[-1]["heard_there"] == answers[-1]["told_of"] == answers[-1]["answered"] == 3
     done = lab.cli(3, "ping", "2", "-C", "2", "--period", "0.2")
     assert done.returncode == 1
     assert done.stdout.count("no answer within 0.20 s") == 2
-    assert "2 sent, 0 answered; lost on the way there 2, back 0" in done.stdout
+    assert "2 sent, 0 answered; lost on the way there 0, back 0, not known where 2" in done.stdout
     one_line(done.stderr, "robot 2 has not answered")
     done = lab.cli(3, "ping", "3")
     assert done.returncode == 2
@@ -96,6 +96,7 @@ def test_daemons_that_report_answer_ping_and_every_hop_is_told(udp_lab, tmp_path
     last = json.loads(done.stdout.splitlines()[-1])
     assert last["hops_there"] == last["hops_back"] == 2
     assert [hop["robot"] for hop in last["hops"]] == [2, 3, 4]
+    assert [hop["hops_there"] for hop in last["hops"]] == [0, 1, 2]
     assert last["hops"][2]["answered"] == last["answered"] >= 4
     assert all(hop["answered"] and hop["median_ms"] > 0 for hop in last["hops"])
     text = lab.cli(1, "ping", "3", "-C", "4", "--period", "0.4", "--by-hop").stdout
