@@ -12,8 +12,7 @@ namespace swarmtalk::suite {
 
 inline constexpr const char* kGhostUsage =
     "usage: swarmtalk-sim --join TARGET [--first-id N] SCENARIO LOG; TARGET is a network "
-    "interface, "
-    "or the socket of a lab's radio (SWARMTALK_MEDIUM)\n";
+    "interface, or the socket of a lab's radio (SWARMTALK_MEDIUM)\n";
 
 /// @return false: not a whole number from 1 to what node ids go to
 template <class Profile>
@@ -25,25 +24,6 @@ bool read_first_id(const char* text, uint16_t& id) {
   if (errno != 0 || end == text || *end != 0 || number < 1 || number > kLast) return false;
   id = static_cast<uint16_t>(number);
   return true;
-}
-
-template <class Model, class Profile, class WithProgram>
-void haunt(const Scenario& scenario, const GhostSettings& settings, std::FILE* log,
-           WithProgram with_program) {
-  sim::WorldConfig config = Model::world();
-  apply(scenario, config.radio, config.body, config.clock, config.faults);
-  if (scenario.program == "news") check_message<Profile>(scenario);
-  using Robot = platforms::ObservedRobot<platforms::WorldRobot<Model, Profile>>;
-  const bool known =
-      with_program(static_cast<Robot*>(nullptr), scenario.program, [&](auto* program) {
-        using Program = std::remove_pointer_t<decltype(program)>;
-        Ghosts<Robot, Program> ghosts(scenario, config, settings, log);
-        const double seconds = ghosts.run([] { return stopped != 0; });
-        const std::string report = ghosts.report(seconds).dump();
-        std::printf("%s\n", report.c_str());
-        if (log != nullptr) std::fprintf(log, "{\"event\":\"ghosts\",%s\n", report.c_str() + 1);
-      });
-  if (!known) throw std::runtime_error("no program '" + scenario.program + "'");
 }
 
 template <class Profile, class WithProgram>
@@ -59,21 +39,16 @@ void run_ghosts(const GhostSettings& settings, const std::string& path, const st
                              "; there is 1 to 247: fewer ghosts, "
                              "or another --first-id");
   }
-  std::optional<LogFile> log;
-  if (log_path != "-") {
-    log.emplace(log_path);
-    std::fprintf(log->get(), "%s\n", scenario.text.dump().c_str());
-  }
-  std::FILE* file = log ? log->get() : nullptr;
-  if (scenario.platform == "sim-kilobot") {
-    haunt<platforms::KilobotModel, Profile>(scenario, settings, file, with_program);
-  } else if (scenario.platform == "sim-coachbot") {
-    haunt<platforms::CoachbotModel, Profile>(scenario, settings, file, with_program);
-  } else {
-    throw std::runtime_error("no platform '" + scenario.platform +
-                             "' here; there is sim-kilobot and sim-coachbot");
-  }
-  if (log) log->finish();
+  const auto run = [&](auto* robot, auto* program, const sim::WorldConfig& config, std::FILE* log) {
+    using Robot = std::remove_pointer_t<decltype(robot)>;
+    using Program = std::remove_pointer_t<decltype(program)>;
+    Ghosts<Robot, Program> ghosts(scenario, config, settings, log);
+    const double seconds = ghosts.run([] { return stopped != 0; });
+    const std::string report = ghosts.report(seconds).dump();
+    std::printf("%s\n", report.c_str());
+    if (log != nullptr) std::fprintf(log, "{\"event\":\"ghosts\",%s\n", report.c_str() + 1);
+  };
+  run_logged<Profile>(scenario, log_path, with_program, run);
 }
 
 /// @return the program's exit code

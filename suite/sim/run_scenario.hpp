@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "suite/sim/program_main.hpp"
 #include "suite/sim/simulated_run.hpp"
@@ -34,32 +35,26 @@ inline void write_air(std::FILE* log, const sim::AirCounters& air, double second
                static_cast<unsigned long long>(air.contacts));
 }
 
-template <class Robot, class Program>
-void run(const Scenario& scenario, const sim::WorldConfig& config, std::FILE* log) {
-  auto simulation = std::make_unique<Simulation<Robot, Program>>(scenario, config, log);
-  const double seconds = simulation->run([] { return stopped != 0; });
-  if (log != nullptr) write_air(log, simulation->world().air(), seconds);
-}
-
-/// @param with_program  like make.hpp's, of the programs that there are
-template <class Model, class Profile, class WithProgram>
-void run_on(const Scenario& scenario, std::FILE* log, WithProgram with_program) {
+/// Calls run(robot type, program type, world, log), the types as null pointers.
+template <class Model, class Profile, class WithProgram, class Run>
+void run_on(const Scenario& scenario, std::FILE* log, WithProgram with_program, Run run) {
   sim::WorldConfig config = Model::world();
   apply(scenario, config.radio, config.body, config.clock, config.faults);
   if (scenario.program == "news") check_message<Profile>(scenario);
   using Robot = platforms::ObservedRobot<platforms::WorldRobot<Model, Profile>>;
-  const bool known =
-      with_program(static_cast<Robot*>(nullptr), scenario.program, [&](auto* program) {
-        run<Robot, std::remove_pointer_t<decltype(program)>>(scenario, config, log);
-      });
+  auto* const robot = static_cast<Robot*>(nullptr);
+  const bool known = with_program(robot, scenario.program,
+                                  [&](auto* program) { run(robot, program, config, log); });
   if (!known) throw std::runtime_error("no program '" + scenario.program + "'");
 }
 
-/// @param log_path  "-" is none
+/// Opens the log and calls `run` for the robot and the program that the scenario names.
+/// @param log_path  "-" is none: `run` gets null @param with_program  like make.hpp's, of the
+/// programs that there are
 /// @throws std::exception with one line that says what is wrong
-template <class Profile, class WithProgram>
-void run_scenario(const std::string& path, const std::string& log_path, WithProgram with_program) {
-  const Scenario scenario = read_scenario(path);
+template <class Profile, class WithProgram, class Run>
+void run_logged(const Scenario& scenario, const std::string& log_path, WithProgram with_program,
+                Run run) {
   std::optional<LogFile> log;
   if (log_path != "-") {
     log.emplace(log_path);
@@ -67,14 +62,28 @@ void run_scenario(const std::string& path, const std::string& log_path, WithProg
   }
   std::FILE* file = log ? log->get() : nullptr;
   if (scenario.platform == "sim-kilobot") {
-    run_on<platforms::KilobotModel, Profile>(scenario, file, with_program);
+    run_on<platforms::KilobotModel, Profile>(scenario, file, with_program, run);
   } else if (scenario.platform == "sim-coachbot") {
-    run_on<platforms::CoachbotModel, Profile>(scenario, file, with_program);
+    run_on<platforms::CoachbotModel, Profile>(scenario, file, with_program, run);
   } else {
     throw std::runtime_error("no platform '" + scenario.platform +
                              "' here; there is sim-kilobot and sim-coachbot");
   }
   if (log) log->finish();
+}
+
+/// In virtual time, as fast as it goes.
+template <class Profile, class WithProgram>
+void run_scenario(const std::string& path, const std::string& log_path, WithProgram with_program) {
+  const Scenario scenario = read_scenario(path);
+  const auto run = [&](auto* robot, auto* program, const sim::WorldConfig& config, std::FILE* log) {
+    using Robot = std::remove_pointer_t<decltype(robot)>;
+    using Program = std::remove_pointer_t<decltype(program)>;
+    auto simulation = std::make_unique<Simulation<Robot, Program>>(scenario, config, log);
+    const double seconds = simulation->run([] { return stopped != 0; });
+    if (log != nullptr) write_air(log, simulation->world().air(), seconds);
+  };
+  run_logged<Profile>(scenario, log_path, with_program, run);
 }
 
 /// SCENARIO LOG. @return the program's exit code

@@ -62,7 +62,7 @@ def test_ten_of_ten_runs_succeed(tmp_path, robot, program):
 @pytest.mark.long
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_fireflies_synchronise(tmp_path, robot):
-    check_runs(tmp_path, "firefly", robot, 1)
+    check_runs(tmp_path, "firefly", robot, 10)
 
 
 @pytest.fixture

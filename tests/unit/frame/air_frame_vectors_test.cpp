@@ -127,6 +127,17 @@ std::vector<Vector> read_vectors(const std::string& kind_wanted) {
   return vectors;
 }
 
+void expect_fields(const Frame& frame, const Vector& vector) {
+  EXPECT_EQ(frame.header, vector.header);
+  std::vector<Bytes> packets;
+  PacketReader reader(frame.packets);
+  for (std::span<const std::uint8_t> packet; reader.next(packet);) {
+    packets.emplace_back(packet.begin(), packet.end());
+  }
+  EXPECT_EQ(packets, vector.packets);
+  EXPECT_FALSE(reader.is_malformed());
+}
+
 TEST(AirFrameVectors, GoodFramesAreReadFieldByField) {
   const std::vector<Vector> vectors = read_vectors("good");
   ASSERT_GE(vectors.size(), 10U);
@@ -134,14 +145,7 @@ TEST(AirFrameVectors, GoodFramesAreReadFieldByField) {
     SCOPED_TRACE(vector.name);
     Frame frame;
     ASSERT_EQ(parse(vector.frame, frame), ParseResult::kOk);
-    EXPECT_EQ(frame.header, vector.header);
-    std::vector<Bytes> packets;
-    PacketReader reader(frame.packets);
-    for (std::span<const std::uint8_t> packet; reader.next(packet);) {
-      packets.emplace_back(packet.begin(), packet.end());
-    }
-    EXPECT_EQ(packets, vector.packets);
-    EXPECT_FALSE(reader.is_malformed());
+    expect_fields(frame, vector);
   }
 }
 
@@ -223,14 +227,7 @@ TEST(AirFrameVectors, FreshFramesAreOpenedFieldByField) {
     Frame frame;
     Opener opener(vector.key);
     ASSERT_EQ(opener.open(vector.frame, frame), ParseResult::kOk);
-    EXPECT_EQ(frame.header, vector.header);
-    std::vector<Bytes> packets;
-    PacketReader reader(frame.packets);
-    for (std::span<const std::uint8_t> packet; reader.next(packet);) {
-      packets.emplace_back(packet.begin(), packet.end());
-    }
-    EXPECT_EQ(packets, vector.packets);
-    EXPECT_FALSE(reader.is_malformed());
+    expect_fields(frame, vector);
   }
 }
 
