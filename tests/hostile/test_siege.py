@@ -11,10 +11,10 @@ import sys
 import time
 
 from conftest import needs_root, program, wait_for
+from local_client import open_to_everybody
 from wires import heard
 
 ATTACKS = pathlib.Path(__file__).resolve().parent / "attacks"
-sys.path.append(str(ATTACKS))
 SECONDS = float(os.environ["SWARMTALK_HOSTILE_SECONDS"])
 SEED = int(os.environ["SWARMTALK_SEED"])
 USERS = (65534, 65533)
@@ -59,10 +59,11 @@ def test_a_robot_under_siege_goes_on(air):
                             *channels),
                begin_attack(air, other, "air_storm", "b0", "--rate", rate, "--small",
                             "--channel", "3")]
+    storm = open_to_everybody(folder) / "socket_storm.py"
     attacks += [air.keep(subprocess.Popen(
-        [sys.executable, "-B", ATTACKS / "socket_storm.py", target.socket, str(SECONDS),
-         str(SEED + uid)], text=True, user=uid, group=uid, extra_groups=[],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE)) for uid in USERS]
+        [sys.executable, "-B", storm, target.socket, str(SECONDS), str(SEED + uid)], text=True,
+        user=uid, group=uid, extra_groups=[], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE)) for uid in USERS]
 
     answered, largest_kib = 0, 0
     while any(attack.poll() is None for attack in attacks):

@@ -3,8 +3,10 @@ that runs a Wi-Fi channel in real time; and what can be done to that channel whi
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
+import tempfile
 import time
 
 import pytest
@@ -183,19 +185,33 @@ def test_without_namespaces_the_same_radio_is_on_udp_links(radio_udp_lab):
     wait_for(lambda: not any(map(is_running, pids)), what="all to end")
 
 
+@pytest.fixture
+def folder_of_everybody():
+    """One that other users may enter, which pytest's own are not."""
+    with tempfile.TemporaryDirectory(dir="/tmp", prefix="swarmtalk-test") as folder:
+        yield pathlib.Path(folder)
+
+
 @needs_root
-def test_it_needs_no_privilege():
+def test_it_needs_no_privilege(folder_of_everybody):
+    """With copies of our programs: the build folder may be closed to other users."""
     name = f"nobody{os.getpid()}"
-    inner = f"{TOOL} medium status --json && {TOOL} exec 1 -- {CLI} status --json"
+    for each in (TOOL, CLI, program("swarmtalkd")):
+        place = folder_of_everybody / pathlib.Path(each).parent.name
+        place.mkdir()
+        shutil.copy(each, place)
+    run("chmod", "-R", "a+rX", folder_of_everybody)
+    tool, cli = folder_of_everybody / "lab/swarmtalk-lab", folder_of_everybody / "cli/swarmtalk-cli"
+    inner = f"{tool} medium status --json && {tool} exec 1 -- {cli} status --json"
     as_nobody = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "env",
                  "--unset=XDG_RUNTIME_DIR")
-    done = run(*as_nobody, TOOL, "--name", name, "run", "2", "--medium", "radio-udp", "--",
+    done = run(*as_nobody, tool, "--name", name, "run", "2", "--medium", "radio-udp", "--",
                "/bin/sh", "-c", inner)
     assert done.returncode == 0, done.stderr
     medium, daemon = map(json.loads, done.stdout.splitlines())
     assert len(medium["robots"]) == 2 and daemon["links"][0]["type"] == "udp"
     assert not run("pgrep", "-f", f"swarmtalk-lab-65534/{name}/").stdout
-    one_line(run(*as_nobody, TOOL, "--name", name, "up", "2", "--medium", "radio").stderr,
+    one_line(run(*as_nobody, tool, "--name", name, "up", "2", "--medium", "radio").stderr,
              "root", "--medium radio-udp")
 
 

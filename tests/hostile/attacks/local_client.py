@@ -37,6 +37,16 @@ def wait_for(condition, what, timeout=WAIT_S):
         time.sleep(0.01)
 
 
+def open_to_everybody(folder):
+    """The attacks, copied below this folder: other users may not be allowed to read the checkout.
+    @return the folder that has them"""
+    copy = pathlib.Path(folder) / "for-everybody"
+    for part in ("tests/hostile/attacks", "tests/support"):
+        shutil.copytree(ROOT / part, copy / part, dirs_exist_ok=True)
+    subprocess.run(["chmod", "-R", "a+rX", copy], check=True)
+    return copy / "tests/hostile/attacks"
+
+
 class Client:
     """One connection. Nothing is read unless asked for."""
 
@@ -128,8 +138,12 @@ class Daemon:
                                  f'port = {port}\n{link}') + configuration)
         self.config.write_text(self.text, encoding="utf-8")
         spawn.setdefault("stderr", open(self.log, "w", encoding="utf-8"))
-        self.process = subprocess.Popen([*command, str(BUILD / "daemon/swarmtalkd"), "--config",
-                                         str(self.config)], **spawn)
+        program = BUILD / "daemon/swarmtalkd"
+        if "user" in spawn:  # who may not be allowed into the build folder
+            program = shutil.copy(program, self.folder)
+            os.chmod(program, 0o755)
+        self.process = subprocess.Popen([*command, str(program), "--config", str(self.config)],
+                                        **spawn)
         wait_for(lambda: self.process.poll() is not None or self.accepts(), "the daemon")
         assert self.process.poll() is None, self.log.read_text()
 
@@ -152,7 +166,7 @@ class Daemon:
 
     def attack(self, name, *words, uid=STRANGER, **options):
         """Starts the program NAME.py beside this file as another user."""
-        script = pathlib.Path(__file__).with_name(name + ".py")
+        script = open_to_everybody(self.folder) / f"{name}.py"
         command = [sys.executable, str(script), str(self.socket), *[str(word) for word in words]]
         if os.geteuid() == 0 and uid:
             options.update(user=uid, group=uid, extra_groups=[])
