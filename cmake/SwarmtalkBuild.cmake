@@ -50,7 +50,8 @@ function(swarmtalk_library name)
 endfunction()
 
 # swarmtalk_test(NAME [NOT_OPTIMISED] SOURCES... DEPENDS...): one GoogleTest program, its tests known to
-# ctest. NOT_OPTIMISED: its own sources are compiled without optimisation, which takes half of the time;
+# ctest; rapidcheck draws from a fixed seed there, and from another each time where the program is
+# started by hand. NOT_OPTIMISED: its own sources are compiled without optimisation, which takes half of the time;
 # the libraries that it tests are optimised as ever. Not for tests of templates, nor for those that compute.
 function(swarmtalk_test name)
   cmake_parse_arguments(arg "NOT_OPTIMISED" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
@@ -62,7 +63,7 @@ function(swarmtalk_test name)
     target_compile_options(${name} PRIVATE -O0 -U_FORTIFY_SOURCE)
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 120 LABELS "${arg_LABELS}")
+    PROPERTIES TIMEOUT 120 ENVIRONMENT "RC_PARAMS=seed=1" LABELS "${arg_LABELS}")
   set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})
 endfunction()
 

@@ -204,6 +204,7 @@ def check_udp(robots, namespaces):
     assert cross(robots[0], robots[1], "over IP")["text"] == "over IP"
 
 
+@pytest.mark.long
 def test_two_robots_under_a_booted_systemd(robots, wire):
     first, second = robots
     started = time.monotonic()

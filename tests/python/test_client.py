@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import pytest
-from conftest import BUILD, HERE, find_python
+from conftest import BUILD, HERE, PYTHON_2, find_python
 from daemons import CLI, CLIENT
 
 import swarmtalk
@@ -12,7 +12,7 @@ import swarmtalk
 PATIENCE_S = 10
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7", "newer_Pythons"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2, "newer_Pythons"])
 def test_it_behaves_with(name):
     for python in find_python(name):
         done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour")],
@@ -21,7 +21,7 @@ def test_it_behaves_with(name):
         assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_a_mistake_at_the_end_is_a_traceback_and_exit_code_1(name, tmp_path):
     program = tmp_path / "program.py"
     program.write_text("import swarmtalk\nswarmtalk.Client('x', '/nowhere/s')\n")

@@ -7,7 +7,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import BUILD, HERE, ROOT, find_python
+from conftest import BUILD, HERE, PYTHON_2, ROOT, find_python
 from daemons import CLI
 
 RUN = ROOT / "client_lib/python/swarmtalk-run"
@@ -67,7 +67,7 @@ def lab(tmp_path):
         each.down()
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_nine_robots_run_scripts_as_they_are(name, lab):
     python = find_python(name)[0]
     robots = lab()
@@ -83,7 +83,7 @@ def test_nine_robots_run_scripts_as_they_are(name, lab):
         assert len(told) == 2, errors
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     python = find_python(name)[0]
     robots = lab(lambda text: text.replace('id = "auto"', "id = 1")
@@ -108,6 +108,7 @@ def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     assert text[-1] == "AttributeError: 'str' object has no attribute 'heard'"
 
 
+@pytest.mark.long
 def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
     script = tmp_path / "old.py"
     script.write_text("def usr(robot):\n    print 'robot', robot.virtual_id\n")

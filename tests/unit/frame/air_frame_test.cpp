@@ -168,9 +168,7 @@ class RandomFrame {
 };
 
 TEST(AirFrame, SurvivesARoundTripWithRandomContents) {
-  const std::uint64_t seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  RandomFrame random(seed);
+  RandomFrame random(1);
   for (int round = 0; round < 2000; ++round) {
     const FrameHeader header = random.header();
     Bytes buffer(1500);

@@ -136,9 +136,7 @@ TEST(Report, EachCutIsRefusedOrIsAnEarlierRecordsEnd) {
 }
 
 TEST(Report, NoiseIsReadWithinItsBounds) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(1);
   for (int i = 0; i < 20000; ++i) {
     std::string bytes(random() % 80, 0);
     for (char& each : bytes) each = static_cast<char>(random());
