@@ -26,11 +26,9 @@ void add_hz(CLI::App& app, Common& common, Verb& verb) {
   command->add_option("CHANNEL", arguments->channels)->required()->check(channel());
   command->add_flag("--json", common.is_json, "one JSON object a report");
   command->add_option("--period", arguments->seconds, "seconds that a report covers")
-      ->check(above_zero())
+      ->check(period())
       ->capture_default_str();
-  command->add_option("-C,--count", arguments->count, "end after so many reports")
-      ->check(whole_number())
-      ->check(above_zero());
+  command->add_option("-C,--count", arguments->count, "end after so many reports")->check(count());
   command->callback([&common, &verb, arguments] {
     verb = [&common, arguments] { return hz(common, *arguments); };
   });
@@ -60,11 +58,9 @@ void add_pose_watch(CLI::App& app, Common& common, Verb& verb) {
       "watch", "Print the pose that the daemon has, again and again");
   command->add_flag("--json", common.is_json, "one JSON object a line");
   command->add_option("--period", arguments->period_s, "seconds between two lines")
-      ->check(above_zero())
+      ->check(period())
       ->capture_default_str();
-  command->add_option("-C,--count", arguments->count, "end after so many lines")
-      ->check(whole_number())
-      ->check(above_zero());
+  command->add_option("-C,--count", arguments->count, "end after so many lines")->check(count());
   command->callback([&common, &verb, arguments] {
     verb = [&common, arguments] { return watch_pose(common, *arguments); };
   });
@@ -74,26 +70,29 @@ void add_ping(CLI::App& app, Common& common, Verb& verb) {
   auto arguments = std::make_shared<PingArguments>();
   auto* command = app.add_subcommand(
       "ping", "Ask a robot for answers, over some hops: round trip, and losses there and back");
-  auto* robot = command->add_option("ROBOT", arguments->robot, "its node id")
-                    ->check(whole_number())
-                    ->check(CLI::Range(1, 65534));
+  auto* robot = command->add_option("ROBOT", arguments->robot, "its node id")->check(node_id());
+  auto* answer = command
+                     ->add_flag("--answer", arguments->answers,
+                                "answer questions for this robot, until a signal")
+                     ->excludes(robot);
   command
-      ->add_flag("--answer", arguments->answers, "answer questions for this robot, until a signal")
-      ->excludes(robot);
-  command->add_flag("--by-hop", arguments->is_by_hop,
-                    "ask the robots on the way as well: round trip and losses of each hop");
-  command->add_flag("--json", common.is_json, "one JSON object a question");
+      ->add_flag("--by-hop", arguments->is_by_hop,
+                 "ask the robots on the way as well: round trip and losses of each hop")
+      ->excludes(answer);
+  command->add_flag("--json", common.is_json, "one JSON object a question")->excludes(answer);
   command->add_option("-C,--count", arguments->count, "end after so many questions")
-      ->check(whole_number())
-      ->check(above_zero());
+      ->check(count())
+      ->excludes(answer);
   command
       ->add_option("--period", arguments->period_s,
                    "seconds between questions, within which the answer must come")
-      ->check(above_zero())
-      ->capture_default_str();
+      ->check(period())
+      ->capture_default_str()
+      ->excludes(answer);
   command->add_option("--ttl", arguments->ttl, "hops after the first, there and back")
-      ->check(CLI::Range(0, 255))
-      ->capture_default_str();
+      ->check(ttl())
+      ->capture_default_str()
+      ->excludes(answer);
   command->callback([&common, &verb, arguments, robot] {
     if (robot->count() == 0 && !arguments->answers) {
       throw CLI::RequiredError("ROBOT, or --answer,");

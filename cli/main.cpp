@@ -1,7 +1,6 @@
 // swarmtalk-cli: publish, listen and look from the command line.
 #include <CLI/CLI.hpp>
 #include <cerrno>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -15,7 +14,9 @@
 #include "cli/doctor/survey.hpp"
 #include "cli/kilobot/kilobot.hpp"
 #include "cli/recording/recording.hpp"
+#include "cli/text/table.hpp"
 #include "text/plain.hpp"
+#include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 
 namespace swarmtalk::cli {
@@ -34,17 +35,6 @@ void on_signal(int number) {
   if (signal_client != nullptr) signal_client->stop();
 }
 
-/// 0 or more; nan compares with nothing and is refused too.
-CLI::Validator distance() {
-  const auto check = [](const std::string& word) {
-    double value = 0;
-    const bool is_good =
-        CLI::detail::lexical_cast(word, value) && std::isfinite(value) && value >= 0;
-    return is_good ? std::string() : "must be metres, 0 or more, not " + word;
-  };
-  return CLI::Validator(check, "");
-}
-
 CLI::Validator redundancy() {
   const auto check = [](const std::string& word) {
     const bool is_number = is_digits(word) && word.size() <= 2;
@@ -55,7 +45,7 @@ CLI::Validator redundancy() {
   return CLI::Validator(check, "");
 }
 
-/// What CLI11 does not say: a word that begins with - needs help to be DATA.
+/// What CLI11 does not say: what helps words to be DATA.
 std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
   // The name of an ExtrasError is the subcommand's.
   const bool is_extra = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
@@ -66,30 +56,8 @@ std::string hint(const CLI::App& app, const CLI::ParseError& error, int argc, ch
     has_dash = has_dash || (argv[i][0] == '-' && std::strchr("-W", argv[i][1]) == nullptr);
   }
   const bool is_pub = app.got_subcommand("pub");
-  return is_pub && has_dash ? "; DATA that begins with - goes behind --: pub CHANNEL -- DATA" : "";
-}
-
-std::vector<std::string> names_of(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-  }
-  return names;
-}
-
-/// CLI11 says that a subcommand is required, whatever stands in its place.
-std::string text_of(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
-  if (error.get_name() != "RequiredError" || !app.get_subcommands().empty()) return error.what();
-  for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--socket") == 0) {
-      ++i;
-    } else if (argv[i][0] != '-') {
-      const std::string near = usage::nearest(argv[i], names_of(app));
-      return std::string("there is no subcommand '") + argv[i] + "'" +
-             (near.empty() ? "" : "; did you mean '" + near + "'?");
-    }
-  }
-  return error.what();
+  if (is_pub && has_dash) return "; DATA that begins with - goes after --: pub CHANNEL -- DATA";
+  return is_pub && is_extra ? "; put a message of several words in quotes" : "";
 }
 
 /// The help of what was meant: of `swarmtalk-cli kilobot`, if the words got so far.
@@ -98,6 +66,7 @@ std::string help_of(const CLI::App& app) {
   const CLI::App* command = &app;
   for (auto next = app.get_subcommands(); !next.empty(); next = command->get_subcommands()) {
     command = next.back();
+    if (command->get_name() == "help") break;  // its words name what was meant
     words += " " + command->get_name();
   }
   return words + " --help";
@@ -114,9 +83,11 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
   auto* lines = command->add_flag("-l,--lines", arguments.is_lines,
                                   "each line of standard input, or of --file, is a message");
   payload->excludes(lines);
-  command->add_option("--fmt", arguments.struct_format,
-                      "DATA, or each line, are values for this format; as for Python's struct: "
-                      "--fmt \"<Hf\" \"7 2.5\"");
+  command
+      ->add_option("--fmt", arguments.struct_format,
+                   "DATA, or each line, are values for this format; as for Python's struct: "
+                   "--fmt \"<Hf\" \"7 2.5\"")
+      ->check(not_empty());
   command->callback([&arguments, payload] {
     if (payload->count() == 0 && arguments.file.empty() && !arguments.is_lines) {
       throw CLI::RequiredError("DATA");
@@ -130,13 +101,11 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
       ->capture_default_str();
   command->add_option("--rate", arguments.rate_hz, "messages per second; default: as they leave")
       ->check(above_zero());
-  command->add_option("--ttl", arguments.ttl, "hops after the first; default: 0")
-      ->check(whole_number());
+  command->add_option("--ttl", arguments.ttl, "hops after the first; default: 0")->check(ttl());
   command
       ->add_option("--copies", arguments.copies,
                    "how many times to send each message; receivers get it once")
-      ->check(whole_number())
-      ->check(above_zero())
+      ->check(whole_number(100, 1))
       ->capture_default_str();
   command
       ->add_option("--redundancy", arguments.redundancy,
@@ -159,33 +128,39 @@ void add_sub(CLI::App& app, SubArguments& arguments, Common& common) {
       throw CLI::RequiredError("CHANNEL, or --all,");
     }
   });
-  command->add_option("-F,--format", arguments.look.pattern, MessageText::help());
-  command->add_option("--fmt", arguments.look.struct_format,
-                      "also the payload's numbers; as for Python's struct, \"<Hff\"");
-  command->add_flag("--time", arguments.look.has_time, "also when each was received, UTC");
-  command->add_flag("--json", common.is_json, "one JSON object a line, SI units, null if unknown");
+  auto* const pattern =
+      command->add_option("-F,--format", arguments.look.pattern, MessageText::help())
+          ->check(not_empty());
+  command
+      ->add_option("--fmt", arguments.look.struct_format,
+                   "also the payload's numbers; as for Python's struct, \"<Hff\"")
+      ->check(not_empty());
+  command->add_flag("--time", arguments.look.has_time, "also when each was received, UTC")
+      ->excludes(pattern);  // which has %I
+  command->add_flag("--json", common.is_json, "one JSON object a line, SI units, null if unknown")
+      ->excludes(pattern);  // which has %j
   command->add_option("-C,--count", arguments.count, "end after this many messages")
-      ->check(whole_number())
-      ->check(above_zero());
+      ->check(count());
   command
       ->add_option("-W,--timeout", arguments.timeout_s,
                    "end after this many seconds; exit code 124 when -C was not reached")
       ->check(above_zero());
   command->add_option("--max-distance", arguments.policy.max_distance_m, "metres")
-      ->check(distance());
+      ->check(between(0, 1e9));
   command->add_flag("--drop-unknown-distance", arguments.policy.drop_unknown_distance,
                     "leave out messages without a distance");
   command
       ->add_option("--keep-last", arguments.policy.keep_last,
                    "how many messages may wait; 1: only the newest")
-      ->check(whole_number());
+      ->check(whole_number(UINT32_MAX, 1));
   command->add_flag("--latest-from-each", arguments.policy.latest_of_each,
                     "only the newest of each sender waits");
   command
       ->add_option("--max-age", arguments.max_age_s,
                    "seconds since the message was received; older ones are dropped and counted")
       ->check(above_zero());
-  command->add_flag("--timestamped", arguments.is_timestamped, "register it as timestamped");
+  command->add_flag("--timestamped", arguments.is_timestamped, "register it as timestamped")
+      ->excludes(all);  // as their packets are
 }
 
 struct LogArguments {
@@ -209,11 +184,12 @@ int log(const Common& common, LogArguments& arguments) {
 void add_reserved(CLI::App& app, LogArguments& log, HarvestArguments& harvest, Common& common) {
   auto* lines = app.add_subcommand(
       "log", "Print the log lines of all robots around, over a few hops; or send one");
-  lines->add_option("TEXT", log.text, "the line to send; needs debug = true under [reserved]");
-  lines->add_flag("--json", common.is_json, "one JSON object a line");
+  auto* const text =
+      lines->add_option("TEXT", log.text, "the line to send; needs debug = true under [reserved]");
+  lines->add_flag("--json", common.is_json, "one JSON object a line")->excludes(text);
   lines->add_option("-C,--count", log.listening.count, "end after this many lines")
-      ->check(whole_number())
-      ->check(above_zero());
+      ->check(count())
+      ->excludes(text);
   lines
       ->add_option("-W,--timeout", log.listening.timeout_s,
                    "end after this many seconds; exit code 124 when -C was not reached")
@@ -223,10 +199,11 @@ void add_reserved(CLI::App& app, LogArguments& log, HarvestArguments& harvest, C
       "Print values that programs of all robots around have set; needs harvest = true under "
       "[reserved]");
   values->add_option("PREFIX", harvest.prefix, "of the keys; default: all");
-  values->add_option("--offer", harvest.values, "KEY=VALUE to answer with, until a signal");
-  values->add_flag("--json", common.is_json, "one JSON object a value");
+  auto* const offer =
+      values->add_option("--offer", harvest.values, "KEY=VALUE to answer with, until a signal");
+  values->add_flag("--json", common.is_json, "one JSON object a value")->excludes(offer);
   values->add_option("--ttl", harvest.ttl, "hops after the first, there and back")
-      ->check(CLI::Range(0, 255))
+      ->check(ttl())
       ->capture_default_str();
   values->add_option("-W,--timeout", harvest.timeout_s, "seconds to wait for answers")
       ->check(above_zero())
@@ -253,8 +230,8 @@ void add_pose(CLI::App& app, Parsed& parsed) {
   command->require_subcommand(1);
   auto* set = command->add_subcommand(
       "set", "Tell the daemon where this robot is; true until a pose is set again");
-  set->add_option("X", parsed.pose.x_m, "metres")->required();
-  set->add_option("Y", parsed.pose.y_m, "metres")->required();
+  set->add_option("X", parsed.pose.x_m, "metres")->required()->check(any_number());
+  set->add_option("Y", parsed.pose.y_m, "metres")->required()->check(any_number());
   set->add_option("THETA", parsed.pose.theta,
                   "counter-clockwise from +x: radians, or degrees as in 90deg")
       ->required();
@@ -296,22 +273,25 @@ void add_operation(CLI::App& app, Parsed& parsed) {
       ->type_name("FILE")
       ->required();
   capture->add_option("-C,--count", parsed.capture.count, "end after this many frames")
-      ->check(whole_number())
-      ->check(above_zero());
+      ->check(count());
   capture
       ->add_option("--unseal", parsed.capture.key_file,
                    "key file of the swarm: frames sealed with it are written unsealed")
       ->type_name("FILE");
-  capture
-      ->add_option("--from", parsed.capture.from,
-                   "copy a capture instead of listening; needs no daemon")
-      ->type_name("FILE");
+  auto* const from = capture
+                         ->add_option("--from", parsed.capture.from,
+                                      "copy a capture instead of listening; needs no daemon")
+                         ->type_name("FILE");
+  capture->add_flag("--replace", parsed.capture.replaces, "FILE may exist and is overwritten");
   capture
       ->add_option("-W,--timeout", parsed.capture.timeout_s,
                    "end after this many seconds; exit code 124 when -C was not reached")
-      ->check(above_zero());
-  app.add_subcommand("keygen", "Make a swarm key, which seals what links send")
-      ->add_option("FILE", parsed.key_file, "where to; it must not exist")
+      ->check(above_zero())
+      ->excludes(from);
+  auto* const keygen =
+      app.add_subcommand("keygen", "Make a swarm key, which seals what links send");
+  keygen->footer("Exit codes: 0 done; 1 refused or failed; 2 wrong usage.");
+  keygen->add_option("FILE", parsed.key_file, "where to; it must not exist")
       ->type_name("FILE")
       ->required();
 }
@@ -346,6 +326,17 @@ int fail(std::string_view text, int exit_code) {
   return exit_code;
 }
 
+int fail_of_screen(const Status& status) {
+  if (status.code() != StatusCode::kDisconnected) return fail(status);
+  return fail("swarmtalkd closed the connection", kExitNoDaemon);
+}
+
+/// Who ends does not reconnect.
+static std::string_view without_promise(std::string_view text) {
+  constexpr std::string_view kPromise = "; reconnecting";
+  return text.substr(0, text.size() - (text.ends_with(kPromise) ? kPromise.size() : 0));
+}
+
 int fail(const Status& status) {
   switch (status.code()) {
     case StatusCode::kNoDaemon:
@@ -353,7 +344,7 @@ int fail(const Status& status) {
     case StatusCode::kNoPermission:
     case StatusCode::kVersionMismatch:
     case StatusCode::kDisconnected:
-      return fail(status.text(), kExitNoDaemon);
+      return fail(without_promise(status.text()), kExitNoDaemon);
     case StatusCode::kTimeout:
       return fail(status.text(), kExitTimeout);
     default:
@@ -362,8 +353,12 @@ int fail(const Status& status) {
 }
 
 int print(std::string_view text) {
-  const std::string lines = text::plain_lines(text);
-  std::fwrite(lines.data(), 1, lines.size(), stdout);
+  static const Look look = look_of_output();
+  return print_as_is(plain_lines(text, look));
+}
+
+int print_as_is(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return kExitOk;
   const int error = errno;
   return fail(std::string("cannot write to standard output: ") + std::strerror(error));
@@ -386,6 +381,13 @@ Client make_client(const Common& common) {
 
 Channel open_channel(Client& client, const std::string& word, const ChannelOptions& options) {
   return is_digits(word) ? client.channel(std::stoi(word), options) : client.channel(word, options);
+}
+
+bool is_new(const Subscriber& subscriber, const std::vector<Subscriber>& others) {
+  const auto number = subscriber.channel_number();
+  return !number || std::none_of(others.begin(), others.end(), [&](const Subscriber& each) {
+    return each.channel_number() == number;
+  });
 }
 
 void stop_on_signals(Client& client) {
@@ -414,7 +416,9 @@ int main(int argc, char** argv) {
   app.footer(kFooter);
   app.require_subcommand(1);
   swarmtalk::usage::prepare(app, SWARMTALK_VERSION);
-  app.add_option("--socket", parsed.common.socket_path, "the daemon's socket")->type_name("FILE");
+  app.add_option("--socket", parsed.common.socket_path, "the daemon's socket")
+      ->type_name("FILE")
+      ->check(not_empty());
   app.fallthrough();
   add_pub(app, parsed.pub);
   add_sub(app, parsed.sub, parsed.common);
@@ -440,9 +444,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& call) {  // --help, --version and their like
     return app.exit(call);
   } catch (const CLI::ParseError& error) {
-    return fail(
-        text_of(app, error, argc, argv) + hint(app, error, argc, argv) + "; see " + help_of(app),
-        kExitUsage);
+    using namespace swarmtalk::usage;
+    const std::string sentence = mistake(app, error, argc, argv) + hint(app, error, argc, argv);
+    return fail(with_help(sentence, help_of(app)), kExitUsage);
   }
   try {
     return run(app, parsed);

@@ -47,7 +47,7 @@ Status connect_error(int error, const std::string& path) {
                                      : "start swarmtalkd for that socket"));
     case ENOTSOCK:
     case EPROTOTYPE:
-      return Status(StatusCode::kBadArgument,
+      return Status(StatusCode::kNoDaemon,
                     "cannot reach swarmtalkd: " + path + " is not a socket of swarmtalkd");
     case EACCES:
     case EPERM:

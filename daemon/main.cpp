@@ -10,6 +10,7 @@
 #include "daemon/common/printable.hpp"
 #include "daemon/config/config_parser.hpp"
 #include "daemon/daemon.hpp"
+#include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 
 namespace {
@@ -58,8 +59,11 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "swarmtalkd: %s; see swarmtalkd --help\n",
-                 printable(error.what(), kMaxUsageBytes).c_str());
+    const std::string sentence = swarmtalk::usage::mistake(app, error, argc, argv);
+    std::fprintf(
+        stderr, "swarmtalkd: %s\n",
+        swarmtalk::usage::with_help(printable(sentence, kMaxUsageBytes), "swarmtalkd --help")
+            .c_str());
     return kExitUsage;
   }
   try {

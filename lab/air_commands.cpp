@@ -1,5 +1,7 @@
 #include "lab/air_commands.hpp"
 
+#include <unistd.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +14,8 @@
 #include "lab/lab.hpp"
 #include "lab/medium_status.hpp"
 #include "lab/radio/control_socket.hpp"
+#include "usage/checks.hpp"
+#include "usage/usage.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -85,20 +89,20 @@ AirCommands::AirCommands(CLI::App& app) {
                           ->add_option("--loss", loss_,
                                        "Share of frames that are lost on this link: 0 to 1; 1 "
                                        "cuts it")
-                          ->check(CLI::Range(0.0, 1.0));
+                          ->check(usage::between(0, 1));
   link_->add_flag("--reset", is_reset_, "Lose as many as all other links")->excludes(loss);
   link_->add_flag("--one-way", is_one_way_, "From A to B only");
 
   move_ = app.add_subcommand("move", "Move a robot, and tell its daemon (--medium radio)");
   move_->add_option("ROBOT", robot_, "Robot")->required();
-  const CLI::Range place(-kFarthestM, kFarthestM);
+  const CLI::Validator place = usage::between(-kFarthestM, kFarthestM);
   move_->add_option("X", x_m_, "Metres")->required()->check(place);
   move_->add_option("Y", y_m_, "Metres")->required()->check(place);
   move_
       ->add_option("--speed", speed_mps_,
                    "Metres a second: go there in a straight line, and return when there; without "
                    "it the robot is there at once")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(usage::between(0.001, 1000));
 
   partition_ = app.add_subcommand("partition",
                                   "Let robots hear only each other, until heal (--medium radio)");
@@ -111,7 +115,7 @@ AirCommands::AirCommands(CLI::App& app) {
   jam_ = app.add_subcommand("jam", "Nothing is received within a circle (--medium radio)");
   jam_->add_option("X", jam_x_m_, "Metres")->check(place);
   jam_->add_option("Y", jam_y_m_, "Metres")->check(place);
-  jam_->add_option("RADIUS", radius_m_, "Metres")->check(CLI::Range(0.001, kFarthestM));
+  jam_->add_option("RADIUS", radius_m_, "Metres")->check(usage::between(0.001, kFarthestM));
   jam_->add_flag("--off", is_off_, "Take all jammers away");
 
   medium_ = app.add_subcommand("medium", "The medium of the lab (--medium radio)");
@@ -138,7 +142,7 @@ int AirCommands::run(const State& state) const {
   if (as_json_) {
     std::printf("%s\n", status.dump().c_str());
   } else {
-    std::fputs(medium_status_text(status).c_str(), stdout);
+    std::fputs(usage::folded(medium_status_text(status), STDOUT_FILENO).c_str(), stdout);
   }
   return 0;
 }

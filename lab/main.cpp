@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -21,6 +22,8 @@
 #include "lab/medium.hpp"
 #include "lab/radio_medium.hpp"
 #include "lab/status.hpp"
+#include "usage/checks.hpp"
+#include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 
 namespace {
@@ -32,7 +35,7 @@ constexpr auto kCommandGrace = std::chrono::seconds(5);
 
 /// swarmtalkd beside this program: in the build tree or installed; else from PATH's usual places.
 std::string find_daemon() {
-  const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::filesystem::path here = own_folder();
   for (const auto& path : {here / "../daemon/swarmtalkd", here / "../sbin/swarmtalkd",
                            std::filesystem::path("/usr/sbin/swarmtalkd"),
                            std::filesystem::path("/usr/local/sbin/swarmtalkd")}) {
@@ -58,7 +61,7 @@ State load_or_throw(const std::string& name) {
   std::string text = "no lab called '" + name + "' is up; start one with `swarmtalk-lab up N`";
   const auto others = list_labs();
   if (!others.empty()) {
-    text += " (there is:";
+    text += others.size() == 1 ? " (there is:" : " (there are:";
     for (const auto& other : others) text += " " + other;
     text += "; choose with --name)";
   }
@@ -105,6 +108,35 @@ int run(LabOptions options, const std::vector<std::string>& command) {
   return result;
 }
 
+/// Options of a start that the medium would not heed.
+void check_medium(const CLI::App& app, const CLI::App& command, const std::string& medium) {
+  const bool is_radio = medium.starts_with("radio");
+  const auto refuse = [&](const char* name, bool is_heeded, const char* whose) {
+    if (is_heeded || app.get_option(name)->count() + command.get_option(name)->count() == 0) return;
+    throw CLI::ValidationError(std::string(name) + " is for --medium " + whose + ", not " + medium);
+  };
+  for (const char* name : {"--range", "--loss", "--rate"}) refuse(name, is_radio, "radio");
+  refuse("--wifi-mode", medium == "wifi", "wifi");
+}
+
+/// Whether the command to run stands where `--` should come first: not a misspelt option of ours.
+bool begins_with_command(const CLI::App& app, int own_arguments, char** argv) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  for (int i = 1; i < own_arguments; ++i) {
+    const std::string word = argv[i];
+    if (std::find(unknown.begin(), unknown.end(), word) == unknown.end()) continue;
+    return !word.starts_with('-');
+  }
+  return true;  // its words were taken for ours
+}
+
+/// "run 3 -- COMMAND", with the robots that were given.
+std::string with_dashes(const CLI::App& command, const char* robots, const char* usual) {
+  const CLI::Option* given = command.get_option(robots);
+  return command.get_name() + " " + (given->count() > 0 ? given->results().front() : usual) +
+         " -- COMMAND";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -117,7 +149,8 @@ int main(int argc, char** argv) {
   swarmtalk::usage::prepare(app, SWARMTALK_VERSION);
   LabOptions options;
   options.daemon = find_daemon();
-  app.add_option("--name", options.name, "Name of the lab, when there are several")
+  app.add_option("--name", options.name,
+                 "Name of the lab, when there are several; else that in SWARMTALK_LAB")
       ->envname("SWARMTALK_LAB")
       ->check([](const std::string& name) {
         const bool good =
@@ -143,17 +176,17 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({"ap", "ap-isolated", "ibss", "mesh"}))
         ->capture_default_str();
     command->add_option("--spacing", options.spacing_m, "Metres between robots on the grid")
-        ->check(CLI::Range(0.0, 30.0))
+        ->check(swarmtalk::usage::between(0, 30))
         ->capture_default_str();
     command
         ->add_option("--range", options.radio.range_m,
                      "Of the medium radio: metres that a frame reaches at 6 Mb/s")
-        ->check(CLI::Range(0.01, 10000.0))
+        ->check(swarmtalk::usage::between(0.01, 10000))
         ->capture_default_str();
     command
         ->add_option("--loss", options.radio.loss,
                      "Of the medium radio: share of receptions that fail, 0 to 1")
-        ->check(CLI::Range(0.0, 1.0))
+        ->check(swarmtalk::usage::between(0, 1))
         ->capture_default_str();
     command
         ->add_option("--rate", options.radio.rate_mbps,
@@ -177,7 +210,7 @@ int main(int argc, char** argv) {
   auto add_start_options = [&](CLI::App* command) {
     command->add_option("ROBOTS", options.robots, "How many robots")
         ->required()
-        ->check(CLI::Range(1, kMaxRobots));
+        ->check(swarmtalk::usage::whole_number(kMaxRobots, 1));
     add_lab_options(command);
   };
 
@@ -188,10 +221,10 @@ int main(int argc, char** argv) {
   CLI::App* up_command = app.add_subcommand("up", "Start robots and leave them running");
   add_start_options(up_command);
   CLI::App* run_command =
-      app.add_subcommand("run", "Start robots, run what follows -- once, take everything down");
+      app.add_subcommand("run", "Start robots, run the command after --, take everything down");
   add_start_options(run_command);
-  CLI::App* exec_command =
-      app.add_subcommand("exec", "Run what follows -- as robot I, several (1,4-6) or all at once");
+  CLI::App* exec_command = app.add_subcommand(
+      "exec", "Run the command after -- as robot I, several (1,4-6) or all at once");
   exec_command->add_option("I", robot_list, "Robot: a number, 1,4-6 or all")->required();
   exec_command->add_flag("--no-prefix", no_prefix,
                          "With several robots: do not put the robot's number before each line");
@@ -218,16 +251,26 @@ int main(int argc, char** argv) {
       if (app.get_option(name)->count() == 0 || *up_command || *run_command) continue;
       throw CLI::ValidationError(name + " is for up and run");
     }
+    if (*up_command) check_medium(app, *up_command, options.medium);
+    if (*run_command) check_medium(app, *run_command, options.medium);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    const bool is_without_dashes = (*run_command || *exec_command) && own_arguments == argc;
+    const CLI::App* chosen =
+        app.get_subcommands().empty() ? nullptr : app.get_subcommands().front();
     const bool has_more = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
                           app.get_subcommands().size() > 1;
-    if (is_without_dashes && has_more) {
+    const bool is_without_dashes =
+        (chosen == run_command || chosen == exec_command) && has_more &&
+        (own_arguments == argc || begins_with_command(app, own_arguments, argv));
+    if (is_without_dashes) {
       std::fprintf(stderr, "swarmtalk-lab: put -- before the command: swarmtalk-lab %s\n",
-                   *exec_command ? "exec 1 -- COMMAND" : "run 9 -- COMMAND");
+                   (chosen == exec_command ? with_dashes(*chosen, "I", "1")
+                                           : with_dashes(*chosen, "ROBOTS", "9"))
+                       .c_str());
     } else {
-      std::fprintf(stderr, "swarmtalk-lab: %s; see swarmtalk-lab --help\n", error.what());
+      const std::string mistake = swarmtalk::usage::mistake(app, error, own_arguments, argv);
+      std::fprintf(stderr, "swarmtalk-lab: %s\n",
+                   swarmtalk::usage::with_help(mistake, "swarmtalk-lab --help").c_str());
     }
     return kExitUsage;
   }

@@ -58,6 +58,12 @@ void redirect(int from, int to) {
 
 }  // namespace
 
+std::filesystem::path own_folder() {
+  std::error_code unknown;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  return unknown ? "/usr/bin" : self.parent_path();
+}
+
 ProcessId identify(pid_t pid) {
   const ProcStat stat = read_stat(pid);
   return {pid, stat.state == 'Z' ? 0 : stat.start_time_ticks};

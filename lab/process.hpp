@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,6 +16,9 @@ struct ProcessId {
   pid_t pid = 0;
   unsigned long long start_time_ticks = 0;  // field 22 of /proc/PID/stat, clock ticks since boot
 };
+
+/// The folder of this very program; where /proc is not mounted, the one that it is installed in.
+std::filesystem::path own_folder();
 
 /// The id of a running process. start_time_ticks is 0 when there is no such process.
 ProcessId identify(pid_t pid);

@@ -11,15 +11,19 @@
 
 #include "lab/lab.hpp"
 #include "lab/medium.hpp"
+#include "usage/terminal.hpp"
+#include "usage/usage.hpp"
 
 namespace swarmtalk::lab {
 namespace {
 
 using nlohmann::json;
 
+constexpr std::size_t kRowColumns = 72;  // narrower terminals get a block for each robot
+
 /// swarmtalk-cli beside this program in the build tree or installed, else by its name.
 std::string find_cli() {
-  const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::filesystem::path here = own_folder();
   for (const auto& path : {here / "../cli/swarmtalk-cli", here / "swarmtalk-cli"}) {
     if (access(path.c_str(), X_OK) == 0) return std::filesystem::weakly_canonical(path);
   }
@@ -71,9 +75,9 @@ Answer ask(const State& state, const Robot& robot) {
   swarmtalk::Status status = client.connect();
   if (status.ok()) status = client.get_status(answer.daemon);
   answer.answers = status.ok();
-  answer.problem = is_running(robot.daemon)
-                       ? std::string(status.text())
-                       : "swarmtalkd has ended: " + last_words(robot) + " (log: " + robot.log + ")";
+  answer.problem = is_running(robot.daemon) ? std::string(status.text())
+                                            : "swarmtalkd has ended; the end of its log, " +
+                                                  robot.log + ": " + last_words(robot);
   return answer;
 }
 
@@ -105,30 +109,55 @@ json to_json(const Robot& robot, const Answer& answer) {
   return object;
 }
 
-void print_line(const Robot& robot, const Answer& answer) {
-  std::printf("%5d  %7d  (%.2f, %.2f)", robot.number, robot.daemon.pid, robot.pose.x_m,
-              robot.pose.y_m);
-  if (!answer.answers) {
-    std::printf("  no answer: %s\n", answer.problem.c_str());
-    return;
-  }
-  std::printf("  %7u", answer.daemon.clients - 1);
+/// What there is to say of a robot's links, or why nothing is.
+std::string link_text(const Answer& answer) {
+  if (!answer.answers) return "no answer: " + answer.problem;
+  std::string text;
   for (const swarmtalk::LinkStatus& link : answer.daemon.links) {
-    std::printf("  %s %s, %llu frames sent, %llu received", link.device.c_str(), link.state.c_str(),
-                static_cast<unsigned long long>(counter(link, "frames_sent")),
-                static_cast<unsigned long long>(counter(link, "frames_received")));
+    text += (text.empty() ? "" : "  ") + link.device + " " + link.state + ", " +
+            std::to_string(counter(link, "frames_sent")) + " frames sent, " +
+            std::to_string(counter(link, "frames_received")) + " received";
   }
-  std::printf("\n");
+  return text;
+}
+
+std::string row_of(const Robot& robot, const Answer& answer) {
+  char text[80];
+  std::snprintf(text, sizeof text, "%5d  %7d  (%.2f, %.2f)", robot.number, robot.daemon.pid,
+                robot.pose.x_m, robot.pose.y_m);
+  std::string row = text;
+  if (answer.answers) {
+    std::snprintf(text, sizeof text, "  %7u", answer.daemon.clients - 1);
+    row += text;
+  }
+  return row + "  " + link_text(answer) + "\n";
+}
+
+/// The same for a terminal that has no room for rows.
+std::string block_of(const Robot& robot, const Answer& answer) {
+  char text[160];
+  std::snprintf(text, sizeof text, "robot %d\n    pid %d\n    pose (%.2f, %.2f) m\n", robot.number,
+                robot.daemon.pid, robot.pose.x_m, robot.pose.y_m);
+  std::string block = text;
+  if (answer.answers) {
+    block += "    clients " + std::to_string(answer.daemon.clients - 1) + "\n";
+  }
+  return block + "    " + link_text(answer) + "\n";
 }
 
 }  // namespace
 
 int print_status(State state, bool as_json) {
   medium_named(state.medium).refresh(state);
+  const std::size_t columns = usage::columns(STDOUT_FILENO);
+  const bool is_narrow = columns != 0 && columns < kRowColumns;
+  const auto print = [](const std::string& text) {
+    std::fputs(usage::folded(text, STDOUT_FILENO).c_str(), stdout);
+  };
   if (!as_json) {
-    std::printf("lab '%s', medium %s, %zu robots\n", state.name.c_str(), state.medium.c_str(),
-                state.robots.size());
-    std::printf("robot      pid  pose (m)      clients  link\n");
+    print("lab '" + state.name + "', medium " + state.medium + ", " +
+          std::to_string(state.robots.size()) + " robots\n");
+    if (!is_narrow) print("robot      pid  pose (m)      clients  link\n");
   }
   int result = 0;
   for (const Robot& robot : state.robots) {
@@ -137,7 +166,7 @@ int print_status(State state, bool as_json) {
     if (as_json) {
       std::printf("%s\n", to_json(robot, answer).dump().c_str());
     } else {
-      print_line(robot, answer);
+      print(is_narrow ? block_of(robot, answer) : row_of(robot, answer));
     }
   }
   return result;

@@ -157,7 +157,7 @@ def subcommand_sections(command, before):
         if each["commands"]:
             lines += subcommand_sections(each, words + " ")
             continue
-        trailer = f" {troff(TRAILERS[each['name']])}" if each["name"] in TRAILERS else ""
+        trailer = f" {troff(TRAILERS[each['name']])}" if words in TRAILERS else ""
         arguments = " " + words_of(each) if words_of(each) else ""
         lines += [f".SS \"{troff(words)}{arguments}{trailer}\"", troff(each["text"]) + "."]
         if each["aliases"]:

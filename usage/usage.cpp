@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <numeric>
 #include <sstream>
-#include <string_view>
 
+#include "usage/mistakes.hpp"
 #include "usage/terminal.hpp"
 
 namespace swarmtalk::usage {
@@ -57,20 +56,6 @@ void wrap(const std::string& line, std::size_t columns, std::string& text) {
   text += rest + "\n";
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t columns) {
@@ -86,16 +71,9 @@ std::string wrapped(const std::string& text, std::size_t columns) {
   return result;
 }
 
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
-  std::string found;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 4) + 1;
-  for (const std::string& each : known) {
-    const std::size_t distance = edit_distance(word, each);
-    if (distance >= least || distance >= each.size()) continue;
-    least = distance;
-    found = each;
-  }
-  return found;
+std::string folded(const std::string& text, int fd) {
+  const std::size_t told = columns(fd);
+  return told == 0 ? text : wrapped(text, told);
 }
 
 void prepare(CLI::App& app, const std::string& version) {
@@ -120,7 +98,7 @@ void add_help_command(CLI::App& app) {
       try {
         command = command->get_subcommand(word);
       } catch (const CLI::OptionNotFound&) {
-        throw CLI::ExtrasError(name, {word});
+        throw CLI::ValidationError(unknown_subcommand(*command, word));
       }
       name += " " + command->get_name();
     }

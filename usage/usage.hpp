@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
-#include <vector>
 
 namespace swarmtalk::usage {
 
@@ -22,7 +21,7 @@ std::string describe(const CLI::App& app);
 /// Text of a help page in lines of at most `columns` characters; what is indented stays so.
 std::string wrapped(const std::string& text, std::size_t columns);
 
-/// The word that is most like `word`; empty when none is near.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
+/// The same for the terminal behind a descriptor; as it is where there is none.
+std::string folded(const std::string& text, int fd);
 
 }  // namespace swarmtalk::usage

@@ -4,8 +4,10 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <cctype>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -14,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "usage/checks.hpp"
+#include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 #include "view/observer.hpp"
 #include "view/playback.hpp"
@@ -23,11 +27,14 @@
 namespace swarmtalk::view {
 namespace {
 
-constexpr const char* kFooter = R"(The socket is --socket PATH, else $SWARMTALK_SOCKET, else
-/run/swarmtalk/swarmtalkd.sock. When the daemon ends, swarmtalk-view waits for the next one.
-With FILE no daemon is asked: the page shows the recording, with play, pause and a timeline.
-Exit codes: 1 failed, as when the port is in use or FILE is no recording; 2 wrong usage; 3 the
-daemon cannot be reached at the start; 128+N ended by signal N.)";
+// One line for each paragraph: they are folded to the terminal.
+constexpr const char* kFooter =
+    "The socket is --socket PATH, else $SWARMTALK_SOCKET, else "
+    "/run/swarmtalk/swarmtalkd.sock. When the daemon ends, swarmtalk-view waits for the next one.\n"
+    "With FILE no daemon is asked: the page shows the recording, with play, pause and a timeline.\n"
+    "Exit codes: 1 failed, as when the port is in use or FILE is no recording; 2 wrong usage; 3 "
+    "the "
+    "daemon cannot be reached at the start; 128+N ended by signal N.";
 constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitNoDaemon = 3;
@@ -75,6 +82,31 @@ std::string random_token() {
   return token;
 }
 
+/// As a browser writes it: scheme and host, and no path.
+CLI::Validator origin() {
+  const auto check = [](const std::string& word) {
+    const auto scheme = word.find("://");
+    const auto is_scheme_letter = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.';
+    };
+    const bool has_scheme =
+        scheme != std::string::npos && scheme > 0 &&
+        std::all_of(word.begin(), word.begin() + static_cast<std::ptrdiff_t>(scheme),
+                    is_scheme_letter);
+    const std::string host = has_scheme ? word.substr(scheme + 3) : "";
+    const bool is_good =
+        has_scheme && (!host.empty() || word == "file://") &&
+        std::none_of(host.begin(), host.end(), [](unsigned char c) {
+          return c <= ' ' || c == '/' || c == '*' || c == ',' || c >= 127 || std::isupper(c) != 0;
+        });
+    return is_good ? std::string()
+                   : "must be an origin as a browser writes it, in small letters and without a "
+                     "path, as http://lab:8081, not " +
+                         (word.empty() ? "nothing" : word);
+  };
+  return CLI::Validator(check, "");
+}
+
 void tell_address(const Server& server, const std::string& address) {
   const std::string port = std::to_string(server.rules().port);
   std::string line = "swarmtalk-view: http://localhost:" + port + "/";
@@ -85,8 +117,10 @@ void tell_address(const Server& server, const std::string& address) {
     line +=
         "   from other machines: http://" + host + ":" + port + "/?token=" + server.rules().token;
   }
-  std::printf("%s\n", line.c_str());
-  std::fflush(stdout);
+  if (std::printf("%s\n", line.c_str()) < 0 || std::fflush(stdout) != 0) {
+    std::fprintf(stderr, "%s (standard output cannot be written: %s)\n", line.c_str(),
+                 std::strerror(errno));
+  }
 }
 
 int serve(const Arguments& arguments) {
@@ -139,22 +173,30 @@ int run(int argc, char** argv) {
   app.footer(kFooter);
   usage::prepare(app, "swarmtalk-view " SWARMTALK_VERSION);
   app.add_option("FILE", arguments.recording,
-                 "recording of swarmtalk-cli record, in place of a daemon");
-  auto* const socket = app.add_option("--socket", arguments.observer.socket_path, "of the daemon");
+                 "recording of swarmtalk-cli record, in place of a daemon")
+      ->check(usage::not_empty());
+  auto* const socket = app.add_option("--socket", arguments.observer.socket_path, "of the daemon")
+                           ->check(usage::not_empty());
   app.add_option("--listen", arguments.address,
                  "address to listen on; other than this machine's own, a token is needed")
+      ->check(usage::not_empty())
       ->capture_default_str();
-  app.add_option("--port", arguments.port, "0: any that is free")->capture_default_str();
+  app.add_option("--port", arguments.port, "0: any that is free")
+      ->check(usage::whole_number(65535))
+      ->capture_default_str();
   app.add_option("--token-file", arguments.token_file,
-                 "file with the token; default: a new one at each start");
+                 "file with the token; default: a new one at each start")
+      ->check(usage::not_empty());
   app.add_option(
          "--allow-origin", arguments.origins,
-         "a page from elsewhere that may look, as http://lab:8081; more than one may follow")
-      ->take_all();
+         "a page from elsewhere that may look, as http://lab:8081; may be given more than once")
+      ->check(origin())
+      ->allow_extra_args(false);
   auto* const channel =
       app.add_option("--channel", arguments.observer.channels,
                      "a channel to listen to, besides those that programs of this robot use")
-          ->take_all();
+          ->check(usage::channel())
+          ->allow_extra_args(false);  // FILE may follow
   auto* const operate =
       app.add_flag("--operate", arguments.may_operate, "whoever looks may also send messages");
   try {
@@ -175,7 +217,8 @@ int run(int argc, char** argv) {
     return serve(arguments);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    return fail(std::string(error.what()) + "; see swarmtalk-view --help", kExitUsage);
+    const std::string sentence = usage::mistake(app, error, argc, argv);
+    return fail(usage::with_help(sentence, "swarmtalk-view --help"), kExitUsage);
   } catch (const std::exception& error) {
     return fail(error.what(), kExitFailure);
   }

@@ -68,7 +68,7 @@ struct HarvestArguments {
 struct PoseArguments {
   float x_m = 0;
   float y_m = 0;
-  std::string theta;       // radians, or degrees with "deg" behind
+  std::string theta;       // radians, or degrees with "deg" after them
   bool is_ageing = false;  // as a pose of a program; else it stays until another is set
 };
 
@@ -81,6 +81,7 @@ struct CaptureArguments {
   std::string file;
   std::string key_file;     // sealed frames are written unsealed; empty: as they are
   std::string from;         // a capture to copy; empty: from the daemon
+  bool replaces = false;    // `file` may exist
   std::uint64_t count = 0;  // 0: no end
   double timeout_s = 0;     // 0: no end
 };
@@ -107,10 +108,15 @@ int keygen(const std::string& path);
 int fail(std::string_view text, int exit_code = kExitFailure);
 /// The same for a Status; tells an unreachable daemon from other failures.
 int fail(const Status& status);
+/// The same for a screen, which ends where its client would connect again: whenever it notices, a
+/// daemon that is gone is told in the same words.
+int fail_of_screen(const Status& status);
 
 /// Writes lines to stdout at once; what in them is not plain (text/plain.hpp) is escaped, whoever
 /// wrote it. @return kExitOk, or else that of fail()
 int print(std::string_view text);
+/// The same with nothing escaped: what strangers said in it has to be plain already.
+int print_as_is(std::string_view text);
 
 /// A client that is silent by itself: the commands say what is to be said.
 Client make_client(const Common& common);
@@ -120,6 +126,9 @@ void tell_connection(Client& client);
 
 /// A channel by number when `word` is digits only, else by name. A number must fit.
 Channel open_channel(Client& client, const std::string& word, const ChannelOptions& options);
+
+/// False: one of the others listens to the same channel, under this name or another.
+bool is_new(const Subscriber& subscriber, const std::vector<Subscriber>& others);
 
 /// From here on SIGINT and SIGTERM stop `client`'s run*().
 void stop_on_signals(Client& client);

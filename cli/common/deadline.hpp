@@ -7,7 +7,7 @@ namespace swarmtalk::cli {
 
 using Clock = std::chrono::steady_clock;
 
-/// @param value  seconds, 0 or more, also infinite
+/// @param value  seconds, 0 or more
 inline std::chrono::nanoseconds seconds(double value) {
   constexpr double kLongestS = 9e9;  // 285 years; int64 holds 9.2e9 s in nanoseconds
   if (!(value < kLongestS)) return std::chrono::nanoseconds::max();

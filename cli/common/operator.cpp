@@ -7,12 +7,12 @@
 #include <cstring>
 
 #include "cli/common/commands.hpp"
+#include "cli/common/deadline.hpp"
 #include "cli/common/operator.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr auto kAnswerTimeout = std::chrono::seconds(5);
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "cli/doctor/diagnose.hpp"
 #include "cli/doctor/peer.hpp"
+#include "cli/text/numbers.hpp"
 
 namespace swarmtalk::cli::doctor {
 namespace {
@@ -20,13 +21,6 @@ constexpr double kMostLoss = 0.3;  // of a healthy pair in reach; broadcast is n
 
 std::string percent(double share) {
   return std::to_string(std::lround(100 * share)) + " %";
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 const LinkFacts* link_of(const PeerFacts& peer, const Facts& own) {
@@ -183,7 +177,7 @@ void diagnose_timing(const PeerFacts& peer, const RadioFacts* radio, Report& rep
   report.add({"multicast-delayed", Severity::kWarning, "robot " + std::to_string(peer.robot),
               "broadcasts come in bursts, with every beacon or some (" +
                   std::to_string(std::lround(interval_ms)) + " ms), " +
-                  std::to_string(std::lround(median(peer.round_trips_ms))) +
+                  std::to_string(std::lround(median(peer.round_trips_ms).value_or(0))) +
                   " ms there and back: the access point holds them while a client sleeps" +
                   (dtim > 1 ? "; its DTIM period is " + std::to_string(dtim) : ""),
               "switch power save off on all clients of the access point (iw dev wlan0 set "

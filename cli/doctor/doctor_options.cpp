@@ -10,7 +10,7 @@ namespace {
 void add_expected(CLI::App& command, Expected& expected) {
   command.add_option("--network", expected.network, "the network that the radio should be in");
   command.add_option("--channel", expected.channel, "the channel that it should be on")
-      ->check(CLI::Range(1, 233));
+      ->check(whole_number(233, 1));
   command.add_option("--mode", expected.mode, "the mode that it should be in")
       ->check(CLI::IsMember({"managed", "ibss", "mesh", "ap", "ocb"}));
   command.add_option("--country", expected.country, "the country that should be set, as in DE")
@@ -30,7 +30,7 @@ void add_doctor(CLI::App& app, Common& common, Verb& verb) {
   auto* peer = command
                    ->add_option("--peer", arguments->peer.robot,
                                 "also test with this robot, through the air; it runs ping --answer")
-                   ->check(CLI::Range(1, 65534));
+                   ->check(node_id());
   command
       ->add_option("--address", arguments->peer.address,
                    "the other robot's IP address or name: tells a filter from isolation")

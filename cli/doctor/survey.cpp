@@ -212,17 +212,15 @@ void add_survey(CLI::App& app, Common& common, Verb& verb) {
   command
       ->add_option("--peer", arguments->robot, "the other robot's node id; it runs ping --answer")
       ->required()
-      ->check(CLI::Range(1, 65534));
+      ->check(node_id());
   command->add_option("FILE", arguments->file, "where to; default: standard output");
   command->add_option("--rate", arguments->rate_hz, "questions a second")
       ->check(above_zero())
       ->capture_default_str();
   command->add_option("--period", arguments->period_s, "seconds that a line covers")
-      ->check(above_zero())
+      ->check(period())
       ->capture_default_str();
-  command->add_option("-C,--count", arguments->count, "end after so many lines")
-      ->check(whole_number())
-      ->check(above_zero());
+  command->add_option("-C,--count", arguments->count, "end after so many lines")->check(count());
   command->callback([&common, &verb, arguments] {
     verb = [&common, arguments] { return survey(common, *arguments); };
   });

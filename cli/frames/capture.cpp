@@ -13,6 +13,7 @@
 #include "cli/common/operator.hpp"
 #include "cli/frames/capture_files.hpp"
 #include "cli/frames/unseal.hpp"
+#include "text/counted.hpp"
 #include "text/plain.hpp"
 
 namespace swarmtalk::cli {
@@ -29,11 +30,13 @@ class CaptureFiles {
   explicit CaptureFiles(Unsealer& unseal) : unseal_(unseal) {}
 
   /// @return empty, or what went wrong
-  std::string open(const std::string& path) {
+  std::string open(const std::string& path, bool replaces) {
     format_.reset(
         pcap_open_dead_with_tstamp_precision(DLT_EN10MB, kSnapBytes, PCAP_TSTAMP_PRECISION_NANO));
-    dumper_.reset(pcap_dump_open(format_.get(), path.c_str()));
-    if (!dumper_) return "cannot write " + path + ": " + pcap_geterr(format_.get());
+    if (std::string problem = capture_.open(path, replaces, format_.get()); !problem.empty()) {
+      return problem;
+    }
+    if (std::string problem = capture_.take_place(); !problem.empty()) return problem;
     const std::string list = path + ".dropped";
     dropped_.reset(std::fopen(list.c_str(), "we"));
     if (!dropped_) return "cannot write " + list + ": " + std::strerror(errno);
@@ -55,12 +58,12 @@ class CaptureFiles {
     header.ts.tv_sec = static_cast<time_t>(captured.time_ns() / kNsPerS);
     header.ts.tv_usec = static_cast<suseconds_t>(captured.time_ns() % kNsPerS);  // nanoseconds
     header.caplen = header.len = static_cast<bpf_u_int32>(bytes.size());
-    pcap_dump(reinterpret_cast<u_char*>(dumper_.get()), &header,
+    pcap_dump(reinterpret_cast<u_char*>(capture_.get()), &header,
               reinterpret_cast<const u_char*>(bytes.data()));
   }
 
   void flush() {
-    pcap_dump_flush(dumper_.get());
+    pcap_dump_flush(capture_.get());
     std::fflush(dropped_.get());
   }
 
@@ -92,7 +95,7 @@ class CaptureFiles {
 
   Unsealer& unseal_;
   std::unique_ptr<pcap_t, FileCloser> format_;
-  std::unique_ptr<pcap_dumper_t, FileCloser> dumper_;
+  CaptureWriter capture_;
   std::unique_ptr<std::FILE, FileCloser> dropped_;
   std::uint64_t frames_ = 0;
   std::uint64_t drops_ = 0;
@@ -111,11 +114,12 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   if (const std::string problem = unseal.load(arguments.key_file); !problem.empty()) {
     return fail(problem);
   }
-  if (!arguments.from.empty()) return copy_capture(arguments.from, arguments.file, unseal);
+  if (!arguments.from.empty()) return copy_capture(arguments, unseal);
   OperatorConnection daemon;
   if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
   CaptureFiles files(unseal);
-  if (const std::string problem = files.open(arguments.file); !problem.empty()) {
+  if (const std::string problem = files.open(arguments.file, arguments.replaces);
+      !problem.empty()) {
     return fail(problem);
   }
   interrupt_on_signals();
@@ -146,8 +150,8 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   }
   files.flush();
   const int printed =
-      print(arguments.file + ": " + std::to_string(files.frames()) + " frames; " + arguments.file +
-            ".dropped: " + std::to_string(files.drops()) + " lines" + unseal.summary() + "\n");
+      unseal.tell(arguments.file + ": " + text::counted(files.frames(), "frame") + "; " +
+                  arguments.file + ".dropped: " + text::counted(files.drops(), "line"));
   return exit_code != kExitOk ? exit_code : printed;
 }
 

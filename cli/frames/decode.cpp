@@ -40,7 +40,7 @@ Json packet_json(const AirPacket& packet) {
   return json;
 }
 
-/// @return null: not a frame of ours; `problem` says why
+/// @return null: it cannot be read; `problem` says why, and also what is wrong with one that can
 Json frame_json(std::string_view bytes, std::string& problem) {
   std::size_t ethernet = 0;
   frame::Frame frame;
@@ -87,6 +87,7 @@ Json frame_json(std::string_view bytes, std::string& problem) {
                       {"problem", "shorter than a header, or an unknown profile"}});
   }
   if (packets.is_malformed()) problem = "a packet's length reaches beyond the frame";
+  json["problem"] = problem.empty() ? Json() : Json(problem);
   frame::LastMessageReader beacons(frame.last_messages);
   frame::LastMessage last;
   while (beacons.next(last)) {
@@ -143,18 +144,20 @@ int decode_one(const Common& common, const std::string& profile, const std::stri
   } else {
     problem = "it is shorter than the header of a packet of profile " + profile;
   }
+  if (json.is_null() && common.is_json) json = {{"bytes", bytes->size()}, {"problem", problem}};
   if (!json.is_null()) {
     std::string text;
     if (common.is_json) {
       text = json_text(json) + "\n";
     } else {
+      json.erase("problem");  // told as an error
       lines_of(json, "", text);
     }
     if (const int printed = print(text); printed != kExitOk) return printed;
   }
-  return problem.empty()
-             ? kExitOk
-             : fail("a frame of " + std::to_string(bytes->size()) + " bytes: " + problem);
+  return problem.empty() ? kExitOk
+                         : fail("a frame of " + std::to_string(bytes->size()) +
+                                (bytes->size() == 1 ? " byte: " : " bytes: ") + problem);
 }
 
 }  // namespace
@@ -173,16 +176,24 @@ int decode(const Common& common, const DecodeArguments& arguments) {
     std::string line;
     char buffer[4096];
     ssize_t count = 0;
+    std::size_t lines = 0;
     while ((count = ::read(STDIN_FILENO, buffer, sizeof buffer)) > 0) {
       line.append(buffer, static_cast<std::size_t>(count));
       for (auto end = line.find('\n'); end != std::string::npos; end = line.find('\n')) {
-        if (end > 0) take(line.substr(0, end));
+        if (end > 0) {
+          take(line.substr(0, end));
+          ++lines;
+        }
         line.erase(0, end + 1);
       }
       if (line.size() > kMaxInputBytes) return fail("a line is longer than any frame");
     }
     if (count < 0) return fail(std::string("cannot read standard input: ") + std::strerror(errno));
-    if (!line.empty()) take(line);
+    if (!line.empty()) {
+      take(line);
+    } else if (lines == 0) {
+      exit_code = fail("there was no frame on standard input");
+    }
   }
   return exit_code;
 }

@@ -1,10 +1,13 @@
 #include "cli/frames/unseal.hpp"
 
+#include <fcntl.h>
 #include <pcap/pcap.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -13,6 +16,7 @@
 #include "cli/common/commands.hpp"
 #include "cli/frames/capture_files.hpp"
 #include "cli/text/hex.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -53,28 +57,57 @@ std::string Unsealer::operator()(std::string_view frame) {
   return {plain.begin(), plain.end()};
 }
 
-std::string Unsealer::summary() const {
-  if (!opener_) return {};
-  return "; " + std::to_string(opened_) + " frames unsealed, " + std::to_string(left_sealed_) +
-         " left sealed (of another key, or damaged)";
+int Unsealer::tell(const std::string& written) const {
+  if (!opener_) return print(written + "\n");
+  const std::string text = written + "; " + text::counted(opened_, "frame") + " unsealed, " +
+                           std::to_string(left_sealed_) +
+                           " left sealed (of another key, or damaged)";
+  return opened_ == 0 && left_sealed_ > 0 ? fail(text) : print(text + "\n");
 }
 
-int copy_capture(const std::string& from, const std::string& to, Unsealer& unseal) {
-  char problem[PCAP_ERRBUF_SIZE] = "";
-  const std::unique_ptr<pcap_t, FileCloser> source(
-      pcap_open_offline_with_tstamp_precision(from.c_str(), PCAP_TSTAMP_PRECISION_NANO, problem));
-  if (!source) return fail("cannot read " + from + ": " + problem);
+namespace {
+
+/// A capture to read, or what is wrong with it in `problem`.
+std::unique_ptr<pcap_t, FileCloser> open_source(const std::string& path, std::string& problem) {
+  const int fd = path == "-" ? ::dup(STDIN_FILENO) : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  std::FILE* const file = fd < 0 ? nullptr : ::fdopen(fd, "r");
+  if (file == nullptr) {
+    problem = "cannot read " + path + ": " + std::strerror(errno);
+    if (fd >= 0) ::close(fd);
+    return nullptr;
+  }
+  char why[PCAP_ERRBUF_SIZE] = "";
+  std::unique_ptr<pcap_t, FileCloser> source(
+      pcap_fopen_offline_with_tstamp_precision(file, PCAP_TSTAMP_PRECISION_NANO, why));
+  if (!source) {
+    std::fclose(file);
+    problem = "cannot read " + path + ": " + why;
+  }
+  return source;
+}
+
+}  // namespace
+
+int copy_capture(const CaptureArguments& arguments, Unsealer& unseal) {
+  const std::string& from = arguments.from;
+  const std::string& to = arguments.file;
+  std::string problem;
+  const auto source = open_source(from, problem);
+  if (!source) return fail(problem);
   if (pcap_datalink(source.get()) != DLT_EN10MB) {
     return fail(from +
                 " is not a capture of Ethernet frames, as swarmtalk-cli capture writes them");
   }
-  const std::unique_ptr<pcap_dumper_t, FileCloser> target(pcap_dump_open(source.get(), to.c_str()));
-  if (!target) return fail("cannot write " + to + ": " + pcap_geterr(source.get()));
+  CaptureWriter target;
+  if (problem = target.open(to, arguments.replaces, source.get()); !problem.empty()) {
+    return fail(problem);
+  }
   std::uint64_t frames = 0;
   pcap_pkthdr* header = nullptr;
   const std::uint8_t* data = nullptr;
-  int result = 0;
-  while ((result = pcap_next_ex(source.get(), &header, &data)) == 1) {
+  int result = PCAP_ERROR_BREAK;
+  while ((arguments.count == 0 || frames < arguments.count) &&
+         (result = pcap_next_ex(source.get(), &header, &data)) == 1) {
     std::string bytes(reinterpret_cast<const char*>(data), header->caplen);
     if (bytes.size() > kEthernetHeaderBytes) {
       bytes.replace(kEthernetHeaderBytes, std::string::npos,
@@ -86,10 +119,11 @@ int copy_capture(const std::string& from, const std::string& to, Unsealer& unsea
               reinterpret_cast<const u_char*>(bytes.data()));
     ++frames;
   }
-  if (result != PCAP_ERROR_BREAK)
+  if (result != PCAP_ERROR_BREAK && result != 1) {
     return fail(from + " is cut off or damaged: " + pcap_geterr(source.get()));
-  if (pcap_dump_flush(target.get()) != 0) return fail("cannot write " + to);
-  return print(to + ": " + std::to_string(frames) + " frames" + unseal.summary() + "\n");
+  }
+  if (problem = target.take_place(); !problem.empty()) return fail(problem);
+  return unseal.tell(to + ": " + text::counted(frames, "frame"));
 }
 
 }  // namespace swarmtalk::cli

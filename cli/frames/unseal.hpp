@@ -11,6 +11,8 @@
 
 namespace swarmtalk::cli {
 
+struct CaptureArguments;
+
 class Unsealer {
  public:
   /// @param key_file  empty: frames stay as they are
@@ -20,8 +22,9 @@ class Unsealer {
   /// The frame unsealed; as it is when it is not sealed, or cannot be opened.
   std::string operator()(std::string_view frame);
 
-  /// "; 7 frames unsealed, 1 left sealed", or nothing without a key.
-  std::string summary() const;
+  /// Prints what was written, and with a key "; 7 frames unsealed, 1 left sealed". A key that opens
+  /// none of the sealed frames is the wrong one. @return the exit code
+  int tell(const std::string& written) const;
 
  private:
   std::optional<frame::Opener> opener_;
@@ -29,7 +32,7 @@ class Unsealer {
   std::uint64_t left_sealed_ = 0;
 };
 
-/// Copies a capture, frames unsealed. @return the exit code
-int copy_capture(const std::string& from, const std::string& to, Unsealer& unseal);
+/// Copies the capture `from`, frames unsealed. @return the exit code
+int copy_capture(const CaptureArguments& arguments, Unsealer& unseal);
 
 }  // namespace swarmtalk::cli

@@ -11,6 +11,8 @@
 #include "cli/text/columns.hpp"
 #include "cli/text/format.hpp"
 #include "cli/text/numbers.hpp"
+#include "cli/text/table.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -100,15 +102,22 @@ int channels(const Common& common, const ChannelsArguments& arguments) {
   std::vector<std::vector<std::string>> rows{
       {"CHANNEL", "NUMBER", "MSG/S", "BYTES/S", "PUBLISHERS HERE", "SUBSCRIBERS", "ROBOTS"}};
   for (const Json& each : list) rows.push_back(row_of(each));
+  const Look look = look_of_output();
   std::string text;
-  for (const std::string& line : columns(rows, "lrrrrrl")) text += line + "\n";
+  bool is_too_wide = false;
+  for (const std::string& line : columns(rows, "lrrrrrl")) {
+    text += line + "\n";
+    is_too_wide = is_too_wide || (look.columns != 0 && width_of(line) > look.columns);
+  }
+  if (is_too_wide) text = table(rows, look);  // a block for each
   if (list.empty()) {
-    text = "no channel is in use here, and none was heard in " + rate_text(listened_s) + " s\n";
+    text = folded(
+        "no channel is in use here, and none was heard in " + rate_text(listened_s) + " s\n", look);
   }
   const int printed = print(text);
   if (air.sealed_frames() > 0) {
-    fail(std::to_string(air.sealed_frames()) +
-         " frames were sealed with a swarm key; their channels cannot be seen");
+    fail(text::counted(air.sealed_frames(), "frame was", "frames were") +
+         " sealed with a swarm key; their channels cannot be seen");
   }
   return caught_signal() == 0 ? printed : kExitSignal + caught_signal();
 }

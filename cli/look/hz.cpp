@@ -7,6 +7,7 @@
 #include "cli/common/deadline.hpp"
 #include "cli/common/link_watch.hpp"
 #include "cli/common/looking.hpp"
+#include "cli/common/quiet_watch.hpp"
 #include "cli/text/format.hpp"
 #include "cli/text/numbers.hpp"
 
@@ -113,18 +114,21 @@ int hz(const Common& common, const HzArguments& arguments) {
   Client client = make_client(common);
   if (const Status status = client.connect(); !status) return fail(status);
   stop_on_signals(client);
-  tell_connection(client);
-  client.on_error({});
+  Status lost_daemon;
+  client.on_disconnect([&](const Status& status) { lost_daemon = status; });
   Senders senders;
   Loss lost;
   std::vector<Subscriber> subscribers;
+  QuietWatch quiet(client, arguments.channels);
   for (const std::string& channel : arguments.channels) {
     const auto receive = [&, channel](const Message& message) {
       lost += message.lost_before;
+      quiet.heard(channel);
       senders[{channel, message.sender}].add(message.received_at.value_or(Clock::now()));
     };
-    subscribers.push_back(open_channel(client, channel, {}).subscriber(receive));
-    if (const Status status = subscribers.back().status(); !status) return fail(status);
+    Subscriber subscriber = open_channel(client, channel, {}).subscriber(receive);
+    if (const Status status = subscriber.status(); !status) return fail(status);
+    if (is_new(subscriber, subscribers)) subscribers.push_back(std::move(subscriber));
   }
   LinkWatch links(client);
   int written = kExitOk;
@@ -134,7 +138,10 @@ int hz(const Common& common, const HzArguments& arguments) {
     const auto end = after(begin, seconds(arguments.seconds));
     while (caught_signal() == 0 && Clock::now() < end) {
       links.look();
-      client.run_once(std::min(end, links.next()) - Clock::now());
+      if (links.has_told()) quiet.stop();
+      quiet.look();
+      client.run_once(std::min({end, links.next(), quiet.next()}) - Clock::now());
+      if (!lost_daemon) return fail(lost_daemon);  // what comes later is no rate any more
     }
     if (caught_signal() != 0) return kExitSignal + caught_signal();
     const auto now = Clock::now();

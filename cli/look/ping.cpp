@@ -146,13 +146,6 @@ class Pinger {
     return hops == Message::kHopsUnknown ? Json() : Json(hops);
   }
 
-  static std::optional<double> median(std::vector<double> values) {
-    if (values.empty()) return std::nullopt;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-
   Json hops_json() {
     Json hops = Json::array();
     if (!arguments_.is_by_hop) return hops;
@@ -225,14 +218,18 @@ class Pinger {
         if (asked_[robot].sent.empty()) continue;  // found with the last answer
         std::ostringstream line;
         line.precision(2);
-        const std::uint32_t hops = asked_[robot].hops;
-        line << std::fixed << "hop "
-             << (hops == Message::kHopsUnknown ? "?" : std::to_string(hops + 1)) << "  robot "
-             << robot << ": ";
+        const Json hops = number_of_hops(asked_[robot].hops);
+        line << std::fixed << "robot " << robot << ": hops there "
+             << (hops.is_null() ? "not known" : hops.dump()) << "  ";
         if (const auto ms = median(asked_[robot].round_trips_ms)) line << *ms << " ms  ";
         text += line.str() + counts(asked_[robot]) + "\n";
       }
       written_ = print(arguments_.is_by_hop ? text : counts(asked) + "\n");
+    }
+    if (asked.answered == 0 && caught_signal() == 0 && !client_.is_connected()) {
+      return fail("robot " + std::to_string(arguments_.robot) +
+                      " could not be asked any more: this robot's swarmtalkd is gone",
+                  kExitNoDaemon);
     }
     if (asked.answered == 0 && caught_signal() == 0) {
       return fail("robot " + std::to_string(arguments_.robot) +

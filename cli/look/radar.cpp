@@ -9,6 +9,7 @@
 #include "cli/common/looking.hpp"
 #include "cli/look/screen.hpp"
 #include "cli/text/format.hpp"
+#include "cli/text/table.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -20,6 +21,7 @@ int write_radar(const Common& common, const std::vector<Neighbour>& neighbours, 
   } else {
     RadarLook look;
     look.range_m = range_m;
+    if (const std::size_t columns = look_of_output().columns; columns != 0) look.width = columns;
     for (const std::string& line : radar_lines(neighbours, look)) text += line + "\n";
   }
   return print(text);
@@ -72,7 +74,7 @@ int radar(const Common& common, const ScreenArguments& arguments) {
     }
   }
   screen.close();
-  if (!status) return fail(status);
+  if (!status) return fail_of_screen(status);
   return kExitSignal + caught_signal();
 }
 

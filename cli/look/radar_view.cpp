@@ -96,7 +96,7 @@ std::vector<std::string> radar_lines(const std::vector<Neighbour>& neighbours,
   const double range_m = radar_range_m(neighbours, look.range_m);
   std::vector<std::string> unplaced;
   std::vector<std::string> beyond;
-  std::vector<std::string> behind;
+  std::vector<const Neighbour*> behind;
   std::vector<const Neighbour*> placed;
   for (const Neighbour& each : neighbours) {
     if (!has_place(each)) {
@@ -120,7 +120,7 @@ std::vector<std::string> radar_lines(const std::vector<Neighbour>& neighbours,
     const double share = static_cast<double>(each->distance_m) / range_m;
     const auto bearing = static_cast<double>(each->bearing_rad);
     if (!plot.put(share * std::cos(bearing), share * std::sin(bearing), mark(*each), true)) {
-      behind.push_back(mark(*each));
+      behind.push_back(each);
     }
   }
   std::vector<std::string> lines = plot.lines();
@@ -129,7 +129,11 @@ std::vector<std::string> radar_lines(const std::vector<Neighbour>& neighbours,
                            metres(static_cast<float>(range_m)),
                        look.width));
   lines.push_back(clip("^ us, heading up; 7~ 1 s old, 7? 3 s", look.width));
-  list("no room to draw:", behind, look.width, lines);
+  std::sort(behind.begin(), behind.end(),
+            [](const auto* a, const auto* b) { return a->node_id < b->node_id; });
+  std::vector<std::string> behind_marks;
+  for (const Neighbour* each : behind) behind_marks.push_back(mark(*each));
+  list("no room to draw:", behind_marks, look.width, lines);
   list("farther:", beyond, look.width, lines);
   list("place unknown:", unplaced, look.width, lines);
   return lines;

@@ -12,6 +12,9 @@
 namespace swarmtalk::cli {
 namespace {
 
+constexpr const char* kUndrawable =
+    "the terminal cannot be drawn on; set TERM to its kind, as in TERM=xterm; ";
+
 bool is_head(const std::string& line) {
   const auto is_small = [](char letter) { return letter >= 'a' && letter <= 'z'; };
   return !line.empty() && line[0] >= 'A' && line[0] <= 'Z' &&
@@ -21,17 +24,23 @@ bool is_head(const std::string& line) {
 }  // namespace
 
 std::string Screen::open(const char* verb) {
-  const std::string instead =
-      "; " + std::string(verb) + " --once prints it once, --json a line each period";
+  return open(verb, std::string(verb) + " --once prints it once, --json a line each period");
+}
+
+std::string Screen::open(const std::string& verb, const std::string& instead) {
   if (::isatty(STDOUT_FILENO) == 0 || ::isatty(STDIN_FILENO) == 0) {
-    return std::string(verb) + " draws on a terminal, and this is none" + instead;
+    return verb + " draws on a terminal, and this is none; " + instead;
   }
   std::setlocale(LC_CTYPE, "");
   SCREEN* screen = ::newterm(nullptr, stdout, stdin);
   if (screen == nullptr) {
-    return "the terminal cannot be drawn on; set TERM to its kind, as in TERM=xterm" + instead;
+    return kUndrawable + instead;
   }
   screen_ = screen;
+  if (::tigetstr("cup") == nullptr) {  // TERM=dumb: lines only, one below the other
+    close();
+    return kUndrawable + instead;
+  }
   ::cbreak();
   ::noecho();
   ::nodelay(stdscr, TRUE);

@@ -11,6 +11,15 @@ namespace swarmtalk::cli {
 class Screen {
  public:
   static constexpr int kNoKey = -1;
+  static constexpr int kEscape = 27;
+  static constexpr int kDelete = 127;
+  static constexpr int kDown = 0402;  // these as ncurses tells them
+  static constexpr int kUp = 0403;
+  static constexpr int kLeft = 0404;
+  static constexpr int kRight = 0405;
+  static constexpr int kBackspace = 0407;
+  static constexpr int kPageDown = 0522;
+  static constexpr int kPageUp = 0523;
 
   Screen() = default;
   Screen(const Screen&) = delete;
@@ -19,6 +28,8 @@ class Screen {
 
   /// @return empty, or one sentence: why there is none, and what to do
   std::string open(const char* verb);
+  /// @param instead  what does without a screen
+  std::string open(const std::string& verb, const std::string& instead);
   void close();
 
   std::size_t width() const;

@@ -9,6 +9,7 @@
 #include "cli/common/link_watch.hpp"
 #include "cli/look/all_channels.hpp"
 #include "cli/text/format.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 
@@ -33,6 +34,10 @@ int sub_all(const Common& common, const SubArguments& arguments, const MessageTe
     ++heard;
     lost += message.lost_before;
     const auto line = text.line(channel, message, common.is_json);
+    if (line && !arguments.look.pattern.empty()) {  // plain but for what the pattern itself holds
+      written = print_as_is(*line + "\n");
+      return;
+    }
     written = print((line             ? *line
                      : common.is_json ? to_json(channel, message).dump()
                                       : to_line(channel, message)) +
@@ -56,7 +61,7 @@ int sub_all(const Common& common, const SubArguments& arguments, const MessageTe
     }
     client.process();
   }
-  if (lost) fail("heard " + std::to_string(heard) + " messages, lost " + loss_text(lost));
+  if (lost) fail("heard " + text::counted(heard, "message") + ", lost " + loss_text(lost));
   if (caught_signal() != 0) return kExitSignal + caught_signal();
   if (written != kExitOk) return written;
   if (!is_enough() && arguments.count != 0) {

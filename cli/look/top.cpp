@@ -8,13 +8,17 @@
 #include "cli/look/top_view.hpp"
 #include "cli/text/columns.hpp"
 #include "cli/text/numbers.hpp"
+#include "cli/text/table.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-constexpr int kEscape = 27;
-constexpr int kDelete = 127;
-constexpr int kBackspace = 0407;  // as ncurses tells it
+/// Of UTF-8: keys come byte by byte.
+void drop_last_character(std::string& text) {
+  const auto is_continued = [](char byte) { return (byte & 0xC0) == 0x80; };
+  while (!text.empty() && is_continued(text.back())) text.pop_back();
+  if (!text.empty()) text.pop_back();
+}
 
 /// What `top` asks again and again, and what the user wants to see of it.
 class Top {
@@ -26,6 +30,7 @@ class Top {
         air_(common.socket_path) {
     look_.filter = arguments.filter;
     if (!arguments.sort.empty()) look_.sort = arguments.sort;
+    if (const std::size_t columns = look_of_output().columns; columns != 0) look_.width = columns;
   }
 
   int run() {
@@ -60,7 +65,7 @@ class Top {
       if (!has_screen && (arguments_.is_once || shown + 1 == arguments_.count)) return kExitOk;
     }
     screen.close();
-    if (!status) return fail(status);
+    if (!status) return fail_of_screen(status);
     return caught_signal() == 0 ? kExitOk : kExitSignal + caught_signal();
   }
 
@@ -90,23 +95,30 @@ class Top {
     if (is_typing_) {
       if (key == '\n' || key == '\r') {
         is_typing_ = false;
-      } else if (key == kEscape) {
+      } else if (key == Screen::kEscape) {
         is_typing_ = false;
         look_.filter.clear();
-      } else if (key == kDelete || key == kBackspace || key == '\b') {
-        if (!look_.filter.empty()) look_.filter.pop_back();
+      } else if (key == Screen::kDelete || key == Screen::kBackspace || key == '\b') {
+        drop_last_character(look_.filter);
       } else if (key >= ' ' && key < 256) {
         look_.filter += static_cast<char>(key);
       }
       return;
     }
     if (key == 'q') is_ended_ = true;
+    const std::size_t page = shown_.is_null() ? 1 : top_page(shown_, look_);
+    if (key == Screen::kDown || key == 'j') ++look_.down;
+    if (key == Screen::kPageDown) look_.down += page;
+    if (key == Screen::kUp || key == 'k') look_.down -= std::min<std::size_t>(look_.down, 1);
+    if (key == Screen::kPageUp) look_.down -= std::min(look_.down, page);
     if (key == ' ') is_paused_ = !is_paused_;
     if (key == '/') {
       is_typing_ = true;
       look_.filter.clear();
+      look_.down = 0;
     }
     if (key == 's') {
+      look_.down = 0;
       look_.sort = look_.sort == "name" ? "rate" : look_.sort == "rate" ? "lost" : "name";
     }
   }
@@ -122,6 +134,7 @@ class Top {
     if (shown_.is_null()) {
       screen.draw({"listening...", look_.foot});
     } else {
+      look_.down = std::min(look_.down, top_most_down(shown_, look_));
       screen.draw(top_lines(shown_, look_));
     }
   }

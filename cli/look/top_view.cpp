@@ -1,10 +1,12 @@
 #include "cli/look/top_view.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "cli/text/columns.hpp"
 #include "cli/text/numbers.hpp"
+#include "text/channel_name.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -122,12 +124,20 @@ bool has(const std::string& name, const std::string& filter) {
   return filter.empty() || name.find(filter) != std::string::npos;
 }
 
+/// Nobody here has told its name, and its number is the one that this name gives.
+bool is_called(const Json& channel, const std::string& name) {
+  return channel["name"].is_null() && name.find_first_not_of("0123456789") != std::string::npos &&
+         channel["number"].get<std::uint32_t>() == text::hashed_channel(name);
+}
+
 /// By name; or the most first, and those of the same figure by name.
 template <typename Figure, typename Name>
 std::vector<Json> sorted(const Json& list, const TopLook& look, Name name, Figure figure) {
   std::vector<Json> all;
   for (const Json& each : list) {
-    if (has(name(each), look.filter)) all.push_back(each);
+    const bool is_wanted =
+        has(name(each), look.filter) || (each.contains("number") && is_called(each, look.filter));
+    if (is_wanted) all.push_back(each);
   }
   std::stable_sort(all.begin(), all.end(), [&](const Json& a, const Json& b) {
     const double first = figure(a);
@@ -206,17 +216,52 @@ Rows neighbour_rows(const Json& top, const TopLook& look) {
   return rows;
 }
 
-/// The head and as many lines as fit; of what is left out the number.
-void add(const Rows& rows, std::string_view alignment, std::size_t width, std::size_t room,
-         std::vector<std::string>& lines) {
-  std::vector<std::string> table = columns(rows, alignment, width);
-  if (table.size() > room) {
-    const std::size_t left_out = table.size() - room + 1;
-    table.resize(room - 1);
-    table.push_back(clip("  and " + std::to_string(left_out) + " more", width));
+struct Table {
+  Rows rows;  // the first is the head
+  std::string_view alignment;
+  std::size_t room = 2;  // lines, with the head
+
+  /// Rows that are seen where not all are: the head and a line about the others need room too.
+  std::size_t seen() const { return rows.size() <= room ? rows.size() - 1 : room - 2; }
+  std::size_t unseen() const { return rows.size() - 1 - seen(); }
+  std::size_t most_down() const { return seen() == 0 ? 0 : unseen(); }
+};
+
+/// What one needs less, the others have more; each has its head and a line.
+std::array<Table, 3> tables_of(const Json& top, const TopLook& look) {
+  std::array<Table, 3> tables{{{channel_rows(top, look), "lrrrrrrll"},
+                               {program_rows(top, look), "lrrrrrr"},
+                               {neighbour_rows(top, look), "lrrrrll"}}};
+  const std::size_t around = 1 + 3 + (look.foot.empty() ? 0 : 1);
+  std::size_t room = look.height > around ? look.height - around : 0;
+  std::array<Table*, 3> shortest{&tables[0], &tables[1], &tables[2]};
+  std::stable_sort(shortest.begin(), shortest.end(),
+                   [](const Table* a, const Table* b) { return a->rows.size() < b->rows.size(); });
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t share = std::max<std::size_t>(2, room / (3 - i));
+    Table& table = *shortest[i];
+    table.room = std::min(share, std::max<std::size_t>(2, table.rows.size()));
+    room -= std::min(room, table.room);
   }
-  if (rows.size() == 1) table.push_back("  none");
-  lines.insert(lines.end(), table.begin(), table.end());
+  return tables;
+}
+
+/// The head and as many lines as fit; of what is left out the number.
+/// @param none  what stands there when there is nothing
+void add(const Table& table, const TopLook& look, const char* none,
+         std::vector<std::string>& lines) {
+  const std::vector<std::string> all = columns(table.rows, table.alignment, look.width);
+  const std::size_t above = std::min(look.down, table.most_down());
+  const std::size_t below = table.unseen() - above;
+  lines.push_back(all[0]);
+  const auto first = all.begin() + 1 + static_cast<std::ptrdiff_t>(above);
+  lines.insert(lines.end(), first, first + static_cast<std::ptrdiff_t>(table.seen()));
+  std::string rest;
+  if (below > 0) rest = "and " + std::to_string(below) + " more";
+  if (above > 0) rest += (rest.empty() ? "" : ", ") + std::to_string(above) + " above";
+  if (above == 0 && table.most_down() > 0 && !look.foot.empty()) rest += ": arrow down";
+  if (!rest.empty()) lines.push_back(clip("  " + rest, look.width));
+  if (table.rows.size() == 1) lines.emplace_back(none);
 }
 
 }  // namespace
@@ -249,22 +294,29 @@ std::vector<std::string> top_lines(const Json& top, const TopLook& look) {
     head += "  sealed frames: channels of others are not seen";
   }
   lines.push_back(clip(head, look.width));
-  const Rows tables[] = {channel_rows(top, look), program_rows(top, look),
-                         neighbour_rows(top, look)};
-  const std::string_view alignments[] = {"lrrrrrrll", "lrrrrrr", "lrrrrll"};
-  // What one needs less, the others have more; each has its head and a line.
-  const std::size_t around = 1 + 3 + (look.foot.empty() ? 0 : 1);
-  std::size_t room = look.height > around ? look.height - around : 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t share = std::max<std::size_t>(2, room / (3 - i));
-    const std::size_t wanted = std::max<std::size_t>(2, tables[i].size());
-    const std::size_t given = std::min(share, wanted);
+  for (const Table& table : tables_of(top, look)) {
     lines.emplace_back();
-    add(tables[i], alignments[i], look.width, given, lines);
-    room -= std::min(room, given);
+    add(table, look, look.filter.empty() ? "  none" : "  none of that name", lines);
   }
-  if (!look.foot.empty()) lines.push_back(clip(look.foot, look.width));
+  if (!look.foot.empty()) {  // the keys are seen however low the terminal is
+    lines.resize(std::min(lines.size(), std::max<std::size_t>(look.height, 2) - 1));
+    lines.push_back(clip(look.foot, look.width));
+  }
   return lines;
+}
+
+std::size_t top_most_down(const Json& top, const TopLook& look) {
+  std::size_t most = 0;
+  for (const Table& table : tables_of(top, look)) most = std::max(most, table.most_down());
+  return most;
+}
+
+std::size_t top_page(const Json& top, const TopLook& look) {
+  std::size_t page = 0;
+  for (const Table& table : tables_of(top, look)) {
+    if (table.most_down() > 0) page = page == 0 ? table.seen() : std::min(page, table.seen());
+  }
+  return std::max<std::size_t>(page, 1);
 }
 
 }  // namespace swarmtalk::cli

@@ -27,8 +27,9 @@ struct TopLook {
   std::size_t width = 80;
   std::size_t height = 1000;
   std::string sort = "name";  // name, rate, lost
-  std::string filter;         // only what has this in its name
+  std::string filter;         // only what has this in its name, or the number of this name
   std::string foot;           // last line; empty: none
+  std::size_t down = 0;       // rows that each table which is too long is moved up by
 };
 
 /// @param seconds  between the two
@@ -36,5 +37,12 @@ Json top_json(const TopState& before, const TopState& now, double seconds);
 
 /// A few lines of head, then channels, programs and neighbours, each as far as there is room.
 std::vector<std::string> top_lines(const Json& top, const TopLook& look);
+
+/// How far down there is something to be seen: the greatest `down` that matters.
+std::size_t top_most_down(const Json& top, const TopLook& look);
+
+/// Rows that may be passed over at once with none unseen: as many as the smallest table shows of
+/// those that are too long; 1 or more.
+std::size_t top_page(const Json& top, const TopLook& look);
 
 }  // namespace swarmtalk::cli

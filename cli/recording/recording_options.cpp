@@ -11,15 +11,17 @@ void add_record(CLI::App& app, const Common& common, Verb& verb) {
   auto arguments = std::make_shared<RecordArguments>();
   auto* command = app.add_subcommand(
       "record", "Record what is heard, with all that was sensed, as an MCAP file or as lines");
-  command->add_option("FILE", arguments->file, "the recording; with --jsonl: standard output");
+  auto* const file = command->add_option(
+      "FILE", arguments->file, "the recording; lines of --jsonl go to standard output instead");
   command->add_option("-c,--channels", arguments->channels, "only these; default: all")
       ->delimiter(',')
+      ->allow_extra_args(false)  // FILE may follow
       ->check(channel());
-  command->add_flag("--jsonl", arguments->is_jsonl, "one JSON object a line, for pipes");
-  command->add_flag("--replace", arguments->replaces, "FILE may exist and is overwritten");
-  command->add_option("-C,--count", arguments->count, "end after so many messages")
-      ->check(whole_number())
-      ->check(above_zero());
+  command->add_flag("--jsonl", arguments->is_jsonl, "one JSON object a line, for pipes")
+      ->excludes(file);
+  command->add_flag("--replace", arguments->replaces, "FILE may exist and is overwritten")
+      ->needs(file);
+  command->add_option("-C,--count", arguments->count, "end after so many messages")->check(count());
   command
       ->add_option("-W,--timeout", arguments->timeout_s,
                    "end after so many seconds; exit code 124 when -C was not reached")
@@ -38,7 +40,9 @@ void add_play(CLI::App& app, const Common& common, Verb& verb) {
       app.add_subcommand("play", "Publish a recording's messages again, with the same spacing");
   command->add_option("FILE", arguments->file, "what `record` has written")->required();
   command->add_option("-c,--channels", arguments->channels, "only these; default: all")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false)  // FILE may follow
+      ->check(channel());
   command->add_option("--rate", arguments->rate, "times the speed of the recording")
       ->check(above_zero())
       ->capture_default_str();
@@ -46,7 +50,7 @@ void add_play(CLI::App& app, const Common& common, Verb& verb) {
   command->add_flag("--wait", arguments->waits,
                     "begin when another robot is heard, or a program here listens to a channel");
   command->add_option("--ttl", arguments->ttl, "hops after the first")
-      ->check(whole_number())
+      ->check(ttl())
       ->capture_default_str();
   command->callback([&common, &verb, arguments] {
     verb = [&common, arguments] { return play(common, *arguments); };

@@ -24,6 +24,7 @@ std::string to_line(const HarvestedValue& value, bool is_json) {
          payload_text(value.value) + (value.local ? "  from this robot" : "") + "\n";
 }
 
+/// Until `written` is something else than kExitOk, a signal, or the deadline.
 int run(Client& client, Clock::time_point deadline, const int& written) {
   LinkWatch links(client);
   while (written == kExitOk && caught_signal() == 0 && Clock::now() < deadline) {
@@ -55,6 +56,10 @@ int harvest(const Common& common, const HarvestArguments& arguments) {
   const auto found = [&](const HarvestedValue& value) {
     if (written == kExitOk) written = print(to_line(value, common.is_json));
   };
+  // A daemon that comes back does not know the question.
+  client.on_disconnect([&](const Status&) {
+    if (written == kExitOk) written = fail("swarmtalkd closed the connection", kExitNoDaemon);
+  });
   const Status asked = harvest.ask(arguments.prefix, found, arguments.ttl);
   if (!asked) return fail(asked);
   return run(client, after(Clock::now(), seconds(arguments.timeout_s)), written);

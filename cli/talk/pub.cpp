@@ -4,7 +4,9 @@
 
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
+#include "cli/common/quiet_watch.hpp"
 #include "cli/talk/pub_input.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -80,7 +82,14 @@ class Sender {
     if (caught_signal() != 0) return kExitOk;
     const Status status = send(payload);
     if (caught_signal() != 0) return kExitOk;
-    if (!status && (arguments_.repeat != 0 || !is_interruption(status))) return fail(status);
+    if (!status && (arguments_.repeat != 0 || !is_interruption(status))) {
+      const bool is_lost = arguments_.is_lines && status.code() == StatusCode::kDisconnected;
+      if (!is_lost) return fail(status);
+      return fail("lost swarmtalkd; " + text::counted(left_, "line has", "lines have") +
+                      " been sent, the next one and those after it have not",
+                  kExitNoDaemon);
+    }
+    if (status) ++left_;
     tell(status);
     if (arguments_.rate_hz > 0) next_ = after(next_, seconds(1 / arguments_.rate_hz));
     const auto now = Clock::now();
@@ -130,6 +139,7 @@ class Sender {
   std::optional<Status> sent_;
   Publisher publisher_;
   bool is_interrupted_ = false;
+  std::uint64_t left_ = 0;  // messages
   Clock::time_point next_ = Clock::now();
 };
 
@@ -150,6 +160,11 @@ int pub(const Common& common, const PubArguments& arguments) {
   if (arguments.repeat == 0) tell_connection(client);
   Sender sender(client, arguments);
   if (const Status status = sender.publisher().status(); !status) return fail(status);
+  DaemonStatus daemon;
+  if (client.get_status(daemon)) {
+    const std::string hint = misspelt_text(arguments.channel, daemon);
+    if (!hint.empty()) fail(hint);  // it may be a channel of other robots: it is sent all the same
+  }
   if (!arguments.redundancy.empty() && !sender.publisher().has_redundancy()) {
     fail("messages leave without repair packets: no link of channel " + arguments.channel +
          " has profile \"wifi\", or swarmtalkd is an older one; use --copies");

@@ -7,8 +7,9 @@
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
 #include "cli/common/link_watch.hpp"
-#include "cli/talk/quiet_watch.hpp"
+#include "cli/common/quiet_watch.hpp"
 #include "cli/text/format.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -65,15 +66,17 @@ int sub(const Common& common, const SubArguments& arguments) {
       ++heard;
       lost += message.lost_before;
       const auto own_line = text->line(channel, message, common.is_json);
-      if (own_line) written = print(*own_line + "\n");
+      const bool is_plain = !arguments.look.pattern.empty();
+      if (own_line) written = is_plain ? print_as_is(*own_line + "\n") : print(*own_line + "\n");
       if (!own_line)
         written = print(
             (common.is_json ? to_json(channel, message).dump() : to_line(channel, message, look)) +
             "\n");
       is_enough = written != kExitOk || (arguments.count != 0 && heard == arguments.count);
     };
-    subscribers.push_back(open_channel(client, channel, options).subscriber(receive, policy));
-    if (const Status status = subscribers.back().status(); !status) return fail(status);
+    Subscriber subscriber = open_channel(client, channel, options).subscriber(receive, policy);
+    if (const Status status = subscriber.status(); !status) return fail(status);
+    if (is_new(subscriber, subscribers)) subscribers.push_back(std::move(subscriber));
   }
 
   LinkWatch links(client);
@@ -87,7 +90,7 @@ int sub(const Common& common, const SubArguments& arguments) {
       return end_without_reader();
     client.process();
   }
-  if (lost) fail("heard " + std::to_string(heard) + " messages, lost " + loss_text(lost));
+  if (lost) fail("heard " + text::counted(heard, "message") + ", lost " + loss_text(lost));
   if (caught_signal() != 0) return kExitSignal + caught_signal();
   if (written != kExitOk) return written;
   if (!is_enough && arguments.count != 0) {

@@ -6,6 +6,7 @@ namespace swarmtalk::cli {
 namespace {
 
 constexpr std::size_t kColumnGap = 2;
+constexpr std::size_t kLeftOutWidth = 4;  // " +12", after the head
 
 bool begins_character(char byte) {
   return (static_cast<unsigned char>(byte) & 0xC0) != 0x80;
@@ -43,8 +44,12 @@ std::vector<std::string> columns(const std::vector<std::vector<std::string>>& ro
     for (std::size_t i = 1; i < count; ++i) total += kColumnGap + widths[i];
     return total;
   };
-  while (shown > 1 && sum(shown) > width) --shown;
-  widths[0] = std::min(widths[0], first_least + (width - std::min(width, sum(shown))));
+  const auto is_too_wide = [&] {
+    return sum(shown) + (shown < widths.size() ? kLeftOutWidth : 0) > width;
+  };
+  while (shown > 1 && is_too_wide()) --shown;
+  const std::size_t used = sum(shown) + (shown < widths.size() ? kLeftOutWidth : 0);
+  widths[0] = std::min(widths[0], first_least + (width - std::min(width, used)));
   std::vector<std::string> lines;
   for (const auto& row : rows) {
     std::string line;
@@ -55,6 +60,10 @@ std::vector<std::string> columns(const std::vector<std::vector<std::string>>& ro
               (alignment[i] == 'r' ? space + cell : cell + space);
     }
     line.erase(line.find_last_not_of(' ') + 1);
+    if (lines.empty() && shown < widths.size()) {
+      const std::size_t room = width - std::min(width, width_of(line));
+      line += clip(" +" + std::to_string(widths.size() - shown), room);
+    }
     lines.push_back(line);
   }
   return lines;

@@ -18,7 +18,8 @@ std::string clip(std::string_view text, std::size_t width);
 
 /// @param rows  the first is the head; each has as many cells
 /// @param alignment  a letter a column: l or r
-/// @param width  columns from the right that do not fit are left out; the first is cut
+/// @param width  columns from the right that do not fit are left out, and the head ends with their
+///   number, as in " +3"; the first is cut
 std::vector<std::string> columns(const std::vector<std::vector<std::string>>& rows,
                                  std::string_view alignment, std::size_t width = kAnyWidth);
 

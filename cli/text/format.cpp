@@ -27,13 +27,25 @@ std::string duration(std::chrono::milliseconds value) {
   return seconds < 86400 ? text + 4 : text;
 }
 
-std::string counters(const std::vector<Counter>& list, const std::string& indent) {
+std::string counters(const std::vector<Counter>& list) {
   std::string text;
   for (const Counter& counter : list) {
     if (counter.value == 0) continue;
-    text += indent + counter.name + " " + std::to_string(counter.value) + "\n";
+    text += "  " + counter.name + " " + std::to_string(counter.value) + "\n";
   }
   return text;
+}
+
+/// Of links and daemon, those that have counted something.
+std::string all_counters(const DaemonStatus& status, const Look& look) {
+  std::string text;
+  for (const LinkStatus& link : status.links) {
+    const std::string list = counters(link.counters);
+    if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
+  }
+  const std::string list = counters(status.counters);
+  if (!list.empty()) text += "\nCounters of the daemon\n" + list;
+  return folded(text, look);
 }
 
 Json counters_json(const std::vector<Counter>& list) {
@@ -229,10 +241,10 @@ namespace {
 /// Whose distance and bearing follow, unless they are the sender's.
 std::string via(const Message& message) {
   if (message.transmitter != 0 && message.transmitter != message.sender) {
-    return "  via robot " + std::to_string(message.transmitter) + ",";
+    return "  via robot " + std::to_string(message.transmitter);
   }
   const bool is_relayed = message.hops > 0 && message.hops != Message::kHopsUnknown;
-  return is_relayed ? "  via another robot," : "";
+  return is_relayed ? "  via another robot" : "";
 }
 
 }  // namespace
@@ -321,13 +333,7 @@ std::string to_stats(const DaemonStatus& status, const Look& look) {
   }
   text += "\n" + table(clients, look);
   if (!status.users.empty()) text += "\n" + shares_table(status.users, look);
-  for (const LinkStatus& link : status.links) {
-    const std::string list = counters(link.counters, "  ");
-    if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
-  }
-  const std::string list = counters(status.counters, "  ");
-  if (!list.empty()) text += "\nCounters of the daemon\n" + list;
-  return text;
+  return text + all_counters(status, look);
 }
 
 std::string to_line(const Pose& pose) {
@@ -345,8 +351,8 @@ std::string pose_text(const DaemonStatus& status) {
   const auto seconds_of = [](std::chrono::milliseconds value) {
     return format("%.1f s", static_cast<double>(value.count()) / 1000);
   };
-  return "too old: " + status.pose_told_by + " told it " + seconds_of(*status.pose_age) +
-         " ago, and it is valid for " + seconds_of(status.pose_max_age) +
+  return "too old: set by " + status.pose_told_by + " " + seconds_of(*status.pose_age) +
+         " ago; poses expire after " + seconds_of(status.pose_max_age) +
          " (node.pose_max_age_ms of the configuration)";
 }
 
@@ -364,10 +370,10 @@ std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) 
                     each.pose ? to_line(*each.pose) : "unknown", remark});
   }
   if (neighbours.empty()) {
-    return table(rows, look) +
-           "nobody was heard within the last 10 s; a robot whose programs send nothing is heard "
-           "only "
-           "with beacon_ms in its configuration\n";
+    return folded(table(rows) +
+                      "nobody was heard within the last 10 s; a robot whose programs send nothing "
+                      "is heard only with beacon_ms in its configuration\n",
+                  look);
   }
   return table(rows, look);
 }
@@ -379,6 +385,7 @@ std::string to_text(const DaemonStatus& status, const Look& look) {
                      (status.clients == 1 ? " client\n" : " clients\n");
   text += "pose    " + pose_text(status) + "\n";
   if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";
+  text = folded(text, look);
   std::vector<Row> links{{"LINK", "TYPE", "DEVICE", "PROFILE", "ROBOT", "PACKETS UP TO",
                           "MESSAGES UP TO", "MAX TTL", "STATE"}};
   for (const LinkStatus& link : status.links) {
@@ -396,13 +403,7 @@ std::string to_text(const DaemonStatus& status, const Look& look) {
                         channel.timestamped ? "timestamped" : ""});
   }
   if (channels.size() > 1) text += "\n" + table(channels, look);
-  for (const LinkStatus& link : status.links) {
-    const std::string list = counters(link.counters, "  ");
-    if (!list.empty()) text += "\nCounters of " + link.name + "\n" + list;
-  }
-  const std::string list = counters(status.counters, "  ");
-  if (!list.empty()) text += "\nCounters of the daemon\n" + list;
-  return text;
+  return text + all_counters(status, look);
 }
 
 }  // namespace swarmtalk::cli

@@ -8,11 +8,12 @@
 
 #include "cli/text/format.hpp"
 #include "cli/text/hex.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::cli {
 namespace {
 
-constexpr std::string_view kLetters = "csnpxvldbhIUj%";
+constexpr std::string_view kLetters = "csntpxvldbhIUj%";
 
 std::chrono::microseconds wall(std::chrono::steady_clock::time_point time) {
   using std::chrono::duration_cast;
@@ -56,8 +57,9 @@ std::string unix_time(std::chrono::steady_clock::time_point time) {
 }
 
 const char* MessageText::help() {
-  return "a format: %c channel, %s sender, %n message number, %p payload, %x payload in "
-         "hexadecimal, %v values of --fmt, %l bytes, %d distance in metres, %b bearing in degrees, "
+  return "a format: %c channel, %s sender, %n message number, %t transmitter, the robot that it "
+         "was heard from, %p payload, %x payload in hexadecimal, %v values of --fmt, %l bytes, %d "
+         "distance in metres, %b bearing in degrees, "
          "%h hops, %I time, %U seconds since 1970, %j JSON, %%; \\n, \\t and \\0 too";
 }
 
@@ -73,10 +75,18 @@ std::optional<MessageText> MessageText::make(const LookArguments& arguments, std
   }
   const std::string& pattern = arguments.pattern;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
+    if (pattern[i] == '\\') {
+      const std::string letter = pattern.substr(++i, 1);
+      if (letter.empty() || std::string_view("nt0\\%").find(letter) == std::string_view::npos) {
+        problem = "-F has \\" + letter + "; it takes \\n, \\t, \\0 and \\\\";
+        return std::nullopt;
+      }
+      continue;
+    }
     if (pattern[i] != '%') continue;
     const std::string letter = pattern.substr(++i, 1);
     if (letter.empty() || kLetters.find(letter) == std::string_view::npos) {
-      problem = "-F has %" + letter + "; it takes %c %s %n %p %x %v %l %d %b %h %I %U %j and %%";
+      problem = "-F has %" + letter + "; it takes %c %s %n %t %p %x %v %l %d %b %h %I %U %j and %%";
       return std::nullopt;
     }
     if (letter == "v" && !text.format_) {
@@ -113,7 +123,7 @@ std::string MessageText::by_pattern(const std::string& channel, const Message& m
     }
     switch (pattern[++i]) {
       case 'c':
-        line += channel;
+        line += text::plain(channel);
         break;
       case 's':
         line += std::to_string(message.sender);
@@ -121,14 +131,17 @@ std::string MessageText::by_pattern(const std::string& channel, const Message& m
       case 'n':
         line += std::to_string(message.message_number);
         break;
+      case 't':
+        line += std::to_string(message.transmitter);
+        break;
       case 'p':
-        line += message.payload;
+        line += text::plain(message.payload);
         break;
       case 'x':
         line += to_hex(message.payload);
         break;
       case 'v':
-        line += values(message);
+        line += text::plain(values(message));
         break;
       case 'l':
         line += std::to_string(message.payload.size());
@@ -149,7 +162,7 @@ std::string MessageText::by_pattern(const std::string& channel, const Message& m
         line += unix_time(time_of(message));
         break;
       case 'j':
-        line += to_json(channel, message).dump();
+        line += text::plain(to_json(channel, message).dump());
         break;
       default:
         line += '%';

@@ -125,7 +125,7 @@ std::optional<StructFormat> StructFormat::parse(std::string_view text, std::stri
       text.remove_prefix(digits);
     }
     if (text.empty()) {
-      problem = "a count needs a letter behind it";
+      problem = "a count needs a letter after it";
       return std::nullopt;
     }
     const char letter = text.front();
@@ -150,6 +150,10 @@ std::optional<StructFormat> StructFormat::parse(std::string_view text, std::stri
       }
     }
     format.size_bytes_ += count * size;
+  }
+  if (format.size_bytes_ == 0 && format.items_.empty()) {
+    problem = "it has no values";
+    return std::nullopt;
   }
   format.values_ = format.items_.size();
   return format;
@@ -243,8 +247,8 @@ bool StructFormat::pack(const std::string& word, const Item& item, std::string& 
 std::optional<std::string> StructFormat::pack(const std::vector<std::string>& words,
                                               std::string& problem) const {
   if (words.size() != values_) {
-    problem = "format " + text_ + " takes " + std::to_string(values_) + " values, not " +
-              std::to_string(words.size());
+    problem = "format " + text_ + " takes " + std::to_string(values_) +
+              (values_ == 1 ? " value, not " : " values, not ") + std::to_string(words.size());
     return std::nullopt;
   }
   std::string bytes(size_bytes_, '\0');
@@ -263,8 +267,13 @@ std::string to_text(const StructFormat::Value& value) {
   if (const auto* number = std::get_if<std::uint64_t>(&value)) return std::to_string(*number);
   if (const auto* number = std::get_if<double>(&value)) {
     char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof text, *number, std::chars_format::general, 7);
+    // As many digits as tell it apart, of those that it had: a float says 0.1, and so does a
+    // double.
+    const bool was_float = std::abs(*number) <= std::numeric_limits<float>::max() &&
+                           static_cast<double>(static_cast<float>(*number)) == *number;
+    const auto end = was_float
+                         ? std::to_chars(text, text + sizeof text, static_cast<float>(*number))
+                         : std::to_chars(text, text + sizeof text, *number);
     return {text, end.ptr};
   }
   const std::string& bytes = std::get<std::string>(value);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace swarmtalk::cli {
@@ -18,6 +19,13 @@ struct Look {
 
 /// Of our standard output.
 Look look_of_output();
+
+/// Lines as wide as the terminal; what is indented stays so. Without colours in it.
+std::string folded(const std::string& text, const Look& look);
+
+/// Lines of which what is not plain (text/plain.hpp) is escaped, whoever wrote it; of a Look with
+/// colours its bold and warning stay.
+std::string plain_lines(std::string_view text, const Look& look);
 
 using Row = std::vector<std::string>;
 

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -32,7 +33,8 @@ def pytest_collection_modifyitems(items):
 
 def program(name):
     """Path of one of our programs in the build folder."""
-    places = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab"}
+    places = {"swarmtalkd": "daemon", "swarmtalk-cli": "cli", "swarmtalk-lab": "lab",
+              "swarmtalk-view": "view"}
     return str(BUILD / places.get(name, "tests/integration") / name)
 
 
@@ -54,12 +56,12 @@ class Lab:
     def cli(self, robot, *arguments, **options):
         return self.execute(robot, program("swarmtalk-cli"), *arguments, **options)
 
-    def start(self, robot, *command):
+    def start(self, robot, *command, **options):
         """Starts a command as a robot; returns the running process."""
         words = [program("swarmtalk-lab"), "--name", self.name, "exec", robot, "--", *command]
+        options = {"stdin": subprocess.DEVNULL, **options}
         return subprocess.Popen([str(word) for word in words], text=True,
-                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE)
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
 
     def start_sub(self, robot, *arguments):
         """Starts `swarmtalk-cli sub`; returns it once it is subscribed."""
@@ -138,6 +140,24 @@ def _labs(medium):
     yield make
     for lab in labs:
         lab.down()
+
+
+@pytest.fixture
+def talking_lab(udp_lab):
+    """Three robots; robot 1 publishes on `alarm` and robot 2 on 4711, and robot 3 hears `alarm`."""
+    made = udp_lab(3)
+    cli = program("swarmtalk-cli")
+    started = [made.start(1, cli, "pub", "alarm", "hello", "--repeat", "0", "--rate", "20"),
+               made.start(2, cli, "pub", "4711", "--fmt", "<Hf", "7 2.5", "--repeat", "0",
+                          "--rate", "20")]
+    started.append(made.start_sub(3, "alarm"))
+    started.append(made.start(1, cli, "ping", "--answer"))
+    wait_for(lambda: any(each["name"] == "ping" and each["subscribers"]
+                         for each in made.status(1)["channels"]), what="the answering robot")
+    yield made
+    for process in started:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
 
 
 def one_line(text, *patterns):

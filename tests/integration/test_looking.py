@@ -1,11 +1,8 @@
 """The subcommands that look: channels, hz, ping, decode, pose watch, top, radar; and the formats of
-sub and pub. Screens are looked at through tmux; what --json prints is held against its document."""
-import itertools
+sub and pub. What --json prints is held against its document. Screens: test_screens.py."""
 import json
 import os
-import pty
 import re
-import shutil
 import signal
 import subprocess
 
@@ -14,30 +11,16 @@ from conftest import ROOT, one_line, program, run, wait_for
 
 FRAME = ("535401010032000000023096c8a8000001ce01f4000000000000170002000001" +
          "2b0001126700000006c8a80007000000a040")
-TERMINALS = itertools.count()
 KINDS = {bool: "true or false", int: "integer", float: "number", str: "text", type(None): "null"}
 
 
 @pytest.fixture
-def lab(udp_lab):
-    """Three robots; robot 1 publishes on `alarm` and robot 2 on 4711, and robot 3 hears `alarm`."""
-    made = udp_lab(3)
-    cli = program("swarmtalk-cli")
-    started = [made.start(1, cli, "pub", "alarm", "hello", "--repeat", "0", "--rate", "20"),
-               made.start(2, cli, "pub", "4711", "--fmt", "<Hf", "7 2.5", "--repeat", "0",
-                          "--rate", "20")]
-    started.append(made.start_sub(3, "alarm"))
-    started.append(made.start(1, cli, "ping", "--answer"))
-    wait_for(lambda: any(each["name"] == "ping" and each["subscribers"]
-                         for each in made.status(1)["channels"]), what="the answering robot")
-    yield made
-    for process in started:
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+def lab(talking_lab):
+    return talking_lab
 
 
 def test_channels_names_who_publishes_on_the_air(lab):
-    done = lab.cli(3, "channels", "--json", "-W", "0.6")
+    done = lab.cli(3, "channels", "--json", "-W", "2")
     assert done.returncode == 0, done.stderr
     channels = {each["name"] or each["number"]: each
                 for each in json.loads(done.stdout)["channels"]}
@@ -46,7 +29,7 @@ def test_channels_names_who_publishes_on_the_air(lab):
     assert [each["node_id"] for each in channels[4711]["on_air"]] == [2]
     assert channels[4711]["subscribers_here"] == 0
     assert channels[4711]["on_air"][0]["messages_per_s"] > 0
-    done = lab.cli(3, "channels", "-W", "0.3")
+    done = lab.cli(3, "channels", "-W", "2")
     assert re.search(r"^alarm +\d+ .* 1$", done.stdout, re.M), done.stdout
 
 
@@ -54,6 +37,8 @@ def test_sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
     done = lab.cli(3, "sub", "--all", "-C", "12", "-F", "%c %s %l", "-W", "20")
     assert done.returncode == 0, done.stderr
     assert set(done.stdout.splitlines()) == {"alarm 1 5", "4711 2 6"}
+    done = lab.cli(3, "sub", "alarm", "-C", "1", "-F", "%s\\0", "-W", "20")
+    assert done.stdout == "1\0\n"
     done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--time", "-W", "20")
     assert re.match(r"\d{4}-\d\d-\d\dT[\d:.]+Z  4711: robot 2 .* values 7 2\.5$", done.stdout)
     done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--json", "-W", "20")
@@ -62,9 +47,32 @@ def test_sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
     assert "values (not <Hf: 5 bytes, not 6)" in done.stdout
 
 
+def test_top_finds_a_channel_by_its_name_where_only_its_number_is_known(lab):
+    channels = json.loads(lab.cli(3, "channels", "--json", "-W", "1").stdout)["channels"]
+    number, = [each["number"] for each in channels if each["name"] == "alarm"]
+    done = lab.cli(2, "top", "--once", "--filter", "alarm")  # nobody uses it on robot 2
+    assert done.returncode == 0, done.stderr
+    assert re.search(rf"^{number} +[0-9]", done.stdout, re.M), done.stdout
+    assert "4711" not in done.stdout
+    done = lab.cli(2, "top", "--once", "--filter", "alar")
+    assert str(number) not in done.stdout and "none of that name" in done.stdout, done.stdout
+
+
 def test_hz_tells_the_rate_of_each_sender(lab):
     done = lab.cli(3, "hz", "alarm", "-C", "1")
     assert re.match(r"alarm: robot 1  \d+\.\d\d Hz  every 0\.\d+ s", done.stdout), done.stdout
+
+
+def test_hz_counts_a_channel_that_is_named_twice_once(udp_lab):
+    lab = udp_lab(2)
+    hz = lab.start(2, program("swarmtalk-cli"), "hz", "a", "a", "--json", "--period", "2", "-C",
+                   "3")
+    wait_for(lambda: any(each["subscribers"] for each in lab.status(2)["channels"]),
+             what="the subscription")
+    assert lab.cli(1, "pub", "a", "x", "--repeat", "5").returncode == 0
+    out, _ = hz.communicate(timeout=30)
+    reports = [json.loads(line) for line in out.splitlines()]
+    assert sum(each["messages"] for report in reports for each in report["senders"]) == 5, out
 
 
 def test_ping_tells_round_trips_and_who_does_not_answer(lab):
@@ -100,8 +108,8 @@ def test_daemons_that_report_answer_ping_and_every_hop_is_told(udp_lab, tmp_path
     assert last["hops"][2]["answered"] == last["answered"] >= 4
     assert all(hop["answered"] and hop["median_ms"] > 0 for hop in last["hops"])
     text = lab.cli(1, "ping", "3", "-C", "4", "--period", "0.4", "--by-hop").stdout
-    assert re.search(r"^hop 1  robot 2: \d+\.\d\d ms  \d sent, ", text, re.M), text
-    assert re.search(r"^hop 2  robot 3: \d+\.\d\d ms  4 sent, ", text, re.M), text
+    assert re.search(r"^robot 2: hops there 0  \d+\.\d\d ms  \d sent, ", text, re.M), text
+    assert re.search(r"^robot 3: hops there 1  \d+\.\d\d ms  4 sent, ", text, re.M), text
 
 
 def test_a_daemon_that_does_not_report_answers_no_ping(udp_lab):
@@ -118,7 +126,7 @@ def test_pub_sends_a_message_a_line(udp_lab, tmp_path):
     lines.write_text("one\n\nthree")
     done = lab.cli(1, "pub", "a", "--lines", "--file", lines, "--rate", "100")
     assert (done.returncode, done.stderr) == (0, "")
-    out, _ = sub.communicate(timeout=20)
+    out, _ = sub.communicate(timeout=60)
     assert [json.loads(line)["text"] for line in out.splitlines()] == ["one", "", "three"]
     lines.write_text("1 2\n1\n")
     done = lab.cli(1, "pub", "a", "--lines", "--file", lines, "--fmt", "<HH")
@@ -142,6 +150,15 @@ def test_decode_names_the_fields_of_a_frame():
         if done is not None:
             assert done.returncode == 1
             one_line(done.stderr, "air frame does|not whole")
+    for nothing in ("", "\\n\\n"):
+        done = run("sh", "-c", f"printf '{nothing}' | {cli} decode -")
+        assert done.returncode == 1
+        one_line(done.stderr, "there was no frame on standard input")
+    done = run(cli, "decode", FRAME[:20], "zz00", FRAME, "--json")
+    assert done.returncode == 2
+    cut, whole = map(json.loads, done.stdout.splitlines())
+    assert set(cut) == {"bytes", "problem"} and cut["bytes"] == 10
+    assert cut["problem"] in done.stderr and whole["problem"] is None
 
 
 def test_mistakes_are_one_line_and_the_documented_exit_code(udp_lab, tmp_path):
@@ -149,7 +166,26 @@ def test_mistakes_are_one_line_and_the_documented_exit_code(udp_lab, tmp_path):
     for words, code, pattern in (
             (("sub",), 2, "CHANNEL, or --all"),
             (("sub", "a", "-F", "%q"), 2, "-F has %q"),
+            (("sub", "a", "-F", "%p\\q"), 2, r"-F has \\q; it takes"),
+            (("sub", ""), 2, "a channel has a name, or a number"),
+            (("hz", ""), 2, "a channel has a name, or a number"),
+            (("sub", "a", "-F", "%p", "--json"), 2, "--format excludes --json"),
+            (("sub", "a", "-F", "%p", "--time"), 2, "--format excludes --time"),
+            (("sub", "--all", "--timestamped"), 2, "all excludes --time|timestamped excludes"),
+            (("record", "x", "--jsonl"), 2, "FILE excludes|--jsonl excludes"),
+            (("record", "--jsonl", "--replace"), 2, "--replace requires FILE"),
+            (("top", "-C", "2"), 2, "--count requires --json"),
+            (("top", "--json", "--filter", "a"), 2, "--filter excludes|--json excludes"),
+            (("radar", "--json", "--range", "1"), 2, "--range excludes|--json excludes"),
+            (("ping", "--answer", "-C", "2"), 2, "--answer excludes|--count excludes"),
+            (("pub", "a", "x", "--copies", "101"), 2, "1 to 100"),
             (("sub", "a", "--fmt", "k"), 2, "--fmt k is not a format"),
+            (("sub", "a", "--fmt", ""), 2, "--fmt: must not be empty"),
+            (("sub", "a", "--fmt", "<"), 2, "--fmt < is not a format: it has no values"),
+            (("pub", "a", "--fmt", " ", ""), 2, "--fmt   is not a format: it has no values"),
+            (("sub", "a", "-F", ""), 2, "--format: must not be empty"),
+            (("hz", "a", "--period", "0"), 2, "a number from 0.01 to 1000000, not 0"),
+            (("sub", "a", "--keep-last", "0"), 2, "1 to 4294967295, not 0"),
             (("pub", "a"), 2, "DATA"),
             (("pub", "a", "--fmt", "B", "256"), 2, "'256' is not a value"),
             (("pub", "a", "--file", tmp_path / "none"), 1, "No such file"),
@@ -161,96 +197,110 @@ def test_mistakes_are_one_line_and_the_documented_exit_code(udp_lab, tmp_path):
         assert done.returncode == code, (words, done.stderr)
         one_line(done.stderr, pattern)
     for words in (("channels",), ("hz", "a"), ("pose", "watch"), ("top", "--once"),
-                  ("radar", "--once"), ("sub", "--all")):
-        done = run(program("swarmtalk-cli"), "--socket", tmp_path / "none", *words)
-        assert done.returncode == 3, (words, done.stderr)
-        one_line(done.stderr, "does not exist")
+                  ("radar", "--once"), ("sub", "--all"), ("ping", "2"), ("record", "--jsonl")):
+        for socket, pattern in ((tmp_path / "none", "does not exist"),
+                                (tmp_path, "is not a socket of swarmtalkd")):
+            done = run(program("swarmtalk-cli"), "--socket", socket, *words)
+            assert done.returncode == 3, (words, done.stderr)
+            one_line(done.stderr, pattern)
+
+
+def numeric_options(command, path=()):
+    """Words of each verb, and the names of the options that it takes a number for."""
+    yield path, [each["names"][-1] for each in command["options"]
+                 if each["names"] and re.match("FLOAT|U?INT", each["value"])]
+    for each in command["commands"]:
+        yield from numeric_options(each, (*path, each["name"]))
+
+
+@pytest.mark.parametrize("word", ["inf", "nan", "1e400", "-inf", "x", ""])
+@pytest.mark.parametrize("tool", ["swarmtalk-cli", "swarmtalk-lab", "swarmtalk-view"])
+def test_numbers_that_are_none_are_refused_by_every_option(tool, word):
+    described = json.loads(run(program(tool), "--describe").stdout)
+    seen = 0
+    for path, names in numeric_options(described):
+        for name in names:
+            seen += 1
+            done = run(program(tool), *path, f"{name}={word}")
+            assert done.returncode == 2, (path, name, word, done.stdout, done.stderr)
+            one_line(done.stderr, tool)
+    assert seen >= (1 if tool == "swarmtalk-view" else 5)
+
+
+def end_with_the_daemon(lab, started, line):
+    for process in started:
+        assert process.stdout.readline()
+    os.kill(lab.pid(1), signal.SIGKILL)
+    for process in started:
+        _, error = process.communicate(timeout=60)
+        assert process.returncode == 3
+        one_line(error, line)
 
 
 def test_a_daemon_that_dies_ends_the_screens_with_one_line(udp_lab):
     lab = udp_lab(1)
     started = [lab.start(1, program("swarmtalk-cli"), verb, "--json", "--period", "0.1")
                for verb in ("top", "radar")]
-    for process in started:
-        assert process.stdout.readline()
+    end_with_the_daemon(lab, started, "swarmtalkd closed the connection$")
+
+
+def test_a_daemon_that_dies_ends_hz_with_one_line(udp_lab):
+    lab = udp_lab(1)
+    started = [lab.start(1, program("swarmtalk-cli"), "hz", "a", "--period", "0.1", *words)
+               for words in ((), ("--json",), ("-C", "100"))]
+    end_with_the_daemon(lab, started, "lost swarmtalkd: [^;]+$")
+
+
+def test_a_misspelt_channel_is_told_with_the_one_that_there_is(lab):
+    hint = "uses channel 'alrm'; did you mean 'alarm'"
+    done = lab.cli(1, "pub", "alrm", "x")
+    assert done.returncode == 0
+    one_line(done.stderr, hint)
+    done = lab.cli(1, "pub", "alrm", "x", "--repeat", "3")
+    one_line(done.stderr, hint)
+    for words in (("pub", "alarm", "x"), ("pub", "elsewhere", "x"), ("pub", "4711", "x")):
+        done = lab.cli(1, *words)
+        assert (done.returncode, done.stderr) == (0, "")
+    quiet = lab.start(1, program("swarmtalk-cli"), "hz", "alrm", "--period", "60")
+    assert "nobody publishes 'alrm' as far as this robot knows; did you mean 'alarm'?" in (
+        quiet.stderr.readline())
+    quiet.send_signal(signal.SIGINT)
+    quiet.communicate(timeout=60)
+
+
+def test_who_has_lost_the_daemon_is_told_what_it_means(udp_lab):
+    lab = udp_lab(2)
+    cli = program("swarmtalk-cli")
+    ping = lab.start(1, cli, "ping", "2", "-C", "16", "--period", "0.5")
+    assert "no answer" in ping.stdout.readline()
+    pub = subprocess.Popen([cli, "--socket", lab.state()[0]["socket"], "pub", "a", "--lines"],
+                           stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                           text=True)
+    pub.stdin.write("one\ntwo\n")
+    pub.stdin.flush()
+    wait_for(lambda: any(each["messages_published"] == 2
+                         for each in lab.status(1)["clients_served"]), what="two lines")
     os.kill(lab.pid(1), signal.SIGKILL)
-    for process in started:
-        _, error = process.communicate(timeout=20)
-        assert process.returncode == 3
-        one_line(error, "swarmtalkd")
+    _, error = pub.communicate("three\n", timeout=60)
+    assert pub.returncode == 3
+    one_line(error, "lost swarmtalkd; 2 lines have been sent, the next one")
+    _, error = ping.communicate(timeout=60)
+    assert ping.returncode == 3
+    assert "could not be asked any more: this robot's swarmtalkd is gone" in error
+    assert "out of reach" not in error
 
 
-class Tmux:
-    """A terminal of a given size in which a command runs."""
-
-    def __init__(self, width, height, command):
-        # A server of its own: the one before may still be ending.
-        self.words = ["tmux", "-L", f"swarmtalk-{os.getpid()}-{next(TERMINALS)}", "-f", "/dev/null"]
-        run(*self.words, "new-session", "-d", "-x", width, "-y", height,
-            f"{command}; echo exit code $?; exec sleep 60")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        run(*self.words, "kill-server")
-
-    def text(self):
-        return run(*self.words, "capture-pane", "-p").stdout
-
-    def keys(self, *keys):
-        run(*self.words, "send-keys", *keys)
-
-    def wait(self, pattern):
-        wait_for(lambda: re.search(pattern, self.text(), re.M), timeout=20, what=pattern)
-        return self.text()
-
-
-needs_tmux = pytest.mark.skipif(not shutil.which("tmux"), reason="tmux is not installed")
-
-
-def in_robot(lab, robot, *words):
-    return " ".join([program("swarmtalk-lab"), "--name", lab.name, "exec", str(robot), "--",
-                     program("swarmtalk-cli"), *words])
-
-
-@needs_tmux
-@pytest.mark.parametrize("width", [80, 40])
-def test_top_and_radar_fit_the_terminal_and_obey_keys(lab, width):
-    with Tmux(width, 24, in_robot(lab, 3, "top")) as screen:
-        text = screen.wait("^alarm +[0-9]")
-        for head in ("^CHANNEL +MSG/S", "^PROGRAM", "^NEIGHBOUR", "^4711 +[0-9]", "^q quit"):
-            assert re.search(head, text, re.M), text
-        assert ("ROBOTS" in text) == (width == 80), text
-        assert all(len(line) <= width for line in text.splitlines())
-        screen.keys("s")
-        screen.wait("sort:rate")
-        screen.keys("/")
-        screen.keys("ala", "Enter")
-        text = screen.wait("filter:ala")
-        assert "4711" not in text and "alarm" in text, text
-        screen.keys("q")
-        screen.wait("^exit code 0$")
-    with Tmux(width, 24, in_robot(lab, 3, "radar", "--range", "1")) as screen:
-        text = screen.wait(r"^2 heard; rings at 0\.50 m and 1\.00 m$")
-        assert re.search(r"\^.*$", text, re.M) and re.search(r"[ .]2[ .~?]", text), text
-        screen.keys("+")
-        screen.wait(r"rings at 0\.25 m and 0\.50 m$")
-        screen.keys("C-c")
-        screen.wait("^exit code 130$")
-
-
-def test_a_terminal_that_goes_away_ends_top(lab):
-    ours, theirs = pty.openpty()
-    environment = {**os.environ, "TERM": "xterm"}
-    words = in_robot(lab, 3, "top").split()
-    process = subprocess.Popen(words, stdin=theirs, stdout=theirs, stderr=subprocess.PIPE,
-                               env=environment, start_new_session=True)
-    os.close(theirs)
-    assert os.read(ours, 10)
-    os.close(ours)
-    process.communicate(timeout=20)
-    assert process.returncode is not None
+def test_who_waits_for_values_is_told_that_the_daemon_has_died(udp_lab, tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text("[reserved]\nharvest = true\n")
+    lab = udp_lab(1, "--config", base)
+    process = lab.start(1, program("swarmtalk-cli"), "harvest", "-W", "60")
+    wait_for(lambda: any(each["name"] == "harvest" and each["publishers"]
+                         for each in lab.status(1)["channels"]), what="the question")
+    os.kill(lab.pid(1), signal.SIGKILL)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 3
+    one_line(error, "swarmtalkd closed the connection$")
 
 
 def paths(value, at=""):

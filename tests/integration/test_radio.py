@@ -86,7 +86,8 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
 
 def test_who_listens_while_no_link_is_up_is_told(wires):
     robot = wires.robot("a").start(node(1) + LINK + "[reserved]\nharvest = true\n")
-    listening = [("sub", "c"), ("log",), ("harvest",), ("capture", wires.file("c.pcap"))]
+    listening = [("sub", "c"), ("log",), ("harvest",),
+                 ("capture", wires.file("c.pcap"), "--replace")]
     for words in listening:
         assert robot.cli(*words, "-W", "0.3").stderr == ""
     robot.execute("ip", "link", "set", "a0", "down")

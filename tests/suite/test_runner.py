@@ -102,6 +102,18 @@ def test_a_failing_run_prints_the_command_that_repeats_it(tmp_path):
 def test_bad_input_is_one_clear_line(tmp_path, arguments, says):
     done = suite(tmp_path, *arguments)
     assert done.returncode == 1 and says in done.stderr and done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir()), "it leaves nothing behind"
+
+
+@pytest.mark.parametrize("words,says", [
+    ([], "swarmtalk-suite: the following arguments are required: command; see swarmtalk-suite "),
+    (["rnu"], "did you mean 'run'? See swarmtalk-suite --help"),
+    (["run", "firefly", "--sconds", "3"], "did you mean '--seconds'? See swarmtalk-suite --help"),
+    (["run", "--robots", "x"], "invalid int value: 'x'; see swarmtalk-suite run --help")],
+    ids=["nothing", "command", "option", "number"])
+def test_a_wrong_command_line_is_told_in_one_line(tmp_path, words, says):
+    done = suite(tmp_path, *words)
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("arguments", [["-V"], ["run", "--version"], ["sweep", "-V"]])

@@ -128,12 +128,50 @@ def test_mistakes_with_keys_and_files_get_one_line(capture, tmp_path):
         done = subprocess.run([CLI, "capture", out, *words], text=True, capture_output=True)
         assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
         return done.stderr
-    done = subprocess.run([CLI, "capture", out, "--from", sealed, "--unseal", other], text=True,
-                          capture_output=True)
-    assert "0 frames unsealed, 40 left sealed" in done.stdout
+    assert "0 frames unsealed, 40 left sealed" in line_of("--from", sealed, "--unseal", other)
     assert out.read_bytes() == sealed.read_bytes()
+    assert line_of("--from", sealed) == (
+        f"swarmtalk-cli: cannot make {out}: File exists; --replace overwrites it\n")
+    out.unlink()
     (tmp_path / "bad.key").write_text("no key")
     assert "is not a swarm key: 64 hexadecimal digits" in line_of(
         "--from", sealed, "--unseal", tmp_path / "bad.key")
     assert "cannot read the key file" in line_of("--from", sealed, "--unseal", "/nowhere")
     assert "cannot read" in line_of("--from", tmp_path / "bad.key")
+    assert line_of("--from", "/nowhere/c") == (
+        "swarmtalk-cli: cannot read /nowhere/c: No such file or directory\n")
+    done = subprocess.run([CLI, "capture", "/nowhere/c", "--from", sealed], text=True,
+                          capture_output=True)
+    assert done.stderr == "swarmtalk-cli: cannot make /nowhere/c: No such file or directory\n"
+
+
+def test_a_copy_may_take_the_place_of_what_it_is_made_of(capture, tmp_path):
+    sealed, key = capture
+    file, plain = tmp_path / "c.pcap", tmp_path / "plain.pcap"
+    file.write_bytes(sealed.read_bytes())
+
+    def run(*words):
+        return subprocess.run([CLI, "capture", *words], text=True, capture_output=True)
+    assert run(file, "--from", file, "--unseal", key).returncode == 1
+    assert file.read_bytes() == sealed.read_bytes()
+    assert run(plain, "--from", file, "--unseal", key).returncode == 0
+    done = run(file, "--from", file, "--unseal", key, "--replace")
+    assert done.returncode == 0, done.stderr
+    assert file.read_bytes() == plain.read_bytes()
+    assert sorted(tmp_path.iterdir()) == [file, plain]
+    file.write_bytes(sealed.read_bytes()[:-1])  # cut off: nothing is replaced
+    assert run(plain, "--from", file, "--replace").returncode == 1
+    assert len(dissected(plain)) == 40
+    assert sorted(tmp_path.iterdir()) == [file, plain]
+
+
+def test_a_copy_ends_after_as_many_frames_as_asked_for(capture, tmp_path):
+    sealed, _ = capture
+    copy = tmp_path / "c.pcap"
+    done = subprocess.run([CLI, "capture", copy, "--from", sealed, "-C", "3"], text=True,
+                          capture_output=True)
+    assert (done.returncode, done.stdout) == (0, f"{copy}: 3 frames\n")
+    done = subprocess.run([CLI, "capture", copy, "--from", sealed, "-W", "3"], text=True,
+                          capture_output=True)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "--from excludes --timeout" in done.stderr

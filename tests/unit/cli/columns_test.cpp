@@ -11,9 +11,10 @@ TEST(Columns, NumbersAreRightAndTextIsLeft) {
   EXPECT_EQ(columns({{"NAME", "N"}, {"a", "12"}}, "lr"), (Strings{"NAME   N", "a     12"}));
 }
 
-TEST(Columns, WhatDoesNotFitIsLeftOutFromTheRight) {
+TEST(Columns, WhatDoesNotFitIsLeftOutFromTheRightAndCounted) {
   const std::vector<Strings> rows{{"NAME", "FIRST", "SECOND"}, {"a", "1", "2"}};
-  EXPECT_EQ(columns(rows, "lrr", 16), (Strings{"NAME  FIRST", "a         1"}));
+  EXPECT_EQ(columns(rows, "lrr", 16), (Strings{"NAME  FIRST +1", "a         1"}));
+  EXPECT_EQ(columns(rows, "lrr", 14), (Strings{"NAME +2", "a"}));
   EXPECT_EQ(columns(rows, "lrr", 19), (Strings{"NAME  FIRST  SECOND", "a         1       2"}));
 }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/talk/quiet_watch.hpp"
+#include <sstream>
+
+#include "cli/common/quiet_watch.hpp"
+#include "cli/text/numbers.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -17,6 +20,13 @@ Message heard() {
   return message;
 }
 
+TEST(Format, TheMedianOfAnEvenNumberIsBetweenTheTwoInTheMiddle) {
+  EXPECT_EQ(median({}), std::nullopt);
+  EXPECT_EQ(median({7}), 7.0);
+  EXPECT_EQ(median({34, 15}), 24.5);
+  EXPECT_EQ(median({9, 1, 5}), 5.0);
+}
+
 TEST(Format, LineForPeopleHasMetresAndDegrees) {
   EXPECT_EQ(to_line("hello", heard()),
             "hello: robot 1  \"hello 3\"  distance 0.50 m  bearing -90 deg  hops 0");
@@ -27,10 +37,10 @@ TEST(Format, ARelayedMessageSaysWhoseDistanceItIs) {
   message.hops = 2;
   message.transmitter = 3;
   EXPECT_EQ(to_line("hello", message),
-            "hello: robot 1  \"hello 3\"  via robot 3,  distance 0.50 m  bearing -90 deg  hops 2");
+            "hello: robot 1  \"hello 3\"  via robot 3  distance 0.50 m  bearing -90 deg  hops 2");
   message.transmitter = message.sender;  // the packets do not tell
   EXPECT_EQ(to_line("hello", message),
-            "hello: robot 1  \"hello 3\"  via another robot,  distance 0.50 m  bearing -90 deg  "
+            "hello: robot 1  \"hello 3\"  via another robot  distance 0.50 m  bearing -90 deg  "
             "hops 2");
 }
 
@@ -41,7 +51,7 @@ TEST(Format, APoseThatIsTooOldSaysHowOldAndWhoToldIt) {
   status.pose_told_by = "tracker";
   status.pose_max_age = std::chrono::milliseconds(2000);
   EXPECT_EQ(pose_text(status),
-            "too old: tracker told it 3.4 s ago, and it is valid for 2.0 s "
+            "too old: set by tracker 3.4 s ago; poses expire after 2.0 s "
             "(node.pose_max_age_ms of the configuration)");
   status.pose = Pose{1, 2, 0, std::chrono::milliseconds(40)};
   EXPECT_EQ(pose_text(status), "x 1.000 m  y 2.000 m  theta 0 deg  age 40 ms, told by tracker");
@@ -62,6 +72,14 @@ TEST(Format, ATableWiderThanTheTerminalIsABlockForEachRow) {
             "\033[1mROBOT  DISTANCE\033[0m\n7      0.50 m\n12               lost\n");
 }
 
+TEST(Format, ColoursOfOursStayOnATerminalAndNothingElseDoes) {
+  const Look look{80, true};
+  const std::string text = look.bold("LINK") + "\033[2J" + look.warning("h\u00f6he") + "\n\033[1";
+  EXPECT_EQ(plain_lines(text, look),
+            "\033[1mLINK\033[0m\\u001b[2J\033[33mh\u00f6he\033[0m\n\\u001b[1");
+  EXPECT_EQ(plain_lines("\033[1mx", Look{}), "\\u001b[1mx");
+}
+
 TEST(QuietWatch, SaysWhatAMisspeltNameMayHaveBeen) {
   DaemonStatus daemon;
   daemon.links.emplace_back().up = true;
@@ -72,8 +90,27 @@ TEST(QuietWatch, SaysWhatAMisspeltNameMayHaveBeen) {
   Neighbour robot;
   const std::string text = silence_text({"chater"}, daemon, {robot});
   EXPECT_EQ(text, "nobody publishes 'chater' as far as this robot knows; did you mean 'chatter'?");
+  EXPECT_NE(silence_text({"chater"}, daemon, {}).find("did you mean 'chatter'? No other robot was"),
+            std::string::npos);
   EXPECT_EQ(silence_text({"chatter"}, daemon, {robot}), "");
   EXPECT_EQ(silence_text({"alarm"}, daemon, {robot}), "");
+}
+
+TEST(QuietWatch, SaysWhatAMisspeltPublishedNameMayHaveBeen) {
+  DaemonStatus daemon;
+  ChannelStatus& channel = daemon.channels.emplace_back();
+  channel.name = "chatter";
+  channel.subscribers = 1;
+  ChannelStatus& own = daemon.channels.emplace_back();
+  own.name = "chater";
+  own.publishers = 1;  // ourselves
+  EXPECT_EQ(misspelt_text("chater", daemon),
+            "no other program of this robot uses channel 'chater'; did you mean 'chatter'?");
+  EXPECT_EQ(misspelt_text("chatter", daemon), "");
+  EXPECT_EQ(misspelt_text("alarm", daemon), "");
+  EXPECT_EQ(misspelt_text("7", daemon), "");
+  own.subscribers = 1;
+  EXPECT_EQ(misspelt_text("chater", daemon), "") << "somebody hears it";
 }
 
 TEST(QuietWatch, SaysThatNobodyIsAround) {
@@ -88,6 +125,7 @@ TEST(QuietWatch, SaysThatNobodyIsAround) {
 
 TEST(QuietWatch, AWildcardIsToldToBeAName) {
   EXPECT_EQ(wildcard_hint({"hello", "7"}), "");
+  EXPECT_NE(wildcard_hint({"#"}).find("swarmtalk-cli sub --all"), std::string::npos);
   EXPECT_NE(wildcard_hint({"hello", "#"}).find("'#' is heard as the name of one channel"),
             std::string::npos);
 }
@@ -154,6 +192,33 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
   EXPECT_NE(text.find("frames_received 12"), std::string::npos) << text;
   EXPECT_EQ(text.find("frames_truncated"), std::string::npos) << text;
   EXPECT_EQ(to_json(status)["links"][0]["counters"]["frames_truncated"], 0);
+}
+
+TEST(Format, StatusAndStatsFitANarrowTerminal) {
+  DaemonStatus status;
+  status.version = "0.1.0";
+  status.config_file = "/etc/swarmtalk/swarmtalkd.toml, and what it says";
+  status.pose_age = std::chrono::milliseconds(90000);
+  status.pose_told_by = "tracker";
+  LinkStatus link;
+  link.name = "wlan0";
+  link.state = "interface wlan0 is gone, waiting for it to come back as it was";
+  link.counters = {{"frames_of_a_name_that_is_rather_long", 12345678}};
+  status.links.push_back(link);
+  status.channels.emplace_back().name = "hello";
+  status.clients_served.emplace_back().name = "controller";
+  status.counters = {{"messages_that_have_a_long_name_as_well", 1}};
+  Look look;
+  look.columns = 40;
+  look.has_colour = true;
+  for (const std::string& text : {to_text(status, look), to_stats(status, look),
+                                  to_text(DaemonStatus{}, look), to_stats({}, look)}) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      const bool is_bold = line.find("\033[1m") != std::string::npos;
+      EXPECT_LE(line.size(), is_bold ? 40u + 8 : 40u) << line;
+    }
+  }
 }
 
 TEST(Format, TextWithALineEndIsShownAsText) {

@@ -29,6 +29,13 @@ std::string unpacked(std::string_view format, std::string_view hex) {
   return text;
 }
 
+TEST(StructFormat, AFloatAndADoubleAreToldWithAllTheirDigits) {
+  EXPECT_EQ(to_text(StructFormat::Value(0.1)), "0.1");
+  EXPECT_EQ(to_text(StructFormat::Value(static_cast<double>(0.1F))), "0.1");
+  EXPECT_EQ(to_text(StructFormat::Value(1.0 / 3)), "0.3333333333333333");
+  EXPECT_EQ(to_text(StructFormat::Value(1e300)), "1e+300");
+}
+
 TEST(StructFormat, PacksAsPythonDoes) {
   EXPECT_EQ(packed("<HfB", {"1000", "2.5", "0x1f"}), "e803000020401f");
   EXPECT_EQ(packed(">bhiq", {"-1", "-2", "-3", "-4"}), "fffffefffffffdfffffffffffffffc");
@@ -36,7 +43,7 @@ TEST(StructFormat, PacksAsPythonDoes) {
   EXPECT_EQ(packed("<5sc", {"abc", "z"}), "61626300007a");
   EXPECT_EQ(packed("<ed", {"0.1", "0.1"}), "662e9a9999999999b93f");
   EXPECT_EQ(packed("<2e", {"65504", "6e-8"}), "ff7b0100");
-  EXPECT_EQ(packed("", {}), "");
+  EXPECT_EQ(packed("", {}), "it has no values");
 }
 
 TEST(StructFormat, AlignsWithoutAnOrderAsACompilerDoes) {
@@ -48,7 +55,7 @@ TEST(StructFormat, UnpacksWhatWasPacked) {
   EXPECT_EQ(unpacked("<HfB", "e803000020401f"), "1000 2.5 31");
   EXPECT_EQ(unpacked(">bhiq", "fffffefffffffdfffffffffffffffc"), "-1 -2 -3 -4");
   EXPECT_EQ(unpacked("<5sc?", "61626300007a01"), "\"abc\" \"z\" true");
-  EXPECT_EQ(unpacked("<2e", "662e00fc"), "0.09997559 -inf");
+  EXPECT_EQ(unpacked("<2e", "662e00fc"), "0.099975586 -inf");
   EXPECT_EQ(unpacked("<Q", "ffffffffffffffff"), "18446744073709551615");
   EXPECT_EQ(unpacked("<H", "00"), "another size");
 }
@@ -56,7 +63,7 @@ TEST(StructFormat, UnpacksWhatWasPacked) {
 TEST(StructFormat, SaysWhatIsWrongWithAFormat) {
   EXPECT_EQ(packed("<Hk", {}),
             "it has 'k'; the letters are xcbB?hHiIlLqQefds, and nN without < > ! =");
-  EXPECT_EQ(packed("3", {}), "a count needs a letter behind it");
+  EXPECT_EQ(packed("3", {}), "a count needs a letter after it");
   EXPECT_EQ(packed("99999999999999999999B", {}), "it has more than 65536 bytes");
   EXPECT_EQ(packed("60000s60000s", {}), "it has more than 65536 bytes");
 }

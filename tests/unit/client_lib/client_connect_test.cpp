@@ -69,7 +69,7 @@ TEST_F(ClientConnect, TellsAFileThatIsNoSocketFromADeadDaemon) {
   path = "/etc/passwd";
   Client client = make_client();
   const Status status = client.connect();
-  EXPECT_EQ(status.code(), StatusCode::kBadArgument);
+  EXPECT_EQ(status.code(), StatusCode::kNoDaemon);
   EXPECT_TRUE(has(status, "/etc/passwd is not a socket")) << status.text();
 }
 

@@ -105,6 +105,13 @@ void FakeDaemon::loop() {
   }
 }
 
+/// 7 of the first that is asked for, then 8, and so on.
+std::uint32_t FakeDaemon::number_of(const ipc::Channel& channel) {
+  const auto next = static_cast<std::uint32_t>(7 + numbers_.size());
+  const std::string asked = channel.name() + '#' + std::to_string(channel.number());
+  return numbers_.emplace(asked, next).first->second;
+}
+
 void FakeDaemon::read_peer(Peer& peer) {
   const auto room = peer.reader.prepare(64 * 1024);
   const ssize_t count = ::recv(peer.fd, room.data(), room.size(), 0);
@@ -193,11 +200,11 @@ void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
   } else if (envelope.has_subscribe()) {
     peer.subscriptions.push_back(++last_id_);
     answer.mutable_subscribed()->set_subscription_id(last_id_);
-    answer.mutable_subscribed()->set_channel(7);
+    answer.mutable_subscribed()->set_channel(number_of(envelope.subscribe().channel()));
   } else if (envelope.has_advertise()) {
     ipc::Advertised& advertised = *answer.mutable_advertised();
     advertised.set_publisher_id(++last_id_);
-    advertised.set_channel(7);
+    advertised.set_channel(number_of(envelope.advertise().channel()));
     advertised.set_max_message_bytes(max_message_bytes);
     advertised.set_max_ttl(5);
     if (is_timestamped) advertised.set_timestamped(*is_timestamped);

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -78,6 +79,7 @@ class FakeDaemon {
   void offer_ring(Peer& peer, ipc::Envelope& hello);
   void read_ring(Peer& peer, bool stays_awake);
   void reply(Peer& peer, ipc::Envelope& envelope);
+  std::uint32_t number_of(const ipc::Channel& channel);
 
   const std::string path_;
   int listen_fd_ = -1;
@@ -87,6 +89,7 @@ class FakeDaemon {
   int reads_ = 0;
   bool reads_ring_ = true;
   std::uint32_t last_id_ = 0;
+  std::map<std::string, std::uint32_t> numbers_;  // of channels, by what was asked for
   ipc::Failure refuse_messages_;
   std::mutex mutex_;
   std::condition_variable done_;

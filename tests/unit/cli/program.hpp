@@ -1,0 +1,113 @@
+// swarmtalk-cli, run by a test: its words, its three streams, how it ended. On the test's thread.
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace swarmtalk::test {
+
+using Strings = std::vector<std::string>;
+
+struct Result {
+  int exit_code = -1;
+  std::string out;
+  std::string error;
+};
+
+/// A running swarmtalk-cli whose three streams are ours.
+class Program {
+ public:
+  /// @param output  a file that takes standard output; none: read_line() and finish() give it
+  explicit Program(const Strings& arguments, const char* output = nullptr,
+                   const char* path = SWARMTALK_CLI) {
+    int pipes[3][2];
+    for (auto& ends : pipes) {
+      if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
+    }
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[0][0], 0);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[1][1], 1);
+    if (output != nullptr) ::posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY, 0);
+    ::posix_spawn_file_actions_adddup2(&actions, pipes[2][1], 2);
+    std::vector<char*> words{const_cast<char*>(path)};
+    for (const auto& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    posix_spawnattr_t attributes;  // SIGPIPE as a shell leaves it, whoever runs the tests
+    ::posix_spawnattr_init(&attributes);
+    sigset_t signals;
+    ::sigemptyset(&signals);
+    ::sigaddset(&signals, SIGPIPE);
+    ::posix_spawnattr_setsigdefault(&attributes, &signals);
+    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+    EXPECT_EQ(::posix_spawn(&pid_, path, &actions, &attributes, words.data(), environ), 0);
+    ::posix_spawnattr_destroy(&attributes);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::close(pipes[0][0]);
+    ::close(pipes[1][1]);
+    ::close(pipes[2][1]);
+    in_ = pipes[0][1];
+    out_ = pipes[1][0];
+    error_ = pipes[2][0];
+  }
+  ~Program() {
+    close_input();
+    close_output();
+    ::close(error_);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  void write(const std::string& bytes) {
+    for (std::size_t at = 0; at < bytes.size();) {
+      const ssize_t count = ::write(in_, bytes.data() + at, bytes.size() - at);
+      if (count <= 0) return;  // it reads no more
+      at += static_cast<std::size_t>(count);
+    }
+  }
+  void close_input() { close_once(in_); }
+  void close_output() { close_once(out_); }
+  void signal(int number) { ::kill(pid_, number); }
+  std::string read_line() { return read(out_, '\n'); }
+
+  Result finish() {
+    close_input();
+    Result result;
+    if (out_ >= 0) result.out = read(out_, '\0');
+    result.error = read(error_, '\0');
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    return result;
+  }
+
+ private:
+  static void close_once(int& fd) {
+    if (fd >= 0) ::close(fd);
+    fd = -1;
+  }
+  static std::string read(int fd, char until) {
+    std::string bytes;
+    char byte = 0;
+    while (::read(fd, &byte, 1) == 1) {
+      if (until != '\0' && byte == until) break;
+      bytes += byte;
+    }
+    return bytes;
+  }
+
+  pid_t pid_ = -1;
+  int in_ = -1;
+  int out_ = -1;
+  int error_ = -1;
+};
+
+}  // namespace swarmtalk::test
