@@ -37,6 +37,7 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_lost_kernel", messages_lost_kernel},
       {"messages_lost_memory", messages_lost_memory},
       {"messages_late", messages_late},
+      {"numbers_not_believed", numbers_not_believed},
       {"beacons_not_believed", beacons_not_believed},
       {"deliveries_queued", deliveries_queued},
       {"deliveries_sent", deliveries_sent},

@@ -38,6 +38,7 @@ struct DaemonCounters {
   std::uint64_t messages_lost_air = 0;     // gaps in a sender's numbers that nothing else explains
   std::uint64_t messages_lost_kernel = 0;  // gaps put down to drops of the kernel
   std::uint64_t messages_lost_memory = 0;  // gaps put down to a node's want of memory
+  std::uint64_t numbers_not_believed = 0;  // of messages: more are missing than can have been sent
   std::uint64_t beacons_not_believed = 0;  // tell of more messages than their sender can have sent
   std::uint64_t messages_late = 0;         // counted as lost in the air or kernel, came after all
   std::uint64_t deliveries_queued = 0;     // one for each subscription that a message goes to

@@ -17,7 +17,7 @@ constexpr std::uint64_t kKeptPlaces = 64;           // of each queue
 constexpr std::uint64_t kMessageBytes = 300;        // a message beside its payload
 constexpr std::uint64_t kBytesOfAMessage = 512;     // of queue_bytes, ClientOutput
 constexpr std::uint64_t kPublicationBytes = 300;
-constexpr std::uint64_t kTrackedBytes = 150;
+constexpr std::uint64_t kTrackedBytes = 280;
 constexpr std::uint64_t kRingHeaderBytes = 8 * kKiB;  // and what the kernel needs for a file
 
 std::uint64_t client_bytes(const LimitsConfig& limits) {

@@ -6,6 +6,7 @@ void Delivery::note_losses(Channel& channel, std::size_t station, const MessageH
   note_drops(station, head.drops);
   add_loss(channel, losses_.note({head.channel, head.sender, head.epoch}, head.number, drops_,
                                  head.received_at_ns));
+  counters_.numbers_not_believed = losses_.doubted();
 }
 
 void Delivery::note_last(Channel& channel, std::size_t station, const MessageHead& head) {

@@ -6,101 +6,128 @@
 namespace swarmtalk::daemon {
 namespace {
 
+/// What was dropped after `before`, and after all that is explained.
+std::uint64_t since(std::uint64_t before, std::uint64_t explained, std::uint64_t now) {
+  return now - std::min(std::max(before, explained), now);
+}
+
 /// Takes from `gap` what was dropped since the source's last message and not explained yet.
 std::uint64_t take(std::uint64_t& gap, std::uint64_t before, std::uint64_t now,
                    std::uint64_t& explained) {
-  const std::uint64_t since = now - std::min(before, now);
-  const std::uint64_t unexplained = now - std::min(explained, now);
-  const std::uint64_t taken = std::min({gap, since, unexplained});
+  const std::uint64_t taken = std::min(gap, since(before, explained, now));
   explained += taken;
   gap -= taken;
   return taken;
 }
 
-constexpr std::uint64_t kPaceNs = 100'000'000;  // shorter times say nothing of a rate
-constexpr double kNsPerS = 1e9;
-
 }  // namespace
 
-void LossTracker::Pace::note(std::uint32_t number, std::uint64_t now_ns) {
-  if (!has_heard) {
-    begin = heard = number;
-    begin_ns = heard_ns = now_ns;
-    has_heard = true;
-    return;
-  }
-  const std::uint32_t ahead = number - heard;
-  if (ahead == 0 || ahead > UINT32_MAX / 2) return;
-  heard = number;
-  heard_ns = std::max(heard_ns, now_ns);
-  const std::uint64_t passed_ns = std::max(heard_ns - begin_ns, kPaceNs);
-  most_hz = std::max(
-      most_hz, static_cast<double>(number - begin) * kNsPerS / static_cast<double>(passed_ns));
-  if (passed_ns == kPaceNs) return;
-  begin = heard;
-  begin_ns = heard_ns;
-}
-
-bool LossTracker::Pace::believes(std::uint32_t number, std::uint64_t now_ns) const {
-  const auto since_ns = static_cast<double>(now_ns - std::min(now_ns, heard_ns));
-  return number - heard <= kBelieved + kBelievedTimesRate * most_hz * since_ns / kNsPerS;
-}
-
-// Null: it is followed from now on, from this number.
-LossTracker::Entry* LossTracker::find(const Source& source, std::uint32_t number,
-                                      const DropTotals& drops) {
+// Null: it is not followed yet.
+LossTracker::Entry* LossTracker::find(const Source& source) {
   if (!entries_.empty() && entries_.front().source == source) return &entries_.front();
   const auto found = sources_.find(source);
-  if (found == sources_.end()) {
-    if (sources_.size() >= max_sources_) {
-      ++evicted_;
-      sources_.erase(entries_.back().source);
-      entries_.pop_back();
-    }
-    entries_.push_front({source, number, false, {}, drops, {}});
-    sources_.emplace(source, entries_.begin());
-    return nullptr;
-  }
+  if (found == sources_.end()) return nullptr;
   entries_.splice(entries_.begin(), entries_, found->second);
   return &*found->second;
 }
 
-// The highest number is `ahead` more now; those between, and the old one if it did not come, are
-// missing.
-void LossTracker::advance(Entry& entry, std::uint32_t ahead) {
+void LossTracker::follow(const Source& source, const DropTotals& drops,
+                         const FollowedCount& count) {
+  if (sources_.size() >= max_sources_) {
+    ++evicted_;
+    sources_.erase(entries_.back().source);
+    entries_.pop_back();
+  }
+  entries_.push_front({source, count, drops, false, false, false, {}, {}});
+  sources_.emplace(source, entries_.begin());
+}
+
+// What was dropped here since the source's last message, and not put down to another gap.
+std::uint64_t LossTracker::unexplained(const Entry& entry, const DropTotals& drops) const {
+  return since(entry.drops.kernel, explained_.kernel, drops.kernel) +
+         since(entry.drops.node, explained_.node, drops.node);
+}
+
+// The highest number is `ahead` more now. Those between, and the old one if it did not come, are
+// missing: the oldest as far as that is believed.
+void LossTracker::advance(Entry& entry, std::uint32_t ahead, std::uint32_t believed) {
+  if (ahead == 1 && !entry.has_missing && !entry.has_doubted && !entry.is_highest_missing) return;
   const std::size_t step = std::min<std::size_t>(ahead, kWindow);
+  const std::size_t between = ahead - 1 >= kWindow ? step : step - 1;
+  const std::size_t doubted = std::min<std::size_t>(ahead - 1 - believed, between);
   entry.missing <<= step;
-  for (std::size_t i = 0; i + 1 < step; ++i) entry.missing.set(i);
-  if (entry.is_highest_missing || ahead - 1 >= kWindow) entry.missing.set(step - 1);
-  entry.highest += ahead;
+  for (std::size_t i = doubted; i < between; ++i) entry.missing.set(i);
+  if (entry.is_highest_missing && between < step) entry.missing.set(step - 1);
   entry.is_highest_missing = false;
+  entry.has_missing = entry.missing.any();
+  if (!entry.has_doubted && doubted == 0) return;
+  entry.doubted <<= step;
+  for (std::size_t i = 0; i < doubted; ++i) entry.doubted.set(i);
+  entry.has_doubted = entry.doubted.any();
+}
+
+// The number so far below the highest came. @return whether it was counted as lost
+bool LossTracker::take_back(Entry& entry, std::uint32_t behind) {
+  bool was_missing = false;
+  if (behind == 0) {
+    was_missing = std::exchange(entry.is_highest_missing, false);
+  } else {
+    was_missing = entry.missing.test(behind - 1);
+    entry.missing.reset(behind - 1);
+    entry.doubted.reset(behind - 1);
+  }
+  if (was_missing) entry.count.came_late();
+  return was_missing;
+}
+
+// The oldest of those doubted, as far as they are believed meanwhile. @return how many
+std::uint32_t LossTracker::believe_now(Entry& entry) {
+  const std::uint32_t believed =
+      entry.count.believe_now(static_cast<std::uint32_t>(entry.doubted.count()));
+  std::uint32_t told = 0;
+  for (std::size_t i = kWindow; i-- > 0 && told < believed;) {
+    if (!entry.doubted.test(i)) continue;
+    entry.doubted.reset(i);
+    entry.missing.set(i);
+    entry.has_missing = true;
+    ++told;
+  }
+  entry.has_doubted = entry.doubted.any();
+  return told;
 }
 
 Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTotals& drops,
                        std::uint64_t now_ns) {
-  Entry* const known = find(source, number, drops);
-  Entry& entry = entries_.front();
-  const bool is_first = !entry.pace.has_heard;
-  entry.pace.note(number, now_ns);
-  if (known == nullptr) return {};
-  if (is_first && number - entry.highest > UINT32_MAX / 2) {
-    entry = {source, number, false, {}, drops, entry.pace};  // only beacons have told of more
+  Entry* const entry = find(source);
+  if (entry == nullptr) {
+    follow(source, drops, FollowedCount(number, now_ns, true));
     return {};
   }
-  const std::uint32_t ahead = number - entry.highest;  // wraps as the numbers do
+  const FollowedCount::Step step = entry->count.heard(number, unexplained(*entry, drops), now_ns);
   Loss loss;
-  if (ahead == 0) {
-    loss.late = std::exchange(entry.is_highest_missing, false) ? 1 : 0;
-  } else if (ahead - 1 <= kLongestGap) {
-    advance(entry, ahead);
-    loss = locate(entry, ahead - 1, drops);
-    entry.drops = drops;
-  } else if (const std::uint32_t behind = entry.highest - number; behind - 1 < kWindow) {
-    if (entry.missing.test(behind - 1)) loss.late = 1;
-    entry.missing.reset(behind - 1);
-  } else if (behind - 1 > kLongestGap) {
-    entry = {source, number, false, {}, drops, {}};
-    entry.pace.note(number, now_ns);
+  switch (step.place) {
+    case FollowedCount::Place::kAhead: {
+      if (step.believed < step.distance - 1) ++doubted_;
+      advance(*entry, step.distance, step.believed);
+      std::uint32_t told = step.believed;
+      if (entry->has_doubted) told += believe_now(*entry);
+      loss = locate(*entry, told, drops);
+      entry->drops = drops;
+      break;
+    }
+    case FollowedCount::Place::kBehind:
+      loss.late = take_back(*entry, step.distance) ? 1 : 0;
+      break;
+    case FollowedCount::Place::kElsewhere:
+      entry->missing.reset();
+      entry->doubted.reset();
+      entry->is_highest_missing = entry->has_missing = entry->has_doubted = false;
+      loss = locate(*entry, step.believed, drops);
+      entry->drops = drops;
+      break;
+    case FollowedCount::Place::kDoubted:
+      ++doubted_;
+      break;
   }
   return loss;
 }
@@ -108,21 +135,17 @@ Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTot
 // A beacon that is behind what has come was overtaken.
 Loss LossTracker::note_last(const Source& source, std::uint32_t number, const DropTotals& drops,
                             std::uint64_t now_ns) {
-  Entry* const entry = find(source, number, drops);
+  Entry* const entry = find(source);
   if (entry == nullptr) {
-    entries_.front().pace.heard = number;  // what follows is measured from here
-    entries_.front().pace.heard_ns = now_ns;
+    follow(source, drops, FollowedCount(number, now_ns, false));
     return {};
   }
-  const std::uint32_t ahead = number - entry->highest;
-  if (ahead == 0 || ahead > UINT32_MAX / 2) return {};
-  if (!entry->pace.believes(number, now_ns)) {
-    ++disbelieved_;
-    return {};
-  }
-  advance(*entry, ahead);
+  const FollowedCount::Step step = entry->count.told(number, now_ns);
+  if (step.place == FollowedCount::Place::kDoubted) ++disbelieved_;
+  if (step.place != FollowedCount::Place::kAhead) return {};
+  advance(*entry, step.distance, step.distance - 1);
   entry->is_highest_missing = true;
-  const Loss loss = locate(*entry, ahead, drops);
+  const Loss loss = locate(*entry, step.distance, drops);
   entry->drops = drops;
   return loss;
 }

@@ -9,6 +9,7 @@
 #include <list>
 #include <unordered_map>
 
+#include "daemon/common/followed_count.hpp"
 #include "daemon/message/loss.hpp"
 
 namespace swarmtalk::daemon {
@@ -25,16 +26,8 @@ class LossTracker {
   };
 
   /// Numbers this far below the highest are still recognised when they come late.
-  static constexpr std::size_t kWindow = 256;
-  /// A longer gap is not a loss but another count: the sender is followed from there.
-  static constexpr std::uint32_t kLongestGap = UINT32_C(1) << 24;
-
-  /// A beacon is believed if the source can have sent as many since its last message: at twice the
-  /// highest rate that was measured, and a few more. Anybody can make beacons on a link without
-  /// key.
-  static constexpr std::uint32_t kBelieved = 16;
-  static constexpr double kBelievedTimesRate = 2.0;
-
+  static constexpr std::size_t kWindow = FollowedCount::kFollowed;
+  static constexpr std::uint32_t kBelieved = FollowedCount::kBelieved;
   /// @param max_sources  at least 1
   explicit LossTracker(std::size_t max_sources) : max_sources_(max_sources) {}
 
@@ -43,7 +36,8 @@ class LossTracker {
   /// @param now_ns  when that was; any clock that does not go back
   /// @return what was lost since the source's message before. A gap is put down to the kernel, then
   ///   to the node's memory, as far as either dropped something meanwhile that no other gap has
-  ///   been put down to; the rest to the air. The first message of a source finds nothing
+  ///   been put down to; the rest to the air. The first message of a source finds nothing. What is
+  ///   not believed (FollowedCount) is reported once the source has been heard enough, or never
   Loss note(const Source& source, std::uint32_t number, const DropTotals& drops,
             std::uint64_t now_ns);
 
@@ -59,29 +53,21 @@ class LossTracker {
   std::size_t size() const { return sources_.size(); }
   /// Sources forgotten for want of room.
   std::uint64_t evicted() const { return evicted_; }
-  /// What beacons told that was not believed.
+  /// Beacons that were not believed.
   std::uint64_t disbelieved() const { return disbelieved_; }
+  /// Messages whose numbers told of more missing ones than were believed.
+  std::uint64_t doubted() const { return doubted_; }
 
  private:
-  /// How fast a source counts, from its messages alone.
-  struct Pace {
-    bool has_heard = false;
-    std::uint32_t heard = 0;  // highest number of a message, and when it came
-    std::uint64_t heard_ns = 0;
-    std::uint32_t begin = 0;  // of the time that is being measured
-    std::uint64_t begin_ns = 0;
-    double most_hz = 0;
-
-    void note(std::uint32_t number, std::uint64_t now_ns);
-    bool believes(std::uint32_t number, std::uint64_t now_ns) const;
-  };
   struct Entry {
     Source source;
-    std::uint32_t highest = 0;
-    bool is_highest_missing = false;  // a beacon told of it, it did not come
-    std::bitset<kWindow> missing;     // bit i: number highest - 1 - i was counted as lost
+    FollowedCount count;
     DropTotals drops;                 // at the message before
-    Pace pace;
+    bool is_highest_missing = false;  // a beacon told of it, it did not come
+    bool has_missing = false;         // some bit of `missing` may be set
+    bool has_doubted = false;         // some bit of `doubted` is set
+    std::bitset<kWindow> missing;     // bit i: the highest number - 1 - i was counted as lost
+    std::bitset<kWindow> doubted;     // it did not come, but that was not believed
   };
   struct Hash {
     std::size_t operator()(const Source& source) const {
@@ -92,8 +78,12 @@ class LossTracker {
   };
   using Entries = std::list<Entry>;  // the last heard in front
 
-  Entry* find(const Source& source, std::uint32_t number, const DropTotals& drops);
-  static void advance(Entry& entry, std::uint32_t ahead);
+  Entry* find(const Source& source);
+  void follow(const Source& source, const DropTotals& drops, const FollowedCount& count);
+  std::uint64_t unexplained(const Entry& entry, const DropTotals& drops) const;
+  static void advance(Entry& entry, std::uint32_t ahead, std::uint32_t believed);
+  static bool take_back(Entry& entry, std::uint32_t behind);
+  static std::uint32_t believe_now(Entry& entry);
   Loss locate(const Entry& entry, std::uint64_t gap, const DropTotals& drops);
 
   std::size_t max_sources_;
@@ -102,6 +92,7 @@ class LossTracker {
   DropTotals explained_;  // drops that a gap was put down to
   std::uint64_t evicted_ = 0;
   std::uint64_t disbelieved_ = 0;
+  std::uint64_t doubted_ = 0;
 };
 
 }  // namespace swarmtalk::daemon

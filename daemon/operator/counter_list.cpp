@@ -40,6 +40,8 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "messages_lost_kernel", "missing messages put down to frames the kernel dropped"},
     {kDaemon, "messages_lost_memory", "missing messages put down to a node's want of memory"},
     {kDaemon, "messages_late", "messages counted as lost before that came after all"},
+    {kDaemon, "numbers_not_believed",
+     "messages whose number is farther ahead than they can have been sent"},
     {kDaemon, "beacons_not_believed", "beacons that tell of more messages than can have been sent"},
     {kDaemon, "deliveries_queued", "messages queued, one for each subscription they go to"},
     {kDaemon, "deliveries_sent", "queued messages handed to the kernel for a program"},

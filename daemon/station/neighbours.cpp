@@ -9,12 +9,16 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kWindow = 5s;  // loss is told of this one and the one before
-// A larger jump of a count is not a loss but a robot that was not heard for long, or garbage.
+// A larger jump of a count is not a loss but a robot that was not heard for long.
 constexpr std::uint32_t kLongestGap = 10'000;
 constexpr int kNodeShift = 32;
 
 std::uint64_t key_of(std::uint16_t node, std::uint32_t epoch) {
   return std::uint64_t{node} << kNodeShift | epoch;
+}
+
+std::uint64_t to_ns(Neighbour::Time time) {
+  return static_cast<std::uint64_t>(std::chrono::nanoseconds(time.time_since_epoch()).count());
 }
 
 }  // namespace
@@ -62,7 +66,7 @@ Neighbour& Neighbours::entry(const drivers::FrameReception& frame) {
   made.epoch = frame.transmitter_epoch;
   made.hardware = frame.hardware;
   made.first_heard = made.last_heard = made.window_began_ = frame.received_at;
-  made.last_counter_ = frame.frame_counter - 1;
+  made.count_ = FollowedCount(frame.frame_counter - 1, to_ns(frame.received_at), true);
   if (entries_.size() < kMost) {
     keys_.push_back(key);
     return entries_.emplace_back(made);
@@ -83,14 +87,12 @@ void Neighbours::count(Neighbour& neighbour, std::uint32_t counter, Time now) {
     neighbour.window_heard_ = neighbour.window_lost_ = 0;
     neighbour.window_began_ = now;
   }
-  const std::uint32_t step = counter - neighbour.last_counter_;
+  const FollowedCount::Step step = neighbour.count_.heard(counter, 0, to_ns(now));
   ++neighbour.frames;
   ++neighbour.window_heard_;
-  if (step == 0 || step > UINT32_MAX / 2) return;  // heard twice, or overtaken
-  neighbour.last_counter_ = counter;
-  if (step > kLongestGap) return;
-  neighbour.frames_lost += step - 1;
-  neighbour.window_lost_ += step - 1;
+  if (step.distance > kLongestGap) return;
+  neighbour.frames_lost += step.believed;
+  neighbour.window_lost_ += step.believed;
 }
 
 std::vector<Neighbour> Neighbours::list(Time now) const {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/common/followed_count.hpp"
 #include "daemon/pose/ranging.hpp"
 #include "drivers/link/link.hpp"
 
@@ -25,7 +26,7 @@ struct Neighbour {
   bool is_out_of_range = false;          // of the link's virtual range, then
   std::optional<frame::FramePose> pose;  // the last it sent, possibly stale
   std::uint64_t frames = 0;              // heard
-  std::uint64_t frames_lost = 0;         // gaps in its count of frames
+  std::uint64_t frames_lost = 0;         // gaps in its count of frames, as far as they are believed
   bool is_ghost = false;                 // simulated, by its own word
   bool is_duplicate = false;             // another robot with the same id is heard as well
 
@@ -34,7 +35,7 @@ struct Neighbour {
 
  private:
   friend class Neighbours;
-  std::uint32_t last_counter_ = 0;
+  FollowedCount count_;
   Time window_began_{};
   std::uint32_t window_heard_ = 0, window_lost_ = 0;      // in this window
   std::uint32_t previous_heard_ = 0, previous_lost_ = 0;  // in the one before

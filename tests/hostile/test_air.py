@@ -1,4 +1,5 @@
 """What strangers on the air can do to robots on a link without a key, and what they cannot."""
+import json
 import os
 import time
 
@@ -6,7 +7,7 @@ import frames
 import pytest
 from conftest import needs_root, wait_for
 from stranger import counter
-from wires import heard
+from wires import heard, written
 
 pytestmark = needs_root
 SECONDS = os.environ["SWARMTALK_HOSTILE_SECONDS"]
@@ -51,6 +52,30 @@ def test_forged_beacons_tell_few_false_losses(air):
     lost = sum(message["lost_before"]["air"] for message in heard(listener))
     assert lost == 0, "each told of 9000 messages that nobody has sent"
     assert hearer.counter("messages_lost_air") == 0
+
+
+@pytest.mark.parametrize("hops", [0, 3], ids=["direct", "sent_on"])
+def test_made_up_numbers_of_messages_tell_few_false_losses(air, hops):
+    sender, hearer = air.daemon(1), air.daemon(2)
+    count = int(50 * (float(SECONDS) + 2))
+    listener = hearer.listen("sub", str(CHANNEL), "--json", "--keep-last", "1000", file=True)
+    publisher = sender.begin("pub", str(CHANNEL), "real", "--repeat", count, "--rate", 50)
+    wait_for(lambda: counter(hearer, "node_messages_received") >= 20, what="some messages")
+    air.attack("false_numbers", "--channel", CHANNEL, "--node", 1, "--epoch",
+               sender.status()["epoch"], "--seconds", SECONDS, "--hops", hops)
+    out, error = publisher.communicate(timeout=60)
+    assert publisher.returncode == 0, out + error
+
+    def real():
+        return [each for each in written(listener) if each["text"] == "real"]
+
+    wait_for(lambda: len(real()) >= count, what="the honest messages")
+    made_up = len(written(listener)) - count
+    assert made_up > 100 and hearer.counter("numbers_not_believed") > 0.9 * made_up
+    # As many as can have been missed if the machine let the sender wait for a second or two.
+    assert hearer.counter("messages_lost_air") < 500, f"each of {made_up} told of 9000"
+    neighbour, = json.loads(hearer.cli("neighbours", "--json").stdout)["neighbours"]
+    assert neighbour["frames_lost"] < 500
 
 
 def test_a_flood_of_large_ttl_ends(air):

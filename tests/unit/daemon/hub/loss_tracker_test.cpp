@@ -9,6 +9,7 @@ namespace swarmtalk::daemon {
 namespace {
 
 constexpr LossTracker::Source kSource{7, 3, 1};
+constexpr std::uint64_t kSecondNs = 1'000'000'000;
 
 class Tracker : public testing::Test {
  protected:
@@ -17,6 +18,13 @@ class Tracker : public testing::Test {
   }
   Loss note_last(std::uint32_t number, DropTotals drops = {}) {
     return tracker_.note_last(kSource, number, drops, now_ns_);
+  }
+  /// All from one number to another, without loss.
+  void hear(std::uint32_t from, std::uint32_t to, std::uint32_t rate_hz) {
+    for (std::uint32_t number = from; number <= to; ++number) {
+      note(number);
+      now_ns_ += kSecondNs / rate_hz;
+    }
   }
   LossTracker tracker_{4};
   std::uint64_t now_ns_ = 1;
@@ -53,7 +61,10 @@ TEST_F(Tracker, MessageThatABeaconCountedAsLostMayComeLate) {
   EXPECT_EQ(note(4).late, 1u);
 }
 
-constexpr std::uint64_t kSecondNs = 1'000'000'000;
+/// As many as a source of this rate is believed to have lost in so long.
+constexpr std::uint64_t most_of(double hz, double seconds) {
+  return static_cast<std::uint64_t>(LossTracker::kBelieved + 2 * hz * seconds + 1);
+}
 
 TEST_F(Tracker, BeaconThatTellsOfMoreThanItsSenderCanHaveSentFindsNothing) {
   for (std::uint32_t number = 1; number <= 100; ++number) {  // 50 a second
@@ -174,10 +185,116 @@ TEST_F(Tracker, DoesNotTakeANumberFromBeforeTheFirstForLate) {
   EXPECT_EQ(note(9), Loss{});
 }
 
-TEST_F(Tracker, FollowsASenderWhoseCountStartsElsewhere) {
+TEST_F(Tracker, FollowsASenderWhoseCountGoesOnElsewhere) {
   note(5);
   EXPECT_EQ(note(0x80000000), Loss{});
-  EXPECT_EQ(note(0x80000002).air, 1u);
+  now_ns_ += kSecondNs;
+  Loss told = note(0x80000001);
+  for (std::uint32_t number = 0x80000003; number < 0x80000013; ++number) told += note(number);
+  EXPECT_GE(told.air, 1u);
+  EXPECT_LE(told.air, most_of(160, 1.0));
+}
+
+TEST_F(Tracker, FollowsASenderWhoseCountFellBack) {
+  note(1'000'000);
+  EXPECT_EQ(note(5), Loss{});
+  now_ns_ += 10 * kSecondNs;
+  EXPECT_EQ(note(6), Loss{});
+  EXPECT_EQ(note(8).air, 1u);
+}
+
+// Whoever makes up messages under a robot's name can tell no more than could have been missed.
+
+TEST_F(Tracker, MadeUpMessageFarAheadTellsNothingWhileItsSenderIsHeard) {
+  hear(1, 100, 50);
+  for (std::uint32_t i = 1; i <= 50; ++i) {
+    EXPECT_EQ(note(100 + i * 9000), Loss{});
+    EXPECT_EQ(note(100 + i), Loss{}) << "and the count has not moved";
+    now_ns_ += kSecondNs / 50;
+  }
+  EXPECT_EQ(tracker_.doubted(), 50u);
+  EXPECT_EQ(note(153).air, 2u);
+}
+
+TEST_F(Tracker, MadeUpMessagesAloneTellWhatCanHaveBeenMissed) {
+  hear(1, 100, 50);
+  Loss told;
+  for (std::uint32_t i = 1; i <= 10; ++i) {  // one a second
+    now_ns_ += kSecondNs;
+    told += note(100 + i * 9000);
+  }
+  EXPECT_LE(told.air, most_of(51, 10.1));
+}
+
+TEST_F(Tracker, MadeUpMessagesALittleAheadTellAFewAndTheseComeLate) {
+  hear(1, 100, 50);
+  Loss told;
+  std::uint32_t number = 101;
+  for (std::uint32_t i = 0; i < 50; ++i, ++number) {
+    told += note(number);
+    if (i % 5 == 0) told += note(number + 200);
+    now_ns_ += kSecondNs / 50;
+  }
+  EXPECT_LE(told.air, most_of(60 * FollowedCount::kMostSteps, 1.1));
+  for (; number < 500; ++number, now_ns_ += kSecondNs / 50) told += note(number);
+  EXPECT_LE(told.air - told.late, LossTracker::kBelieved);
+}
+
+TEST_F(Tracker, ManyMadeUpMessagesAtOnceTellNoMore) {
+  hear(1, 100, 50);
+  Loss told;
+  for (std::uint32_t i = 1; i <= 1000; ++i) told += note(100 + 200 * i);
+  EXPECT_LE(told.air, 1000 * 2 * FollowedCount::kMostSteps) << "of 199,000 passed over";
+}
+
+TEST_F(Tracker, MadeUpMessageOfTheFarEndIsNotFollowed) {
+  hear(1, 100, 50);
+  EXPECT_EQ(note(0x80000000), Loss{});
+  EXPECT_EQ(note(103).air, 2u);
+}
+
+TEST_F(Tracker, MessageAfterAMadeUpBeaconThatCameFirstTellsNothing) {
+  note_last(1);
+  EXPECT_EQ(note(5000), Loss{});
+  EXPECT_EQ(note(5002).air, 1u);
+}
+
+// And whoever is honest is counted exactly.
+
+TEST_F(Tracker, CountsAllOfAFrameThatIsLostAtTheBeginningOfABurst) {
+  Loss told = note(1);
+  for (std::uint32_t number = 62; number <= 121; ++number) told += note(number);
+  EXPECT_EQ(told.air, 60u);
+}
+
+TEST_F(Tracker, CountsAllWhileNineOfTenAreLost) {
+  Loss told;
+  for (std::uint32_t number = 1; number <= 10'001; number += 10) {
+    told += note(number);
+    now_ns_ += kSecondNs / 5;
+  }
+  EXPECT_EQ(told.air, 9000u);
+}
+
+TEST_F(Tracker, CountsAllAfterALongSilence) {
+  hear(1, 100, 50);
+  now_ns_ += 3600 * kSecondNs;
+  EXPECT_EQ(note(180'001).air, 179'900u);
+}
+
+TEST_F(Tracker, CountsAllThatTheReceiverDroppedInABurst) {
+  hear(1, 2, 1);
+  EXPECT_EQ(note(1003, {1000, 0}), (Loss{.kernel = 1000}));
+}
+
+TEST_F(Tracker, CountsWhatAFasterSenderLostOnceItIsHeardForASecond) {
+  hear(1, 100, 1);
+  Loss told;
+  for (std::uint32_t number = 700; number <= 1000; ++number) {
+    told += note(number);
+    now_ns_ += kSecondNs / 200;
+  }
+  EXPECT_EQ(told.air, 599u);
 }
 
 TEST_F(Tracker, ForgetsTheLongestUnheardWhenFull) {

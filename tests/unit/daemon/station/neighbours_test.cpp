@@ -57,6 +57,26 @@ TEST_F(NeighboursTest, LossOfLongAgoIsForgotten) {
   EXPECT_EQ(list()[0].frames_lost, 9u);
 }
 
+TEST_F(NeighboursTest, MadeUpFrameFarAheadIsNoLoss) {
+  std::uint32_t counter = 1;
+  for (int i = 0; i < 50; ++i) {  // 50 a second, and a stranger's after every tenth
+    hear(9, 1, counter++);
+    if (i % 10 == 9) hear(9, 1, counter + 9000);
+    now_ += 20ms;
+  }
+  EXPECT_EQ(list()[0].frames_lost, 0u);
+  hear(9, 1, counter + 3);
+  EXPECT_EQ(list()[0].frames_lost, 3u) << "and the count has not moved";
+}
+
+TEST_F(NeighboursTest, NineOfTenFramesLostAreCounted) {
+  for (std::uint32_t counter = 1; counter <= 2001; counter += 10) {
+    hear(9, 1, counter);
+    now_ += 200ms;
+  }
+  EXPECT_EQ(list()[0].frames_lost, 1800u);
+}
+
 TEST_F(NeighboursTest, FramesHeardTwiceOrLateAreNoLoss) {
   hear(9, 1, 1);
   hear(9, 1, 3);
