@@ -32,7 +32,7 @@ std::uint32_t stamp_of(std::span<const std::uint8_t> plaintext) {
 }  // namespace
 
 Freshness::Freshness(const Voice& own, Ms now, Draw draw)
-    : own_(own), draw_(std::move(draw)), began_at_(now), speak_at_(now), remembers_since_(now) {
+    : own_(own), draw_(std::move(draw)), began_at_(now), voices_(now), speak_at_(now) {
   nonces_.roll(now, draw_);
 }
 
@@ -47,19 +47,19 @@ void Freshness::speak_by(Ms when) {
   speak_at_ = std::min(speak_at_, std::max(when, soonest));
 }
 
-bool Freshness::is_answer_due(const Heard& other, Ms now) const {
+bool Freshness::is_answer_due(const HeardVoice& other, Ms now) const {
   if (since(other.last_at, now) > kLatelyMs) return false;
   if (other.has_asked) return true;
   const bool is_eager = since(began_at_, now) < kEagerMs || since(other.first_at, now) < kEagerMs;
   return is_eager && !other.is_answered;
 }
 
-bool Freshness::is_ask_due(const Heard& other, Ms now) const {
+bool Freshness::is_ask_due(const HeardVoice& other, Ms now) const {
   if (since(other.last_at, now) > kLatelyMs) return false;
   return !other.asked_at || since(*other.asked_at, now) >= kAskAgainMs;
 }
 
-bool Freshness::is_renewal_due(const Proven& other, Ms now) const {
+bool Freshness::is_renewal_due(const ProvenVoice& other, Ms now) const {
   if (since(other.last_at, now) > kLatelyMs) return false;
   if (!other.is_doubted && since(other.proven_at, now) < kRenewMs) return false;
   const Ms pause = other.is_doubted && other.asks < kAskAloud ? kAskAgainMs : kRenewAgainMs;
@@ -69,12 +69,12 @@ bool Freshness::is_renewal_due(const Proven& other, Ms now) const {
 std::size_t Freshness::wanted_bytes(Ms now) const {
   std::size_t asks = 0;
   std::size_t answers = 0;
-  for (const Proven& each : proven_) {
+  for (const ProvenVoice& each : voices_.proven()) {
     asks += is_renewal_due(each, now) ? 1U : 0U;
     answers += is_answer_due(each, now) ? 1U : 0U;
   }
   std::size_t unasked = 0;
-  for (const Heard& each : strangers_) {
+  for (const HeardVoice& each : voices_.strangers()) {
     asks += is_ask_due(each, now) ? 1U : 0U;
     if (!is_answer_due(each, now)) continue;
     ++(each.has_asked ? answers : unasked);
@@ -87,7 +87,8 @@ std::size_t Freshness::wanted_bytes(Ms now) const {
 
 std::size_t Freshness::write(Ms now, std::span<std::uint8_t> room) {
   // A nonce from our start proves of no frame that it was sent after it.
-  nonces_.roll(now, draw_, since(remembers_since_, now) < kYoungMs ? kGapMs : OwnNonces::kRollMs);
+  nonces_.roll(now, draw_,
+               since(voices_.remembers_since(), now) < kYoungMs ? kGapMs : OwnNonces::kRollMs);
   last_written_at_ = now;
   has_written_ = true;
   speak_at_ = now + kSilenceMs;
@@ -106,38 +107,39 @@ std::size_t Freshness::write(Ms now, std::span<std::uint8_t> room) {
   std::size_t ask_count = 0;
   std::size_t answer_count = 0;
   std::size_t unasked = 0;
-  const auto answer = [&](Heard& other) {
+  const auto answer = [&](HeardVoice& other) {
     if (answer_count == kMostAnswers || left < kAnswerBytes) return;
     left -= kAnswerBytes;
     answers[answer_count++] = other.nonce;
     other.is_answered = true;
     other.has_asked = false;
   };
-  const auto ask = [&](Heard& other) {
+  const auto ask = [&](HeardVoice& other) {
     if (ask_count == kMostAsks || left < kAskBytes) return;
     left -= kAskBytes;
     std::copy_n(other.voice.begin(), kAskBytes, asks[ask_count++].begin());
     other.asked_at = now;
     if (other.asks < UINT8_MAX) ++other.asks;
   };
+  const std::span<HeardVoice> strangers = voices_.strangers();
   // Who asks is alive: it knows our session. Others may be frames of long ago.
-  for (Proven& each : proven_) {
+  for (ProvenVoice& each : voices_.proven()) {
     if (is_answer_due(each, now)) answer(each);
   }
-  for (Heard& each : strangers_) {
+  for (HeardVoice& each : strangers) {
     if (each.has_asked && is_answer_due(each, now)) answer(each);
   }
-  for (Proven& each : proven_) {
+  for (ProvenVoice& each : voices_.proven()) {
     if (is_renewal_due(each, now)) ask(each);
   }
-  for (std::size_t i = 0; i < strangers_.size(); ++i) {
-    Heard& each = strangers_[(next_answer_ + i) % strangers_.size()];
+  for (std::size_t i = 0; i < strangers.size(); ++i) {
+    HeardVoice& each = strangers[(next_answer_ + i) % strangers.size()];
     if (is_ask_due(each, now)) ask(each);
     if (!is_answer_due(each, now) || unasked == kMostUnasked) continue;
     ++unasked;
     answer(each);
   }
-  if (!strangers_.empty()) next_answer_ = (next_answer_ + kMostUnasked) % strangers_.size();
+  if (!strangers.empty()) next_answer_ = (next_answer_ + kMostUnasked) % strangers.size();
   if (ask_count + answer_count == 0) return kLeastBytes;
   room[kMarkAt] = kItemsFollow;
   room[kLeastBytes] = static_cast<std::uint8_t>(ask_count);
@@ -173,9 +175,11 @@ Freshness::Verdict Freshness::receive(const Voice& voice, std::uint32_t counter,
     asks = items.first(plaintext[kLeastBytes] * kAskBytes);
     answers = items.subspan(asks.size(), plaintext[kLeastBytes + 1] * kAnswerBytes);
   }
-  if (const auto drawn_at = nonces_.proof_in(answers, at))
-    prove(voice, counter, stamp, *drawn_at, at);
-  Proven* const proven = find_proven(voice);
+  if (const auto drawn_at = nonces_.proof_in(answers, at)) {
+    has_proven_ = true;
+    voices_.prove(voice, counter, stamp, *drawn_at, at);
+  }
+  ProvenVoice* const proven = voices_.find_proven(voice);
   Verdict verdict = Verdict::kNotProven;
   if (proven != nullptr) {
     const bool is_trusted = since(proven->proven_at, at) <= kTrustMs;
@@ -183,7 +187,7 @@ Freshness::Verdict Freshness::receive(const Voice& voice, std::uint32_t counter,
     if (verdict == Verdict::kReplayed) return verdict;
     proven->is_doubted = proven->is_doubted || verdict != Verdict::kFresh;
   }
-  Heard& other = heard(voice, at);
+  HeardVoice& other = voices_.heard(voice, at);
   if (verdict == Verdict::kTooOld) {
     if (other.asks < kAskAloud) speak_by(at);
     return verdict;
@@ -195,7 +199,7 @@ Freshness::Verdict Freshness::receive(const Voice& voice, std::uint32_t counter,
 }
 
 // A frame tells its robot's nonce, and whether it asks for ours.
-void Freshness::meet(Heard& other, const Nonce& nonce, std::span<const std::uint8_t> asks,
+void Freshness::meet(HeardVoice& other, const Nonce& nonce, std::span<const std::uint8_t> asks,
                      bool is_believed, Ms at) {
   if (nonce != other.nonce) {
     other.nonce = nonce;
@@ -212,44 +216,7 @@ void Freshness::meet(Heard& other, const Nonce& nonce, std::span<const std::uint
   speak_by(at + random[0] * kGapMs / 256);
 }
 
-// A voice that is proven for the first time begins with this frame: what it sent before may have
-// been heard by whoever we were before our start.
-void Freshness::prove(const Voice& voice, std::uint32_t counter, std::uint32_t stamp, Ms drawn_at,
-                      Ms at) {
-  has_proven_ = true;
-  if (Proven* const known = find_proven(voice)) {
-    known->clock.prove(stamp, drawn_at, at);
-    known->proven_at = at;
-    known->asks = 0;
-    known->is_doubted = false;
-    return;
-  }
-  Proven made{Heard{}, counter, CounterWindow::from(counter), StampClock(stamp, drawn_at)};
-  const auto stranger = std::find_if(strangers_.begin(), strangers_.end(),
-                                     [&](const Heard& each) { return each.voice == voice; });
-  if (stranger != strangers_.end()) {
-    static_cast<Heard&>(made) = *stranger;
-    *stranger = strangers_.back();
-    strangers_.pop_back();
-  } else {
-    made.first_at = at;
-  }
-  made.voice = voice;
-  made.last_at = at;
-  made.asks = 0;
-  made.asked_at.reset();
-  made.proven_at = at;
-  if (proven_.size() < kVoices) {
-    proven_.push_back(made);
-    return;
-  }
-  ++evicted_;
-  remembers_since_ = at;
-  *std::min_element(proven_.begin(), proven_.end(),
-                    [](const Proven& a, const Proven& b) { return a.last_at < b.last_at; }) = made;
-}
-
-Freshness::Verdict Freshness::judge(Proven& voice, std::uint32_t counter, std::uint32_t stamp,
+Freshness::Verdict Freshness::judge(ProvenVoice& voice, std::uint32_t counter, std::uint32_t stamp,
                                     Ms at) {
   if (voice.window.was_heard(counter)) return Verdict::kReplayed;
   if (since(voice.clock.sent_at(stamp), at) > kBoundMs + voice.clock.drift(at)) {
@@ -266,52 +233,24 @@ Freshness::Verdict Freshness::judge_held(const Voice& voice, std::uint32_t count
                                          std::span<const std::uint8_t> plaintext, Ms at,
                                          std::size_t& used) const {
   if (!skip(plaintext, used)) return Verdict::kMalformed;
-  const Proven* const proven = find_proven(voice);
+  const ProvenVoice* const proven = voices_.find_proven(voice);
   if (proven == nullptr) return Verdict::kNotProven;
   if (counter >= proven->first) return Verdict::kReplayed;
   const std::uint32_t stamp = stamp_of(plaintext);
   const Ms sent_at = proven->clock.sent_at(stamp);
   if (since(sent_at, at) > kBoundMs) return Verdict::kTooOld;
-  return sent_at >= remembers_since_ + proven->clock.doubt(stamp) ? Verdict::kFresh
-                                                                  : Verdict::kNotProven;
+  return sent_at >= voices_.remembers_since() + proven->clock.doubt(stamp) ? Verdict::kFresh
+                                                                           : Verdict::kNotProven;
 }
 
 bool Freshness::may_be_proven(const Voice& voice, Ms at) const {
-  if (find_proven(voice) != nullptr) return false;
-  const auto found = std::find_if(strangers_.begin(), strangers_.end(),
-                                  [&](const Heard& each) { return each.voice == voice; });
-  return found != strangers_.end() && since(found->first_at, at) <= kEagerMs;
+  const HeardVoice* const stranger = voices_.find_stranger(voice);
+  return stranger != nullptr && since(stranger->first_at, at) <= kEagerMs;
 }
 
 bool Freshness::was_heard(const Voice& voice, std::uint32_t counter) const {
-  const Proven* const proven = find_proven(voice);
+  const ProvenVoice* const proven = voices_.find_proven(voice);
   return proven != nullptr && proven->window.was_heard(counter);
-}
-
-const Freshness::Proven* Freshness::find_proven(const Voice& voice) const {
-  const auto found = std::find_if(proven_.begin(), proven_.end(),
-                                  [&](const Proven& each) { return each.voice == voice; });
-  return found == proven_.end() ? nullptr : &*found;
-}
-
-Freshness::Heard& Freshness::heard(const Voice& voice, Ms at) {
-  if (Proven* const proven = find_proven(voice)) {
-    proven->last_at = std::max(proven->last_at, at);
-    return *proven;
-  }
-  const auto found = std::find_if(strangers_.begin(), strangers_.end(),
-                                  [&](const Heard& each) { return each.voice == voice; });
-  if (found != strangers_.end()) {
-    found->last_at = std::max(found->last_at, at);
-    return *found;
-  }
-  Heard made;
-  made.voice = voice;
-  made.first_at = made.last_at = at;
-  if (strangers_.size() < kStrangers) return strangers_.emplace_back(made);
-  return *std::min_element(strangers_.begin(), strangers_.end(),
-                           [](const Heard& a, const Heard& b) { return a.last_at < b.last_at; }) =
-             made;
 }
 
 }  // namespace swarmtalk::frame

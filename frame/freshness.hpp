@@ -6,18 +6,13 @@
 // clock: times are milliseconds of one monotonic clock, of arrivals as the kernel has stamped them.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <utility>
-#include <vector>
 
 #include "frame/air_frame.hpp"
-#include "frame/counter_window.hpp"
 #include "frame/own_nonces.hpp"
-#include "frame/stamp_clock.hpp"
+#include "frame/voices.hpp"
 
 namespace swarmtalk::frame {
 
@@ -25,8 +20,7 @@ class Freshness {
  public:
   using Ms = std::uint64_t;
   using Nonce = OwnNonces::Nonce;
-  /// Session and epoch as they stand in a frame, and two bytes of 0: one run of one robot.
-  using Voice = std::array<std::uint8_t, 12>;
+  using Voice = frame::Voice;
   using Draw = OwnNonces::Draw;
 
   enum class Verdict : std::uint8_t {
@@ -44,13 +38,13 @@ class Freshness {
   /// A frame that may have been under way for longer is dropped. What is not known for sure counts
   /// as waiting: of the bound the nonce's own way takes up to OwnNonces::kAnswerMs.
   static constexpr Ms kBoundMs = 5000;
-  static constexpr Ms kRenewMs = 300'000;       // who was proven so long ago is asked again
-  static constexpr Ms kTrustMs = 900'000;       // ... and not believed any more
-  static constexpr Ms kEagerMs = 5000;          // after a start nonces are sent back unasked
-  static constexpr Ms kGapMs = 100;             // between frames that are sent for this alone
-  static constexpr Ms kSilenceMs = 60'000;      // a robot says at least so often that it is there
-  static constexpr std::size_t kVoices = 1024;  // proven ones that are remembered
-  static constexpr std::size_t kStrangers = 2048;  // others that were heard lately
+  static constexpr Ms kRenewMs = 300'000;   // who was proven so long ago is asked again
+  static constexpr Ms kTrustMs = 900'000;   // ... and not believed any more
+  static constexpr Ms kEagerMs = 5000;      // after a start nonces are sent back unasked
+  static constexpr Ms kGapMs = 100;         // between frames that are sent for this alone
+  static constexpr Ms kSilenceMs = 60'000;  // a robot says at least so often that it is there
+  static constexpr std::size_t kVoices = Voices::kMostProven;        // that are remembered
+  static constexpr std::size_t kStrangers = Voices::kMostStrangers;  // that were heard lately
 
   /// @param own  our own voice
   Freshness(const Voice& own, Ms now, Draw draw);
@@ -94,56 +88,28 @@ class Freshness {
   /// None could leave.
   void postpone(Ms now) { speak_at_ = now + kGapMs; }
 
-  std::size_t proven() const { return proven_.size(); }
+  std::size_t proven() const { return voices_.proven().size(); }
   /// Proven voices that made place for others, because more than kVoices were.
-  std::uint64_t evicted() const { return evicted_; }
+  std::uint64_t evicted() const { return voices_.evicted(); }
 
  private:
-  /// Somebody who was heard.
-  struct Heard {
-    Voice voice{};
-    Ms first_at = 0;
-    Ms last_at = 0;
-    Nonce nonce{};               // its newest
-    bool is_answered = false;    // ... was sent back
-    bool has_asked = false;      // ... is asked for
-    std::optional<Ms> asked_at;  // when we asked it last
-    std::uint8_t asks = 0;       // ... how often, since it was proven last
-  };
-  struct Proven : Heard {
-    std::uint32_t first;  // counter of the frame that proved it first
-    CounterWindow window;
-    StampClock clock;
-    Ms proven_at = 0;
-    bool is_doubted = false;  // a frame of it was too old, or it was not proven for too long
-  };
-
-  Heard& heard(const Voice& voice, Ms at);
-  const Proven* find_proven(const Voice& voice) const;
-  Proven* find_proven(const Voice& voice) {
-    return const_cast<Proven*>(std::as_const(*this).find_proven(voice));
-  }
-  void meet(Heard& other, const Nonce& nonce, std::span<const std::uint8_t> asks, bool is_believed,
-            Ms at);
-  void prove(const Voice& voice, std::uint32_t counter, std::uint32_t stamp, Ms drawn_at, Ms at);
-  Verdict judge(Proven& voice, std::uint32_t counter, std::uint32_t stamp, Ms at);
-  bool is_answer_due(const Heard& other, Ms now) const;
-  bool is_ask_due(const Heard& other, Ms now) const;
-  bool is_renewal_due(const Proven& other, Ms now) const;
+  void meet(HeardVoice& other, const Nonce& nonce, std::span<const std::uint8_t> asks,
+            bool is_believed, Ms at);
+  Verdict judge(ProvenVoice& voice, std::uint32_t counter, std::uint32_t stamp, Ms at);
+  bool is_answer_due(const HeardVoice& other, Ms now) const;
+  bool is_ask_due(const HeardVoice& other, Ms now) const;
+  bool is_renewal_due(const ProvenVoice& other, Ms now) const;
   void speak_by(Ms when);
 
   Voice own_;
   Draw draw_;
   Ms began_at_;
   OwnNonces nonces_;
-  std::vector<Proven> proven_;
-  std::vector<Heard> strangers_;
+  Voices voices_;
   std::size_t next_answer_ = 0;  // strangers take turns
   Ms last_written_at_ = 0;
   bool has_written_ = false;
   Ms speak_at_;
-  std::uint64_t evicted_ = 0;
-  Ms remembers_since_;  // its own start, or when it forgot a voice last
   bool has_proven_ = false;
 };
 

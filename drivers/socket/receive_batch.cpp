@@ -7,7 +7,7 @@ namespace swarmtalk::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr std::chrono::seconds kLongestWait = 10s;
+constexpr std::chrono::seconds kLongestWait = 60s;           // as long as nonces are remembered
 constexpr std::chrono::microseconds kLongestReading = 20us;  // of both clocks
 constexpr std::chrono::microseconds kSmallestStep = 500us;   // of the wall clock; NTP slews both
 

@@ -28,7 +28,7 @@ class StampClock {
   /// the next call.
   void set_now(const timespec& real_now, MonotonicTime monotonic_now);
 
-  /// @return none: the wall clock was set, or the stamp lies in the future or more than 10 s back
+  /// @return none: the wall clock was set, or the stamp lies in the future or more than 60 s back
   std::optional<MonotonicTime> monotonic(const timespec& stamp) const;
 
   MonotonicTime now() const { return monotonic_now_; }

@@ -50,9 +50,8 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       flush_(loop::Loop::of(io), [this] { flush(); }),
       timer_(io),
       wake_timer_(io),
-      beacon_(0ms, 1),
-      beacon_timer_(io),
-      speak_timer_(io),
+      beacon_(io, [this](MonotonicTime now) { send_frame_without_packets(now); }),
+      seal_(io, builder_, receiver_, [this](MonotonicTime now) { return speak(now); }),
       state_(io, [this](bool is_up, const std::string& line) {
         link_log()->log(is_up ? spdlog::level::info : spdlog::level::warn, "{} {}: {}", type(),
                         device(), line);
@@ -71,8 +70,8 @@ void SocketLink::start(LinkUser& user) {
   watch_.start([this] { refresh(); });
   refresh();
   receive_socket_.watch(EPOLLIN);
-  if (beacon_.is_on()) arm_beacon();
-  use_keys();
+  beacon_.start();
+  seal_.use(user_->frame_header().epoch);
   wake();
 }
 
@@ -87,31 +86,7 @@ void SocketLink::set_pacing(const PacerConfig& pacing) {
   wake();
 }
 
-void SocketLink::set_beacon(std::chrono::milliseconds interval) {
-  beacon_ = Beacon(interval, std::random_device{}());
-  beacon_.silence_begins(std::chrono::steady_clock::now());
-  beacon_timer_.cancel();
-  if (user_ != nullptr && beacon_.is_on()) arm_beacon();
-}
-
-void SocketLink::arm_beacon() {
-  const MonotonicTime now = std::chrono::steady_clock::now();
-  beacon_timer_.expires_at(now + beacon_.wait(now));
-  beacon_timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        const MonotonicTime then = std::chrono::steady_clock::now();
-        if (beacon_.wait(then) == 0ns) send_beacon(then);
-        arm_beacon();
-      });
-}
-
 // Not when something else is about to leave, or nothing can.
-void SocketLink::send_beacon(MonotonicTime now) {
-  beacon_.silence_begins(now);
-  send_frame_without_packets(now);
-}
-
 bool SocketLink::send_frame_without_packets(MonotonicTime now) {
   if (!is_up() || !queue_.is_empty() || user_->next_packet_bytes() > 0) return false;
   const BuiltFrame built = builder_.build_beacon(
@@ -126,46 +101,17 @@ bool SocketLink::send_frame_without_packets(MonotonicTime now) {
 }
 
 void SocketLink::set_key(std::shared_ptr<const frame::SwarmKey> key) {
-  key_ = std::move(key);
+  seal_.set_key(std::move(key));
   if (user_ == nullptr) return;  // start() uses it
-  use_keys();
+  seal_.use(user_->frame_header().epoch);
   refresh();  // longest packets may not fit any more
 }
 
-void SocketLink::use_keys() {
-  if (!is_fresh_) {
-    freshness_.reset();
-    return use_key(key_, builder_, receiver_, also_key_);
-  }
-  use_key_freshly(key_, also_key_, user_->frame_header().epoch, std::chrono::steady_clock::now(),
-                  freshness_, builder_, receiver_);
-  arm_speaking();
-}
-
-std::string SocketLink::seal_remark() const {
-  return key_ != nullptr && !is_fresh_ ? ", sealed, freshness not checked" : "";
-}
-
-// Others believe us, and we them, only if we speak.
-void SocketLink::arm_speaking() {
-  if (freshness_ == nullptr || freshness_->speak_at() == speak_armed_) return;
-  speak_armed_ = freshness_->speak_at();
-  speak_timer_.expires_at(MonotonicTime(std::chrono::milliseconds(speak_armed_)));
-  speak_timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        speak_armed_ = 0;
-        if (freshness_ == nullptr) return;
-        const MonotonicTime now = std::chrono::steady_clock::now();
-        if (freshness_->speak_at() <= milliseconds(now)) speak(now);
-        arm_speaking();
-      });
-}
-
-// What waits to be sent says it as well. While nothing can leave, later.
-void SocketLink::speak(MonotonicTime now) {
-  if (!send_frame_without_packets(now)) freshness_->postpone(milliseconds(now));
-  if (beacon_.is_on()) beacon_.silence_begins(now);
+// What waits to be sent shows as well that we live.
+bool SocketLink::speak(MonotonicTime now) {
+  const bool has_left = send_frame_without_packets(now);
+  beacon_.silence_begins(now);
+  return has_left;
 }
 
 Counters SocketLink::counters() const {
@@ -207,10 +153,8 @@ void SocketLink::receive() {
     if (is_link_error(errno)) refresh();
     return;
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    receive(batch_[i]);
-  }
-  arm_speaking();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) receive(batch_[i]);
+  seal_.arm();
   if (!unreadable_.has_news(counters_)) return;
   for (const std::string& line : unreadable_.news(counters_, std::chrono::steady_clock::now())) {
     link_log()->warn("{} {}: {}", type(), device(), line);
@@ -230,8 +174,7 @@ void SocketLink::receive(const Datagram& datagram) {
     ++counters_.own_echoes;
   }
   if (tap_ == nullptr) return;
-  const std::size_t header_bytes = medium_header_bytes();
-  tap_->received(datagram.bytes, std::min(header_bytes, datagram.bytes.size()));
+  tap_->received(datagram.bytes, std::min(medium_header_bytes(), datagram.bytes.size()));
 }
 
 void SocketLink::flush() {
@@ -261,7 +204,7 @@ bool SocketLink::fill_queue(MonotonicTime now) {
     if (tap_ != nullptr) tap_->sent(queue_.slot(built.size_bytes));
     queue_.push(built.size_bytes, built.packets, now);
     pacer_.sent(now);
-    if (beacon_.is_on()) beacon_.silence_begins(now);
+    beacon_.silence_begins(now);
     if (!built.more_waits) return false;
   }
   return true;

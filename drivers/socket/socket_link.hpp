@@ -13,11 +13,12 @@
 #include <string>
 
 #include "drivers/link/airtime.hpp"
-#include "drivers/link/beacon.hpp"
+#include "drivers/link/beacon_timer.hpp"
 #include "drivers/link/frame_tap.hpp"
 #include "drivers/link/framer.hpp"
 #include "drivers/link/link.hpp"
 #include "drivers/link/link_counters.hpp"
+#include "drivers/link/link_seal.hpp"
 #include "drivers/link/link_state.hpp"
 #include "drivers/link/pacer.hpp"
 #include "drivers/link/unreadable_frames.hpp"
@@ -40,18 +41,18 @@ class SocketLink : public Link, public Tappable {
   void wake_at(MonotonicTime time) override { wake_timer_.arm(time, *this); }
   void set_tap(FrameTap* tap) override { tap_ = tap; }
   void set_pacing(const PacerConfig& pacing) override;
-  void set_beacon(std::chrono::milliseconds interval) override;
+  void set_beacon(std::chrono::milliseconds interval) override { beacon_.set_interval(interval); }
   void set_air_rate(double rate_mbps) override { airtime_.set_rate(rate_mbps, counters_); }
   void set_key(std::shared_ptr<const frame::SwarmKey> key) override;
   void set_also_key(std::shared_ptr<const frame::SwarmKey> key) override {
-    also_key_ = std::move(key);
+    seal_.set_also_key(std::move(key));
   }
-  void set_freshness(bool is_on) override { is_fresh_ = is_on; }
+  void set_freshness(bool is_on) override { seal_.set_freshness(is_on); }
   std::size_t packet_limit_bytes() const override {
-    return frame::max_packet_bytes(frame_limit_bytes_, key_ != nullptr);
+    return frame::max_packet_bytes(frame_limit_bytes_, is_sealed());
   }
   bool is_up() const override { return state_.is_up(); }
-  std::string state() const override { return state_.text() + seal_remark(); }
+  std::string state() const override { return state_.text() + seal_.remark(); }
   Counters counters() const override;
 
  protected:
@@ -89,7 +90,7 @@ class SocketLink : public Link, public Tappable {
   std::string mtu_remark() const;
 
   LinkUser* user() const { return user_; }
-  bool is_sealed() const { return key_ != nullptr; }
+  bool is_sealed() const { return seal_.is_sealed(); }
   double air_rate_mbps() const { return airtime_.rate_mbps(); }
   const InterfaceWatch& watch() const { return watch_; }
   TransmitQueue& transmit_queue() { return queue_; }
@@ -104,13 +105,8 @@ class SocketLink : public Link, public Tappable {
   void transmit(MonotonicTime now);
   void on_send_error(int error, MonotonicTime now);
   void wait_writable();
-  void arm_beacon();
-  void send_beacon(MonotonicTime now);
   bool send_frame_without_packets(MonotonicTime now);
-  void use_keys();
-  void arm_speaking();
-  void speak(MonotonicTime now);
-  std::string seal_remark() const;
+  bool speak(MonotonicTime now);
   void flush_after(std::chrono::steady_clock::duration delay);
 
   InterfaceWatch watch_;
@@ -133,15 +129,8 @@ class SocketLink : public Link, public Tappable {
 
   WakeTimer wake_timer_;
 
-  Beacon beacon_;
-  boost::asio::steady_timer beacon_timer_;
-
-  std::shared_ptr<const frame::SwarmKey> key_;
-  std::shared_ptr<const frame::SwarmKey> also_key_;
-  std::shared_ptr<frame::Freshness> freshness_;  // null: frames are not checked
-  bool is_fresh_ = true;
-  boost::asio::steady_timer speak_timer_;  // for frames that show that we live
-  frame::Freshness::Ms speak_armed_ = 0;   // for when; 0: not
+  BeaconTimer beacon_;
+  LinkSeal seal_;
 
   LinkState state_;
   std::uint64_t kernel_drops_ = 0;  // before the datagram in hand

@@ -18,7 +18,7 @@ os.environ.setdefault("SWARMTALK_HOSTILE_SECONDS", "2")
 _spec = importlib.util.spec_from_file_location("integration", INTEGRATION / "conftest.py")
 _integration = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_integration)
-needs_root, program = _integration.needs_root, _integration.program
+BUILD, needs_root, program = _integration.BUILD, _integration.needs_root, _integration.program
 run, wait_for = _integration.run, _integration.wait_for
 
 

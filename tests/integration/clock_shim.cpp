@@ -2,6 +2,8 @@
 // setting this machine's. SWARMTALK_CLOCK_OFFSET names a file that holds the offset, int64
 // nanoseconds. Kernel receive stamps of recvmmsg() are shifted too; the first read after a change
 // keeps the offset before it, as stamps do that were taken before the clock was set.
+// SWARMTALK_MONOTONIC_OFFSET: the same of the monotonic clock, which stands still while a machine
+// is suspended.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -18,17 +20,33 @@ namespace {
 
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 
-std::int64_t offset_ns() {
-  static const std::atomic<std::int64_t>* const shared = [] {
-    const char* const path = std::getenv("SWARMTALK_CLOCK_OFFSET");
-    const int file = path == nullptr ? -1 : open(path, O_RDONLY | O_CLOEXEC);
+/// What the file that a variable names holds now; 0: there is no such variable.
+class Offset {
+ public:
+  explicit Offset(const char* variable) {
+    const char* const path = std::getenv(variable);
+    if (path == nullptr) return;
+    const int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0) std::abort();
     void* const at = mmap(nullptr, sizeof(std::int64_t), PROT_READ, MAP_SHARED, file, 0);
     if (at == MAP_FAILED) std::abort();
     close(file);
-    return static_cast<const std::atomic<std::int64_t>*>(at);
-  }();
-  return shared->load();
+    shared_ = static_cast<const std::atomic<std::int64_t>*>(at);
+  }
+  std::int64_t ns() const { return shared_ == nullptr ? 0 : shared_->load(); }
+
+ private:
+  const std::atomic<std::int64_t>* shared_ = nullptr;
+};
+
+std::int64_t offset_ns() {
+  static const Offset offset("SWARMTALK_CLOCK_OFFSET");
+  return offset.ns();
+}
+
+std::int64_t monotonic_offset_ns() {
+  static const Offset offset("SWARMTALK_MONOTONIC_OFFSET");
+  return offset.ns();
 }
 
 void shift(timespec& time, std::int64_t by_ns) {
@@ -48,6 +66,7 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   static const auto original = real<int (*)(clockid_t, timespec*)>("clock_gettime");
   const int result = original(clock, time);
   if (result == 0 && clock == CLOCK_REALTIME) shift(*time, offset_ns());
+  if (result == 0 && clock == CLOCK_MONOTONIC) shift(*time, monotonic_offset_ns());
   return result;
 }
 

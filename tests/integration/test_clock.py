@@ -28,18 +28,25 @@ class Clock:
         self.memory[:] = struct.pack("<q", int(seconds * 1e9))
 
 
-def test_clock_steps_change_neither_delivery_nor_delays(tmp_path):
+@pytest.mark.parametrize("is_sealed", [False, True], ids=["open", "sealed"])
+def test_clock_steps_change_neither_delivery_nor_delays(tmp_path, is_sealed):
+    """Sealed frames have an age, which is judged at the kernel's stamps of the wall clock."""
     if "san" in BUILD.name:
         pytest.skip("a sanitizer's library must be the first to be loaded")
     clock = Clock(tmp_path / "offset")
     port = random.Random(os.getpid()).randrange(20000, 60000)
     environment = {**os.environ, "LD_PRELOAD": str(SHIM),
                    "SWARMTALK_CLOCK_OFFSET": str(tmp_path / "offset")}
-    started, sockets = [], []
+    started, sockets, key_line = [], [], ""
+    if is_sealed:
+        key = tmp_path / "swarm.key"
+        subprocess.run([program("swarmtalk-cli"), "keygen", key], check=True, capture_output=True)
+        key_line = f'key_file = "{key}"\n'
     try:
         for name in "ab":
             config = tmp_path / f"{name}.toml"
-            config.write_text(f'[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n')
+            config.write_text(f'[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n'
+                              + key_line)
             sockets.append(tmp_path / f"{name}.sock")
             started.append(subprocess.Popen(
                 [program("swarmtalkd"), "--config", config, "--socket", sockets[-1]],

@@ -24,7 +24,13 @@ TEST(StampClock, DoesNotBelieveAStampOfAnotherTime) {
   clock.set_now({101, 0}, kNow);
   EXPECT_EQ(clock.monotonic({102, 0}), std::nullopt);
   EXPECT_EQ(clock.monotonic({1'700'000'000, 0}), std::nullopt);
-  EXPECT_EQ(clock.monotonic({90, 0}), std::nullopt);
+  EXPECT_EQ(clock.monotonic({40, 0}), std::nullopt);
+}
+
+TEST(StampClock, BelievesStampsOfWhatWaitedWhileTheProcessWasStopped) {
+  StampClock clock;
+  clock.set_now({101, 0}, kNow);
+  EXPECT_EQ(clock.monotonic({51, 0}), kNow - 50s);
 }
 
 TEST(StampClock, BelievesNoStampAcrossAStepOfTheWallClock) {

@@ -1,0 +1,36 @@
+#include "drivers/link/link_seal.hpp"
+
+#include <chrono>
+
+namespace swarmtalk::drivers {
+
+void LinkSeal::use(std::uint32_t epoch) {
+  if (!is_fresh_) {
+    freshness_.reset();
+    return use_key(key_, builder_, receiver_, also_key_);
+  }
+  use_key_freshly(key_, also_key_, epoch, std::chrono::steady_clock::now(), freshness_, builder_,
+                  receiver_);
+  arm();
+}
+
+std::string LinkSeal::remark() const {
+  return key_ != nullptr && !is_fresh_ ? ", sealed, freshness not checked" : "";
+}
+
+void LinkSeal::arm_timer() {
+  armed_for_ = freshness_->speak_at();
+  timer_.expires_at(MonotonicTime(std::chrono::milliseconds(armed_for_)));
+  timer_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        armed_for_ = 0;
+        if (freshness_ == nullptr) return;
+        const MonotonicTime now = std::chrono::steady_clock::now();
+        const bool is_due = freshness_->speak_at() <= milliseconds(now);
+        if (is_due && !speak_(now)) freshness_->postpone(milliseconds(now));
+        arm();
+      });
+}
+
+}  // namespace swarmtalk::drivers
