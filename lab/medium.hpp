@@ -51,6 +51,9 @@ class Medium {
 
   /// Brings what the state says of the robots up to date: where they are now.
   virtual void refresh(State& /*state*/) const {}
+
+  /// Frames collide on it, and all who have heard one would send it on in the same instant.
+  virtual bool is_air() const { return false; }
 };
 
 /// Names of all media, for --medium.

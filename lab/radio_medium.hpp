@@ -17,6 +17,7 @@ class RadioMedium final : public Medium {
   void plan(State& state) const override;
   void make(State& state) const override;
   LinkKeys link_of(const State& state, const Robot& robot) const override;
+  bool is_air() const override { return true; }
   void remove(const State& state) const override;
   void refresh(State& state) const override;
 

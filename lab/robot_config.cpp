@@ -12,6 +12,8 @@
 namespace swarmtalk::lab {
 namespace {
 
+constexpr int kJitterOnAirUs = 5000;  // as the installed file has it: docs/radio.md
+
 toml::table read_base(const std::string& path) {
   if (path.empty()) return {};
   try {
@@ -50,6 +52,9 @@ std::string robot_config(const State& state, const Robot& robot, const std::stri
   for (const auto& [key, given] : medium_named(state.medium).link_of(state, robot)) {
     std::visit([&wifi, &name = key](const auto& value) { wifi.insert_or_assign(name, value); },
                given);
+  }
+  if (medium_named(state.medium).is_air()) {
+    wifi.insert("jitter_us", std::int64_t{kJitterOnAirUs});
   }
   std::ostringstream text;
   text << "# Robot " << robot.number << " of the lab '" << state.name << "'.\n" << table << "\n";

@@ -17,6 +17,7 @@ class WifiMedium final : public Medium {
   void plan(State& state) const override;
   void make(State& state) const override;
   LinkKeys link_of(const State& state, const Robot& robot) const override;
+  bool is_air() const override { return true; }
   void remove(const State& state) const override;
   std::vector<std::string> as_robot(const State& state, const Robot& robot,
                                     const std::vector<std::string>& command) const override;

@@ -196,6 +196,19 @@ void diagnose_place(const std::string& name, const RadioFacts& radio, const Expe
   }
 }
 
+/// All robots that have heard a frame send it on: at once, they do it in the same instant.
+void diagnose_forwarding(const std::string& name, const LinkFacts* link, Report& report) {
+  if (link == nullptr || !link->forward_jitter_us) return;
+  if (link->packets_forwarded == 0 || *link->forward_jitter_us > 0) {
+    report.looked_at.push_back("pause before sending on, on " + name);
+    return;
+  }
+  report.add({"forwards-collide", Severity::kWarning, name,
+              "packets of others are sent on at once, by all robots that have heard them, and "
+              "collide",
+              "take forward_jitter_us = 0 out of [links." + link->name + "], or write 5000"});
+}
+
 }  // namespace
 
 bool diagnose_radio(const InterfaceFacts& interface, const LinkFacts* link,
@@ -223,6 +236,7 @@ bool diagnose_radio(const InterfaceFacts& interface, const LinkFacts* link,
     report.not_looked_at.push_back({"power save of " + name, "the driver does not tell"});
   }
   diagnose_rate(name, radio, link, report);
+  diagnose_forwarding(name, link, report);
   diagnose_country(name, radio, expected, report);
   diagnose_signal(name, radio, report);
   return false;

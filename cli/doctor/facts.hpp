@@ -42,6 +42,8 @@ struct LinkFacts {
   std::uint32_t ethertype = 0;
   bool is_sealed = false;
   double air_rate_mbps = 0;  // configured; 0: not
+  std::optional<std::uint32_t> forward_jitter_us;
+  std::uint64_t packets_forwarded = 0;  // since the daemon started
   std::optional<std::uint64_t> asked_buffer_bytes;
   std::uint64_t given_buffer_bytes = 0;
   std::uint32_t node_id = 0;

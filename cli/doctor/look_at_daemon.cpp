@@ -130,6 +130,8 @@ LinkFacts facts_of(const ipc::LinkStatus& link, const ipc::LinkStatus* before) {
   facts.ethertype = link.ethertype();
   facts.is_sealed = link.sealed();
   facts.air_rate_mbps = link.air_rate_mbps();
+  if (link.has_forward_jitter_us()) facts.forward_jitter_us = link.forward_jitter_us();
+  facts.packets_forwarded = value_of(link, "node_packets_forwarded");
   if (link.has_asked_buffer_bytes()) facts.asked_buffer_bytes = link.asked_buffer_bytes();
   facts.given_buffer_bytes = link.given_buffer_bytes();
   facts.node_id = link.node_id();

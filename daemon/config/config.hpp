@@ -129,6 +129,7 @@ struct LinkConfig {
   double rate_hz = 0.0;  // frames/s; 0: unlimited
   std::uint32_t burst_frames = 1;
   std::uint32_t jitter_us = 0;
+  std::optional<std::uint32_t> forward_jitter_us;   // none: as the interface needs it
   double air_rate_mbps = 0.0;                       // raw_l2, udp; 0: not known
   std::uint32_t beacon_ms = 0;                      // raw_l2, udp; 0: never
   std::optional<std::size_t> receive_buffer_bytes;  // raw_l2, udp; none: what the driver asks for

@@ -17,12 +17,12 @@ constexpr std::array<std::string_view, 7> kAtStartOnly{"limits.tracked_senders",
                                                        "node.name",
                                                        "node.pose_socket",
                                                        "reserved.report"};
-constexpr std::array<std::string_view, 13> kLinkKeys{
-    "rate_hz",       "burst_frames",    "jitter_us",
-    "beacon_ms",     "air_rate_mbps",   "key_file",
-    "also_key_file", "virtual_range_m", "virtual_range_unknown",
-    "forward",       "max_forward_ttl", "max_forward_wait_ms",
-    "ghosts"};
+constexpr std::array<std::string_view, 14> kLinkKeys{
+    "rate_hz",       "burst_frames",     "jitter_us",
+    "beacon_ms",     "air_rate_mbps",    "key_file",
+    "also_key_file", "virtual_range_m",  "virtual_range_unknown",
+    "forward",       "max_forward_ttl",  "max_forward_wait_ms",
+    "ghosts",        "forward_jitter_us"};
 
 /// Whether `key` is of a link that only one of the two has.
 bool is_of_new_or_gone_link(const std::string& key, const KeyLines& before, const KeyLines& after) {

@@ -22,6 +22,9 @@ void read_pacing(const TableReader& table, LinkConfig& link) {
   table.read_number("rate_hz", 0.0, kMaxRateHz, link.rate_hz);
   table.read_integer("burst_frames", kBurstLimits, link.burst_frames);
   table.read_integer("jitter_us", kJitterUsLimits, link.jitter_us);
+  if (table.has("forward_jitter_us")) {
+    table.read_integer("forward_jitter_us", kJitterUsLimits, link.forward_jitter_us.emplace());
+  }
   table.read_number("air_rate_mbps", 0.0, kMaxAirRateMbps, link.air_rate_mbps);
   table.read_integer("beacon_ms", kBeaconMsLimits, link.beacon_ms);
   if (link.beacon_ms != 0 && link.beacon_ms < kLeastBeaconMs) {
@@ -126,8 +129,8 @@ Keys frame_keys() {
           "ghosts",   "forward",       "max_forward_ttl", "max_forward_wait_ms"};
 }
 Keys air_keys() {
-  return {"check_freshness", "rate_hz",       "burst_frames",        "jitter_us",
-          "beacon_ms",       "air_rate_mbps", "receive_buffer_bytes"};
+  return {"check_freshness",   "rate_hz",   "burst_frames",  "jitter_us",
+          "forward_jitter_us", "beacon_ms", "air_rate_mbps", "receive_buffer_bytes"};
 }
 Keys raw_keys() {
   return {"interface", "ethertype"};

@@ -33,6 +33,9 @@ void fill_settings(const drivers::Link& link, ipc::LinkStatus& entry) {
   if (settings.asked_buffer_bytes) entry.set_asked_buffer_bytes(*settings.asked_buffer_bytes);
   entry.set_given_buffer_bytes(settings.given_buffer_bytes);
   entry.set_packet_limit_bytes(link.packet_limit_bytes());
+  if (settings.forward_jitter) {
+    entry.set_forward_jitter_us(static_cast<std::uint32_t>(settings.forward_jitter->count()));
+  }
 }
 
 constexpr int kMostUsersTold = 32;  // in a status, so that it fits a frame

@@ -95,7 +95,12 @@ std::string key_of(drivers::LinkSetting setting) {
 }  // namespace
 
 drivers::PacerConfig pacing_of(const LinkConfig& config) {
-  return {config.rate_hz, config.burst_frames, std::chrono::microseconds(config.jitter_us)};
+  drivers::PacerConfig pacing{config.rate_hz, config.burst_frames,
+                              std::chrono::microseconds(config.jitter_us), std::nullopt};
+  if (config.forward_jitter_us) {
+    pacing.max_forward_jitter = std::chrono::microseconds(*config.forward_jitter_us);
+  }
+  return pacing;
 }
 
 std::unique_ptr<drivers::Link> open_link(boost::asio::io_context& io, const LinkConfig& config,

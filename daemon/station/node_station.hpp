@@ -72,6 +72,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
 
   void close_channel(std::uint16_t number) override {
     repairing_.forget(number);
+    set_sending(*entries_[number], false);
     node_->remove_channel(entries_[number]->channel);
     entries_[number].reset();
   }
@@ -114,6 +115,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
         payload.data(), static_cast<std::uint16_t>(payload.size()), ttl, is_marked, waited);
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
+    set_sending(entry, true);
     message_number = ++last;
     if (redundancy != 0) {
       repairing_.protect(number, last, payload.size(), entry.is_timestamped, redundancy,
@@ -129,6 +131,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   bool send_again(std::uint16_t number) override {
     if (!entries_[number]->has_sent) return false;  // a new channel since
     if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
+    set_sending(*entries_[number], true);
     repairing_.repeats(number);
     link_->wake();
     return true;
@@ -177,6 +180,10 @@ class NodeStation final : public Station, public drivers::LinkUser {
     const std::size_t bytes = node_bytes();
     return repairing_.is_idle() ? bytes : repairing_.waiting_bytes(bytes, *link_);
   }
+  bool has_forwards_only() override {
+    if (sending_ != 0 || repairing_.has_own()) return false;
+    return node_->has_packet() || repairing_.has_relayed();
+  }
   void on_packet(std::span<const std::uint8_t> packet,
                  const drivers::FrameReception& frame) override;
   void on_frame(const drivers::FrameReception& frame) override;
@@ -208,6 +215,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     bool is_timestamped = false;
     bool is_listening = false;
     bool has_sent = false;  // its channel of core still has the last message
+    bool is_sending = false;
     core::Channel<P>* channel = nullptr;
     core::Publisher<P>* publisher = nullptr;
     std::uint32_t* left = nullptr;  // its place in left_, once a message has left
@@ -255,8 +263,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
     return true;
   }
   void reattach(Entry& entry) {
+    set_sending(entry, false);
     node_->remove_channel(entry.channel);
     attach(entry);  // into the slot that has just become free
+  }
+  void set_sending(Entry& entry, bool is_sending) {
+    if (std::exchange(entry.is_sending, is_sending) != is_sending) sending_ += is_sending ? 1 : -1;
   }
   void subscribe(Entry& entry) {
     entry.channel->new_subscriber(kNoLimit, &on_core_message, &entry);
@@ -271,6 +283,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   /// channel's next one to the node, so that it can leave in the same frame and at the same time.
   void tell_sent(Entry& entry) {
     entry.has_sent = true;
+    set_sending(entry, false);
     if (P::kMessageBits == 32) note_left(entry);
     user_.on_sent(*this, entry.number);
   }
@@ -299,6 +312,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   StationUser& user_;
   NumberTable<std::unique_ptr<Entry>> entries_;  // open channels
   NumberTable<std::uint32_t> numbers_;           // last message sent on a channel
+  int sending_ = 0;                              // channels with a message that has not left
   LastMessages left_;
   std::unique_ptr<Node> node_;                       // megabytes, most of them untouched
   std::vector<std::uint8_t> crossing_;               // reused

@@ -39,6 +39,8 @@ class Repairing {
   static void repeats(std::uint16_t) {}
   static void limit_forwarding(const Forwarding&) {}
   static void begin_frame() {}
+  static constexpr bool has_own() { return false; }
+  static constexpr bool has_relayed() { return false; }
   static std::size_t waiting_bytes(std::size_t node_bytes, drivers::Link&) { return node_bytes; }
   static std::optional<std::size_t> pull(std::size_t, std::span<std::uint8_t>, drivers::Link&) {
     return std::nullopt;
@@ -88,6 +90,10 @@ class Repairing<core::Wifi> {
   }
 
   void begin_frame() { repairs_.begin_frame(); }
+  /// A parity packet of a message of this robot waits, or of one that it sends on. Late copies
+  /// are neither: they have a time of their own.
+  bool has_own() { return is_busy_ && repairs_.sender().has_parity(); }
+  bool has_relayed() { return is_busy_ && repairs_.relay().has_packet(); }
   /// @param node_bytes  of the node's next packet; 0: none
   std::size_t waiting_bytes(std::size_t node_bytes, drivers::Link& link) {
     const std::size_t bytes = repairs_.waiting_bytes(node_bytes, now_us());

@@ -57,6 +57,9 @@ class LinkUser {
   /// Bytes of the packet that is next; 0: none waits.
   virtual std::size_t next_packet_bytes() = 0;
 
+  /// Something waits, and all of it is of others, to be sent on.
+  virtual bool has_forwards_only() { return false; }
+
   /// One received packet. `packet` is valid during the call only.
   virtual void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) = 0;
 
@@ -89,8 +92,10 @@ using Counters = std::vector<std::pair<std::string_view, std::uint64_t>>;
 struct LinkSettings {
   std::string interface;  // network interface; empty: none, or the routing table's choice
   std::uint16_t ethertype = 0;
-  bool is_sealed = false;                         // with a swarm key
-  double air_rate_mbps = 0;                       // at which the radio broadcasts, as configured
+  bool is_sealed = false;    // with a swarm key
+  double air_rate_mbps = 0;  // at which the radio broadcasts, as configured
+  // That a frame of others' packets waits at most; none: the link does not pace frames.
+  std::optional<std::chrono::microseconds> forward_jitter;
   std::optional<std::size_t> asked_buffer_bytes;  // receive buffer, where one was configured
   std::size_t given_buffer_bytes = 0;             // by the kernel
 };

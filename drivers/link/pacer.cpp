@@ -8,13 +8,16 @@ namespace swarmtalk::drivers {
 using namespace std::chrono_literals;
 
 Pacer::Pacer(const PacerConfig& config, std::uint64_t seed)
-    : max_jitter_(config.max_jitter), random_(seed) {
+    : max_jitter_(config.max_jitter),
+      max_forward_jitter_(config.max_forward_jitter.value_or(0us)),
+      is_suiting_(!config.max_forward_jitter),
+      random_(seed) {
   if (!(config.rate_limit_hz >= 0.0 && config.rate_limit_hz <= 1e9)) {
     throw std::runtime_error("rate limit must be 0 (unlimited) to 1e9 frames per second");
   }
   if (config.burst_frames == 0) throw std::runtime_error("burst must be at least 1 frame");
-  if (config.max_jitter < 0us || config.max_jitter > 10s) {
-    throw std::runtime_error("jitter must be 0 to 10 seconds");
+  for (const auto jitter : {config.max_jitter, config.max_forward_jitter.value_or(0us)}) {
+    if (jitter < 0us || jitter > 10s) throw std::runtime_error("jitter must be 0 to 10 seconds");
   }
   if (config.rate_limit_hz > 0.0) {
     // Below one frame in a day the sum of allowances would overflow; nobody means such a rate.
@@ -24,21 +27,27 @@ Pacer::Pacer(const PacerConfig& config, std::uint64_t seed)
   }
 }
 
-Pacer::Duration Pacer::wait(Time now) {
-  if (interval_ == 0ns && max_jitter_ == 0ns) return 0ns;
+Pacer::Duration Pacer::wait(Time now, bool is_forward) {
+  if (is_slot_of_forward_ && !is_forward) {
+    slot_.reset();
+    is_slot_of_forward_ = false;
+  }
+  const Duration jitter = is_forward ? longest_forward_jitter() : max_jitter_;
+  if (interval_ == 0ns && jitter == 0ns) return 0ns;
   if (!slot_) {
     slot_ = now;
     if (full_at_) slot_ = std::max(now, *full_at_ - burst_allowance_);
-    if (max_jitter_ > 0ns) {
-      *slot_ +=
-          Duration(std::uniform_int_distribution<Duration::rep>(0, max_jitter_.count())(random_));
+    if (jitter > 0ns) {
+      *slot_ += Duration(std::uniform_int_distribution<Duration::rep>(0, jitter.count())(random_));
     }
+    is_slot_of_forward_ = is_forward;
   }
   return std::max(Duration(0), *slot_ - now);
 }
 
 void Pacer::sent(Time now) {
   slot_.reset();
+  is_slot_of_forward_ = false;
   if (interval_ == 0ns) return;
   full_at_ = (full_at_ ? std::max(now, *full_at_) : now) + interval_;
 }

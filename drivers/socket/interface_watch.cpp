@@ -6,6 +6,7 @@
 #include <net/if_arp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -75,6 +76,13 @@ void InterfaceWatch::drain() {
   while (recv(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT) >= 0 || errno == ENOBUFS ||
          errno == EINTR) {
   }
+}
+
+bool is_radio(const std::string& interface) {
+  // A name with a slash is none, and would lead elsewhere.
+  if (interface.empty() || interface.find('/') != std::string::npos) return false;
+  struct stat status {};
+  return ::stat(("/sys/class/net/" + interface + "/phy80211").c_str(), &status) == 0;
 }
 
 InterfaceInfo InterfaceWatch::find(const std::string& name) const {

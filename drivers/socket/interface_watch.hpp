@@ -25,6 +25,9 @@ struct InterfaceInfo {
   std::array<std::uint8_t, 6> mac{};
 };
 
+/// Whether the kernel calls it 802.11: a Wi-Fi interface, in whatever mode.
+bool is_radio(const std::string& interface);
+
 class InterfaceWatch {
  public:
   /// Opens the route socket in the calling thread's network namespace.

@@ -169,6 +169,7 @@ LinkSettings RawL2Link::settings() const {
   LinkSettings settings;
   settings.is_sealed = is_sealed();
   settings.air_rate_mbps = air_rate_mbps();
+  settings.forward_jitter = forward_jitter();
   settings.asked_buffer_bytes = config_.receive_buffer_bytes;
   settings.given_buffer_bytes = given_buffer_bytes_;
   settings.interface = config_.interface;

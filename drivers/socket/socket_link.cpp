@@ -81,8 +81,9 @@ void SocketLink::wake() {
 
 void SocketLink::set_pacing(const PacerConfig& pacing) {
   pacer_ = Pacer(pacing, std::random_device{}());
+  pacer_.suit(is_radio(settings().interface));
   timer_.cancel();  // the old pace's wait
-  is_timer_armed_ = false;
+  is_timer_armed_ = is_forward_wait_ = false;
   wake();
 }
 
@@ -135,6 +136,7 @@ std::string SocketLink::mtu_remark() const {
 
 void SocketLink::set_state(bool is_up, const std::string& text) {
   if (!state_.set(is_up, text)) return;
+  if (is_up) pacer_.suit(is_radio(settings().interface));
   if (!is_up) ++counters_.link_down_events;
   if (user_ != nullptr) user_->on_link_state();
   if (is_up) wake();
@@ -177,8 +179,16 @@ void SocketLink::receive(const Datagram& datagram) {
   tap_->received(datagram.bytes, std::min(medium_header_bytes(), datagram.bytes.size()));
 }
 
+// Something of our own has come: it does not wait as others' packets do.
+bool SocketLink::ends_forward_wait() {
+  if (!is_forward_wait_ || user_->has_forwards_only()) return false;
+  timer_.cancel();
+  is_timer_armed_ = is_forward_wait_ = false;
+  return true;
+}
+
 void SocketLink::flush() {
-  if (!is_up() || is_timer_armed_ || is_waiting_writable_) return;
+  if (!is_up() || is_waiting_writable_ || (is_timer_armed_ && !ends_forward_wait())) return;
   const MonotonicTime now = std::chrono::steady_clock::now();
   counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
   if (!queue_.is_empty()) transmit(now);  // nothing more is built before the kernel has these
@@ -192,9 +202,11 @@ void SocketLink::flush() {
 
 bool SocketLink::fill_queue(MonotonicTime now) {
   for (std::size_t i = 0; i < frames_at_once_ && !queue_.is_full(); ++i) {
-    const Pacer::Duration wait = pacer_.wait(now);
+    const bool is_forward = pacer_.tells_forwards() && user_->has_forwards_only();
+    const Pacer::Duration wait = pacer_.wait(now, is_forward);
     if (wait > 0ns) {
       flush_after(wait);
+      is_forward_wait_ = is_forward;
       return false;
     }
     const BuiltFrame built =
@@ -268,7 +280,7 @@ void SocketLink::flush_after(std::chrono::steady_clock::duration delay) {
   timer_.async_wait(
       [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
         if (alive.expired() || error) return;
-        is_timer_armed_ = false;
+        is_timer_armed_ = is_forward_wait_ = false;
         flush();
       });
 }

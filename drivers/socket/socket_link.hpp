@@ -91,6 +91,9 @@ class SocketLink : public Link, public Tappable {
 
   LinkUser* user() const { return user_; }
   bool is_sealed() const { return seal_.is_sealed(); }
+  std::chrono::microseconds forward_jitter() const {
+    return std::chrono::duration_cast<std::chrono::microseconds>(pacer_.longest_forward_jitter());
+  }
   double air_rate_mbps() const { return airtime_.rate_mbps(); }
   const InterfaceWatch& watch() const { return watch_; }
   TransmitQueue& transmit_queue() { return queue_; }
@@ -108,6 +111,7 @@ class SocketLink : public Link, public Tappable {
   bool send_frame_without_packets(MonotonicTime now);
   bool speak(MonotonicTime now);
   void flush_after(std::chrono::steady_clock::duration delay);
+  bool ends_forward_wait();
 
   InterfaceWatch watch_;
   std::size_t max_packet_bytes_;
@@ -136,7 +140,8 @@ class SocketLink : public Link, public Tappable {
   std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
   std::size_t frame_limit_bytes_ = 0;
   std::size_t frames_at_once_ = TransmitQueue::kFrames;  // fewer after the kernel's queue was full
-  bool is_filling_ = false;  // what wakes us meanwhile is pulled as well
+  bool is_forward_wait_ = false;  // the armed timer is for a frame of others' packets
+  bool is_filling_ = false;       // what wakes us meanwhile is pulled as well
   bool is_timer_armed_ = false;
   bool is_waiting_writable_ = false;
   MonotonicTime last_error_log_{};

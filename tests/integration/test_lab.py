@@ -273,6 +273,18 @@ def test_a_file_made_for_one_robot_serves_for_all(udp_lab, tmp_path):
     assert json.loads(lab.cli(1, "pose", "get", "--json").stdout)["x_m"] == 0
 
 
+@pytest.mark.parametrize("medium, given, expected", [
+    ("radio-udp", "", 5000), ("radio-udp", "jitter_us = 0", 0), ("udp", "", None)])
+def test_robots_on_the_air_do_not_send_on_in_the_same_instant(request, tmp_path, medium, given,
+                                                              expected):
+    base = tmp_path / "base.toml"
+    base.write_text(f"[links.wifi]\n{given}\n")
+    lab = request.getfixturevalue(medium.replace("-", "_") + "_lab")(1, "--config", base)
+    config = (lab.folder() / "robot-1.toml").read_text()
+    found = re.search(r"^jitter_us = (\d+)", config, re.MULTILINE)
+    assert (int(found.group(1)) if found else None) == expected, config
+
+
 def test_status_tells_why_a_daemon_ended(udp_lab):
     lab = udp_lab(2)
     os.kill(lab.pid(2), signal.SIGTERM)

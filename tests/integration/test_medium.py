@@ -106,9 +106,11 @@ def test_partitions_and_jammers_come_and_go(radio_lab):
     assert status["lost"]["partition"] >= 4 and status["lost"]["jam"] >= 1
 
 
-def test_more_than_the_air_carries_waits_and_is_dropped_and_counted(radio_lab):
+def test_more_than_the_air_carries_waits_and_is_dropped_and_counted(radio_lab, tmp_path):
     """Frames of 1400 bytes take 2 ms at 6 Mb/s; a queue has room for 64."""
-    lab = radio_lab(2)
+    base = tmp_path / "base.toml"
+    base.write_text("[links.wifi]\njitter_us = 0\n")  # each frame as soon as it can
+    lab = radio_lab(2, "--config", base)
     done = lab.cli(1, "pub", "big", "x" * 1300, "--repeat", 400)
     assert done.returncode == 0, done.stderr
     status = wait_for(lambda: (status := lab.medium())["offered"] > 300 and status,

@@ -3,6 +3,7 @@ doctor names that alone; on healthy robots it finds nothing, in every mode."""
 import contextlib
 import json
 import os
+import time
 
 import guest
 import pytest
@@ -188,3 +189,17 @@ def test_the_wrong_network_and_channel_are_named(machine):
                             "fixed-freq 02:11:22:33:44:66 basic-rates 6 mcast-rate 6; sleep 3")
         machine.put("report.json", machine.cli("r2", "doctor", "--json").stdout)
         only(machine, "wrong-network", "--peer", "2", "--peer-report", file)
+
+
+def test_packets_that_all_send_on_at_once_are_named(machine):
+    def sent_on():
+        assert machine.cli("r1", "pub", "far", "one", "--ttl", "3").returncode == 0
+        return machine.stats("r2")["links"][0]["counters"]["node_packets_forwarded"] > 0
+
+    for link, names in ((LINK, []), (LINK + "forward_jitter_us = 0\n", ["forwards-collide"])):
+        with swarm(machine, "ibss", link=link):
+            end = time.monotonic() + 60
+            while not sent_on():
+                assert time.monotonic() < end, "r2 sends nothing on"
+            found, report, _ = examine(machine, "r2")
+            assert list(found) == names, report

@@ -30,6 +30,7 @@ class TestLinkUser : public LinkUser {
 
   std::size_t pull_packet(std::span<std::uint8_t> out) override;
   std::size_t next_packet_bytes() override { return waiting.empty() ? 0 : waiting.front().size(); }
+  bool has_forwards_only() override { return !waiting.empty() && own_waiting == 0; }
   void on_packet(std::span<const std::uint8_t> packet, const FrameReception& frame) override;
   frame::FrameHeader frame_header() override { return header; }
   void on_frame(const FrameReception& frame) override { frames.push_back(frame); }
@@ -46,6 +47,7 @@ class TestLinkUser : public LinkUser {
   }
 
   std::deque<Bytes> waiting;
+  int own_waiting = 1;  // of them; 0: all are of others
   std::vector<Bytes> received;
   std::vector<FrameReception> receptions;  // one for each packet
   std::vector<FrameReception> frames;

@@ -175,6 +175,18 @@ TEST_F(Robot, SendsSlowBroadcasts) {
   EXPECT_EQ(asker_.questions.back().command, NL80211_CMD_SET_MCAST_RATE);
 }
 
+TEST_F(Robot, SendsOnWhatItHearsInTheSameInstantAsAllOthers) {
+  use("ibss");
+  Facts seen = facts();
+  ASSERT_FALSE(seen.daemon.links.empty());
+  seen.daemon.links[0].forward_jitter_us = 0;
+  EXPECT_EQ(found(seen), "") << "nothing was sent on";
+  seen.daemon.links[0].packets_forwarded = 1;
+  EXPECT_EQ(found(seen), "forwards-collide");
+  seen.daemon.links[0].forward_jitter_us = 5000;
+  EXPECT_EQ(found(seen), "");
+}
+
 TEST_F(Robot, HasNoCountryOrAnother) {
   use("managed");
   country("00");

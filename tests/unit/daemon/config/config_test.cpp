@@ -156,7 +156,7 @@ const Wrong kWrong[] = {
      "address, port, key_file, also_key_file, virtual_range_m, virtual_range_unknown, ghosts, "
      "forward, "
      "max_forward_ttl, max_forward_wait_ms, check_freshness, rate_hz, burst_frames, "
-     "jitter_us, beacon_ms, air_rate_mbps, receive_buffer_bytes"},
+     "jitter_us, forward_jitter_us, beacon_ms, air_rate_mbps, receive_buffer_bytes"},
     {"raw_without_interface", "[links.w]\ntype = \"raw_l2\"\n",
      "f.toml:1: key 'links.w': has no 'interface'; add interface = \"wlan0\" (`ip link` lists "
      "them)"},
@@ -254,7 +254,7 @@ TEST(Config, LinkAloneIsEnough) {
 
 TEST(Config, ValuesArriveWhereTheyBelong) {
   const Config config = parsed(
-      "port = 4000\nrate_hz = 12.5\njitter_us = 300\n"
+      "port = 4000\nrate_hz = 12.5\njitter_us = 300\nforward_jitter_us = 0\n"
       "virtual_range_m = 1.5\nvirtual_range_unknown = \"drop\"\n"
       "max_forward_ttl = 3\nmax_forward_wait_ms = 700\n"
       "[node]\nid = 17\nname = \"scout\"\npose = [1, -2.5, 0.5]\npose_max_age_ms = 500\n"
@@ -264,6 +264,7 @@ TEST(Config, ValuesArriveWhereTheyBelong) {
   EXPECT_EQ(config.links[0].port, 4000);
   EXPECT_DOUBLE_EQ(config.links[0].rate_hz, 12.5);
   EXPECT_EQ(config.links[0].jitter_us, 300u);
+  EXPECT_EQ(config.links[0].forward_jitter_us, 0u);
   EXPECT_DOUBLE_EQ(config.links[0].virtual_range.limit_m, 1.5);
   EXPECT_TRUE(config.links[0].virtual_range.drops_unknown);
   EXPECT_TRUE(config.links[0].forwarding.is_on);

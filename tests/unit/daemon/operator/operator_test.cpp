@@ -83,13 +83,15 @@ class OperatorTest : public testing::Test {
 TEST_F(OperatorTest, ReloadAppliesWhatItCanAndTellsEachTimeWhatNeedsARestart) {
   start();
   write("node.pose = [1, 2, 3]\nlog.level = \"warning\"\nlog.hub = \"debug\"\nchannels.x = 9\n" +
-        std::string(kLink) + "rate_hz = 7\nvirtual_range_m = 1.5\nport = 4000\n");
+        std::string(kLink) +
+        "rate_hz = 7\nforward_jitter_us = 700\nvirtual_range_m = 1.5\nport = 4000\n");
   EXPECT_EQ(reload(), "");
   EXPECT_THAT(reply_.applied(),
-              ElementsAre("channels.x", "links.fake.rate_hz", "links.fake.virtual_range_m",
-                          "log.hub", "log.level", "node.pose"));
+              ElementsAre("channels.x", "links.fake.forward_jitter_us", "links.fake.rate_hz",
+                          "links.fake.virtual_range_m", "log.hub", "log.level", "node.pose"));
   EXPECT_THAT(reply_.needs_restart(), ElementsAre("links.fake.port"));
   EXPECT_DOUBLE_EQ(link().pacing.rate_limit_hz, 7.0);
+  EXPECT_EQ(link().pacing.max_forward_jitter, std::chrono::microseconds(700));
   EXPECT_DOUBLE_EQ(station_.virtual_range.limit_m, 1.5);
   EXPECT_EQ(names_.find("x").number, 9);
   EXPECT_DOUBLE_EQ(poses_.valid(std::chrono::steady_clock::now())->y_m, 2.0);

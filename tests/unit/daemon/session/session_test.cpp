@@ -457,6 +457,8 @@ TEST_F(SessionTest, PoseSetAsFixedDoesNotAge) {
 }
 
 TEST_F(SessionTest, StatusTellsEverything) {
+  static_cast<FakeLink&>(station_.link()).link_settings.forward_jitter =
+      std::chrono::microseconds(700);
   auto peer = greeted();
   subscribed(*peer, "hello");
   ipc::Envelope envelope;
@@ -474,6 +476,7 @@ TEST_F(SessionTest, StatusTellsEverything) {
   EXPECT_EQ(status.links(0).device(), "fake0");
   EXPECT_EQ(status.links(0).max_message_bytes(), 1000u);
   EXPECT_EQ(status.links(0).counters_size(), 2);
+  EXPECT_EQ(status.links(0).forward_jitter_us(), 700u);
   ASSERT_EQ(status.channels_size(), 1);
   EXPECT_EQ(status.channels(0).name(), "hello");
   EXPECT_GT(status.counters_size(), 10);

@@ -25,6 +25,7 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   std::string type() const override { return "fake"; }
   std::string device() const override { return "fake0"; }
   drivers::Counters counters() const override { return counts; }
+  drivers::LinkSettings settings() const override { return link_settings; }
   void set_key(std::shared_ptr<const frame::SwarmKey> to) override { key = std::move(to); }
   void set_pacing(const drivers::PacerConfig& to) override { pacing = to; }
   void set_tap(drivers::FrameTap* to) override { tap = to; }
@@ -48,6 +49,7 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   std::size_t packet_limit = SIZE_MAX;
   int wakes = 0;
   drivers::Counters counts{{"frames_sent", 42}};
+  drivers::LinkSettings link_settings;
   std::shared_ptr<const frame::SwarmKey> key;
   drivers::PacerConfig pacing;
   drivers::FrameTap* tap = nullptr;

@@ -170,6 +170,30 @@ TEST(NodeStationCopies, AreNotSentByAChannelThatHasBeenMadeAnewInBetween) {
   ASSERT_TRUE(a.station.send_again(kChannel));
 }
 
+TEST(NodeStationForwards, AreAllThatWaitsUntilSomethingOfOurOwnDoes) {
+  Lone a(1, false);
+  Lone relay(2, false);
+  EXPECT_FALSE(relay.station.has_forwards_only()) << "nothing waits";
+  a.send(10, 0, 1);
+  a.transmit_to(relay);
+  EXPECT_TRUE(relay.station.has_forwards_only());
+  relay.send(3000);
+  EXPECT_FALSE(relay.station.has_forwards_only());
+  relay.station.cancel(kChannel);
+  EXPECT_TRUE(relay.station.has_forwards_only());
+  relay.send(10);
+  EXPECT_FALSE(relay.station.has_forwards_only());
+  relay.link->pull_all();
+  EXPECT_FALSE(relay.station.has_forwards_only()) << "nothing waits any more";
+  a.send(10, 0, 1);
+  a.transmit_to(relay);
+  EXPECT_TRUE(relay.station.has_forwards_only()) << "what was our own has left";
+  ASSERT_TRUE(relay.station.send_again(kChannel));
+  EXPECT_FALSE(relay.station.has_forwards_only());
+  relay.station.close_channel(kChannel);
+  EXPECT_TRUE(relay.station.has_forwards_only());
+}
+
 TEST(NodeStationPull, LeavesAPacketThatDoesNotFit) {
   Lone a(1, false);
   a.send(500);

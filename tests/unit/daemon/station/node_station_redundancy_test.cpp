@@ -166,6 +166,25 @@ TEST(NodeStationRedundancy, AForwarderSendsOnWhatItHeardOnceAndMakesNothing) {
   EXPECT_TRUE(relay.frames().empty());
 }
 
+TEST(NodeStationRedundancy, ParityPacketsAreOfWhoseMessageTheyBelongTo) {
+  Repaired a(1);
+  Repaired other(2);
+  a.send(2 * 1383, 2, 3);
+  other.send(2 * 1383, 2, 3);
+  const std::vector<Frame> others = other.frames();
+  ASSERT_EQ(others.size(), 4u);
+  Packet out(kFrameRoom);
+  for (int i = 0; i < 2; ++i) {
+    a.link->user().frame_header();
+    ASSERT_GT(a.link->user().pull_packet(out), 0u);
+  }
+  a.hear(others[0], other);
+  EXPECT_FALSE(a.station.has_forwards_only()) << "our own parity packets wait as well";
+  a.frames();
+  a.hear(others[2], other);
+  EXPECT_TRUE(a.station.has_forwards_only()) << "a parity packet to be sent on";
+}
+
 TEST(NodeStationRedundancy, ALateCopyIsHeardOnce) {
   Repaired a(1);
   Repaired b(2);

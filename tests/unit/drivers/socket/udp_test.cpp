@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "drivers/socket/interface_watch.hpp"
 #include "tests/unit/drivers/test_link_user.hpp"
 
 namespace swarmtalk::drivers {
@@ -60,6 +61,41 @@ class UdpLinkTest : public ::testing::Test {
 
 TEST_F(UdpLinkTest, HearsOthersInItsGroupButNotItself) {
   exchange_among_three(loopback_config());
+}
+
+TEST_F(UdpLinkTest, OthersPacketsWaitBeforeTheyAreSentOnAndOurOwnDoNot) {
+  UdpConfig config = loopback_config();
+  config.pacer.max_forward_jitter = 10s;
+  UdpLink first(io_, config), second(io_, config);
+  TestLinkUser relay(1), hearer(2);
+  first.start(relay);
+  second.start(hearer);
+  EXPECT_EQ(first.settings().forward_jitter, 10s);
+  relay.own_waiting = 0;
+  for (int i = 0; i < 5 && relay.waiting.empty(); ++i) {  // a random wait may be short
+    relay.waiting.push_back(numbered_packet(1, 30));
+    first.wake();
+    run_for(io_, 20ms);
+  }
+  ASSERT_FALSE(relay.waiting.empty());
+  const std::size_t packets = hearer.received.size();
+  const std::size_t frames = hearer.frames.size();
+  relay.waiting.push_back(numbered_packet(2, 30));
+  relay.own_waiting = 1;
+  first.wake();
+  EXPECT_TRUE(run_until(io_, [&] { return hearer.received.size() == packets + 2; }));
+  EXPECT_EQ(hearer.frames.size(), frames + 1) << "both in one";
+}
+
+TEST_F(UdpLinkTest, NothingIsHeldBackOnAnInterfaceThatIsNoRadio) {
+  UdpLink link(io_, loopback_config());
+  TestLinkUser user(1);
+  link.start(user);
+  ASSERT_TRUE(link.is_up());
+  EXPECT_EQ(link.settings().forward_jitter, 0s);
+  for (const char* const name : {"", "lo", "nosuch0", ".", "../net/lo"}) {
+    EXPECT_FALSE(is_radio(name)) << name;
+  }
 }
 
 TEST_F(UdpLinkTest, HearsOthersThroughABroadcastAddress) {
