@@ -23,7 +23,6 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_link_down", messages_link_down},
       {"messages_over_mtu", messages_over_mtu},
       {"messages_dropped_queue", messages_dropped_queue},
-      {"messages_dropped_closed", messages_dropped_closed},
       {"messages_too_fast", messages_too_fast},
       {"reports_sent", reports_sent},
       {"reports_received", reports_received},

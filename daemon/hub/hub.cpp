@@ -102,7 +102,7 @@ void Hub::unadvertise(Publisher& publisher) {
     Shares::release(publisher.client->share, Shares::End::kPublisher, channel.number);
   }
   channels_.release(channel, publisher.held_name);
-  outbox_.withdraw(publisher, channel);
+  outbox_.withdraw(publisher);
 }
 
 std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,

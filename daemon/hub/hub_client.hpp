@@ -65,8 +65,8 @@ struct Subscription {
 };
 
 struct Publisher {
-  HubClient* client = nullptr;
-  std::uint32_t id = 0;  // the client's
+  HubClient* client = nullptr;  // none: it has gone, and the queue still leaves
+  std::uint32_t id = 0;         // the client's
   std::uint8_t ttl = 0;
   std::uint32_t queue_limit = 0;       // messages that wait behind the one in flight
   bool drops_oldest = false;           // when they do; else the new one is refused

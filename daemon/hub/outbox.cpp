@@ -11,7 +11,8 @@ namespace {
 
 /// Of the client that it is of. Null: it is gone, or there never was one.
 Share* owners_share(const Publication& publication) {
-  return publication.owner == nullptr ? nullptr : &publication.owner->client->share;
+  const bool has_client = publication.owner != nullptr && publication.owner->client != nullptr;
+  return has_client ? &publication.owner->client->share : nullptr;
 }
 
 void take_share(const Publication& publication, Share* share) {
@@ -98,17 +99,22 @@ void Outbox::unpark(Slot& slot) {
   if (--slot.in_flight->parked == 0) --parked_;
 }
 
-void Outbox::withdraw(Publisher& publisher, Channel& channel) {
-  while (!publisher.queue.empty()) {
-    Publication& dropped = *publisher.queue.front();
-    publisher.queue.pop_front();
-    ++counters_.messages_dropped_closed;
-    drop_queued(channel, dropped);
-  }
+void Outbox::withdraw(Publisher& publisher) {
   if (publisher.in_flight == nullptr) return;
-  give_back_share(*publisher.in_flight, &publisher.client->share);  // its user's share keeps it
-  publisher.in_flight->owner = nullptr;
-  publisher.in_flight = nullptr;
+  Publisher& heir = departed_.emplace_back();
+  heir.in_flight = std::exchange(publisher.in_flight, nullptr);
+  heir.queue = std::exchange(publisher.queue, {});
+  const auto inherit = [&](Publication& publication) {
+    give_back_share(publication, owners_share(publication));  // its user's share keeps it
+    publication.owner = &heir;
+  };
+  inherit(*heir.in_flight);
+  for (Publication* waiting : heir.queue) inherit(*waiting);
+}
+
+void Outbox::forget_departed(const Publisher& heir) {
+  if (heir.in_flight != nullptr || heir.is_starting_next) return;
+  departed_.remove_if([&](const Publisher& each) { return &each == &heir; });
 }
 
 // Hands a publication to every station that can carry it. Its publisher has none in flight.
@@ -147,13 +153,8 @@ void Outbox::drop_oldest(Publisher& publisher, Channel& channel) {
       publisher.id, oldest.number,
       {ipc::ERROR_DROPPED, "a newer message of this publisher took its place in the queue",
        std::nullopt});
-  drop_queued(channel, oldest);
-}
-
-// It has left its publisher's queue and will never start.
-void Outbox::drop_queued(Channel& channel, Publication& publication) {
-  settle(publication, channel);
-  pool_.give_back(publication);
+  settle(oldest, channel);
+  pool_.give_back(oldest);
 }
 
 // Of the copies that wait for a slow link the newest are worth most.
@@ -244,25 +245,28 @@ void Outbox::finish(Publication& publication, Channel& channel, bool was_sent) {
   if (was_sent) ++publication.sent;
   if (--publication.pending > 0) return;
   settle(publication, channel);
-  Publisher* owner = publication.owner;
+  Publisher* const owner = publication.owner;
+  HubClient* const client = owner == nullptr ? nullptr : owner->client;
   if (owner != nullptr) owner->in_flight = nullptr;
   if (publication.rule != nullptr) {
     count_copy(publication);
   } else if (publication.sent > 0) {
     ++counters_.messages_sent;
-    if (owner != nullptr) owner->client->on_sent(*owner, publication.number);
+    if (client != nullptr) client->on_sent(*owner, publication.number);
   } else {
     ++counters_.messages_link_down;
-    if (owner != nullptr) {
-      owner->client->on_unsent(owner->id, publication.number,
-                               {ipc::ERROR_LINK_DOWN,
-                                "the link went down before the message could leave; publish again "
-                                "when it is up (`swarmtalk-cli status`)",
-                                std::nullopt});
+    if (client != nullptr) {
+      client->on_unsent(owner->id, publication.number,
+                        {ipc::ERROR_LINK_DOWN,
+                         "the link went down before the message could leave; publish again "
+                         "when it is up (`swarmtalk-cli status`)",
+                         std::nullopt});
     }
   }
   pool_.give_back(publication);
-  if (owner != nullptr) start_next(*owner, channel);
+  if (owner == nullptr) return;
+  start_next(*owner, channel);
+  if (client == nullptr) forget_departed(*owner);
 }
 
 void Outbox::count_copy(const Publication& publication) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -49,8 +50,8 @@ class Outbox {
   void copy(const GatewayRule& rule, Channel& channel, std::span<const std::uint8_t> payload,
             GatewayOrigin origin, std::uint8_t ttl);
 
-  /// The publisher is going: its queue is dropped, its message in flight leaves without it.
-  void withdraw(Publisher& publisher, Channel& channel);
+  /// The publisher is going: what was taken on for it leaves without it, in order.
+  void withdraw(Publisher& publisher);
 
   /// The last packet of the message in flight there has left. The next one starts in here.
   void on_sent(std::size_t station, std::uint16_t channel);
@@ -78,7 +79,7 @@ class Outbox {
   void start(Publication& publication, Channel& channel);
   void start_next(Publisher& publisher, Channel& channel);
   void drop_oldest(Publisher& publisher, Channel& channel);
-  void drop_queued(Channel& channel, Publication& publication);
+  void forget_departed(const Publisher& heir);
   void make_room(const GatewayRule& rule, Channel& channel);
   void feed(std::size_t station, Channel& channel);
   bool wait_for_copy(std::size_t station, Channel& channel, Slot& slot);
@@ -91,6 +92,7 @@ class Outbox {
   OutgoingListener& listener_;
   PublicationPool pool_;
   CopySchedule copies_;
+  std::list<Publisher> departed_;  // without a client: what those that went have left behind
   std::uint32_t waiting_ = 0;
   std::uint32_t parked_ = 0;  // of them: wait for their next copy's time
   std::uint64_t waiting_bytes_ = 0;

@@ -17,7 +17,7 @@ namespace swarmtalk::daemon {
 
 /// What is known of it, without its bytes.
 struct PublicationHead {
-  Publisher* owner = nullptr;  // none: the client is gone; the message leaves all the same
+  Publisher* owner = nullptr;  // none: a gateway rule's; one without a client: that is gone
   std::uint64_t client = 0;    // serial of who must not hear it, gone or not; 0: nobody
   UserShare* user = nullptr;   // whose share it is in; none: a gateway rule's
   std::uint64_t number = 0;    // the client's

@@ -26,7 +26,6 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "messages_link_down", "messages refused or given up because no link is up"},
     {kDaemon, "messages_over_mtu", "messages refused because an interface's MTU is too small"},
     {kDaemon, "messages_dropped_queue", "messages dropped from a publisher's queue for newer ones"},
-    {kDaemon, "messages_dropped_closed", "messages that waited for a publisher that went away"},
     {kDaemon, "messages_too_fast", "messages refused for limits.publish_rate_hz"},
     {kDaemon, "reports_sent", "reports of this robot, while somebody looks"},
     {kDaemon, "reports_received", "reports of other robots"},

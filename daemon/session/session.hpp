@@ -56,6 +56,8 @@ class SessionHost {
   AnswerForms forms;
 };
 
+constexpr const char* kHungUp = "it closed the connection";
+
 class Session final : public std::enable_shared_from_this<Session> {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -95,6 +97,7 @@ class Session final : public std::enable_shared_from_this<Session> {
   void fail_malformed(const std::string& text);
   void end_stream(const StreamEnd& end);
   void discard_input();
+  void read_last_words(const std::string& reason);
 
   // session_output.cpp: what waits to the socket
   void on_output();
@@ -115,8 +118,9 @@ class Session final : public std::enable_shared_from_this<Session> {
   ClientChannels channels_;
   ClientOperations operations_;
   ClientRequests requests_;
-  int requests_left_ = 0;  // in this turn
-  std::string doom_;       // not empty: close at the next flush, for this reason
+  int requests_left_ = 0;   // in this turn
+  std::string doom_;        // not empty: close at the next flush, for this reason
+  std::string last_words_;  // not empty: nobody hears us; close when all is read, for this reason
   bool is_malformed_ = false;
   bool is_closed_ = false;
   bool is_refused_ = false;       // as a whole

@@ -102,13 +102,18 @@ void Session::read_turn(bool may_look_again) {
   requests_left_ = kRequestsPerTurn;
   parse_all();  // what the last turn left
   bool has_read = false;
+  bool has_read_all = false;
   for (int i = 0; i < kReadsPerTurn && requests_left_ > 0 && !is_input_closed_ && !is_closed_;
        ++i) {
     const Read read = read_once();
     has_read = has_read || read != Read::kNothing;
+    has_read_all = read == Read::kNothing;
     if (read != Read::kAllRoom) break;
   }
   if (is_closed_) return;
+  if (!last_words_.empty() && !is_input_closed_) {
+    return has_read_all ? close(last_words_) : reading_.next_turn();
+  }
   is_streaming_ = is_streaming_ || kRequestsPerTurn - requests_left_ > kLooksAtOneRequest;
   watch();
   if (!is_input_closed_) go_on_reading(has_read, may_look_again);
@@ -187,8 +192,19 @@ void Session::end_stream(const StreamEnd& end) {
   is_input_closed_ = true;
   closes_when_written_ = true;
   doom_ = end.text;
+  if (!last_words_.empty()) return close(doom_, is_malformed_);  // nobody would read it
   watch();
   answers_.refuse({end.code, end.text, std::nullopt});
+}
+
+// It can be written nothing any more. What it sent before that counts: a program that publishes and
+// ends is not there to hear that it was sent.
+void Session::read_last_words(const std::string& reason) {
+  if (is_input_closed_) return close(reason);
+  last_words_ = reason;
+  output_.close();
+  is_waiting_writable_ = false;
+  if (!reading_.is_due()) reading_.next_turn();
 }
 
 // After the end of our side; Clients closes a client that does not hang up.

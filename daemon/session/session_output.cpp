@@ -25,7 +25,7 @@ void Session::on_output() {
 
 void Session::flush() {
   is_flush_scheduled_ = false;
-  if (is_closed_) return;
+  if (is_closed_ || !last_words_.empty()) return;
   if (!doom_.empty() && !closes_when_written_) return close(doom_);
   // A client that is to be closed may never read again: it is tried once more, and not waited for.
   if (is_waiting_writable_ && !closes_when_written_) return;
@@ -86,7 +86,7 @@ bool Session::write_once() {
     return true;
   }
   if (errno != EAGAIN && errno != EWOULDBLOCK) {
-    close(errno == EPIPE ? "it closed the connection" : std::strerror(errno));
+    read_last_words(errno == EPIPE ? kHungUp : std::strerror(errno));
   } else if (closes_when_written_) {
     close(doom_, is_malformed_);  // it does not read what was wrong either
   } else {

@@ -3,6 +3,8 @@ tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour
 import os
 import re
 
+import pytest
+
 from conftest import ROOT, program, run
 
 NO_ROOM = """import swarmtalk
@@ -24,6 +26,34 @@ def test_two_sends_in_a_row_both_arrive(udp_lab):
     out, errors = sub.communicate(timeout=30)
     assert sub.returncode == 0, out + errors
     assert re.findall(r'robot 1  "(.)"', out) == ["0", "1"], out
+
+
+IN_PYTHON = """import os, sys, swarmtalk
+publisher = swarmtalk.Client("leaving").advertise("two")
+for number in range(9):
+    assert publisher.send(str(number))
+if sys.argv[1:] == ["killed"]:
+    os.kill(os.getpid(), 9)
+"""
+
+
+@pytest.mark.parametrize("words", [
+    pytest.param([program("leaving"), "9"], id="C++"),
+    pytest.param([program("two_sends"), "9", "leave"], id="C"),
+    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON], id="Python"),
+    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON, "killed"], id="killed"),
+])
+def test_what_a_program_sent_before_it_ended_arrives(udp_lab, words):
+    lab = udp_lab(2)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
+    for _ in range(4):
+        sub = lab.start_sub(2, "two", "-C", "9", "-W", "20")
+        done = lab.execute(1, *words, env=environment)
+        assert done.stderr == ""
+        assert done.returncode == (-9 if "killed" in words else 0)
+        out, errors = sub.communicate(timeout=30)
+        assert sub.returncode == 0, out + errors
+        assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), out
 
 
 def test_more_than_can_wait_are_told_and_counted(udp_lab):

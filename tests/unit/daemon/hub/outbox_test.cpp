@@ -32,6 +32,10 @@ class OutboxAlone : public testing::Test {
   void publish(std::uint64_t number, const std::string& payload) {
     outbox_.publish(publisher_, *channel_, number, payload, 3, std::nullopt);
   }
+  void leave(std::size_t station) {
+    (station == 0 ? a_ : b_).busy.clear();
+    outbox_.on_sent(station, 1);
+  }
 
   DeafUser user_;
   FakeStation a_{user_, "a"};
@@ -103,16 +107,48 @@ TEST_F(OutboxAlone, GivesUpWhatWaitsForDeadLinks) {
                                 {1, ipc::ERROR_LINK_DOWN}, {2, ipc::ERROR_LINK_DOWN}}));
 }
 
-TEST_F(OutboxAlone, LetsTheMessageInFlightLeaveWithoutItsPublisher) {
+TEST_F(OutboxAlone, LetsAllMessagesLeaveWithoutTheirPublisher) {
   publish(1, "x");
   publish(2, "y");
-  outbox_.withdraw(publisher_, *channel_);
-  EXPECT_EQ(outbox_.waiting(), 1u);
-  outbox_.on_sent(0, 1);
-  outbox_.on_sent(1, 1);
+  publish(3, "z");
+  const Share& share = client_.share;
+  EXPECT_EQ(share.waiting_messages, 3u);
+  outbox_.withdraw(publisher_);
+  EXPECT_EQ(share.waiting_messages, 0u);
+  EXPECT_EQ(outbox_.waiting(), 3u);
+  for (std::uint32_t left = 3; left > 0; --left) {
+    leave(0);
+    EXPECT_EQ(outbox_.waiting(), left);  // one at a time: the other station still has it
+    leave(1);
+    EXPECT_EQ(outbox_.waiting(), left - 1);
+  }
+  EXPECT_EQ(a_.sent.back().payload, "z");
   EXPECT_TRUE(client_.sent.empty());
-  EXPECT_EQ(counters_.messages_sent, 1u);
-  EXPECT_EQ(counters_.messages_dropped_closed, 1u);
+  EXPECT_EQ(counters_.messages_sent, 3u);
+}
+
+TEST_F(OutboxAlone, GivesUpWhatAPublisherThatWentHasLeftWhenTheLinksGoDown) {
+  for (std::uint64_t i = 1; i <= 3; ++i) publish(i, "x");
+  outbox_.withdraw(publisher_);
+  a_.set_up(false);
+  b_.set_up(false);
+  EXPECT_FALSE(outbox_.give_up_on_dead_links());
+  EXPECT_TRUE(client_.unsent.empty());
+  EXPECT_EQ(counters_.messages_link_down, 3u);
+}
+
+TEST_F(OutboxAlone, APublisherMayBeginAnewWhileWhatItLeftIsStillLeaving) {
+  publish(1, "x");
+  publish(2, "y");
+  outbox_.withdraw(publisher_);
+  publish(3, "z");  // after the one in flight, beside those that are left
+  for (int i = 0; i < 3; ++i) {
+    leave(0);
+    leave(1);
+  }
+  EXPECT_EQ(outbox_.waiting(), 0u);
+  EXPECT_EQ(client_.sent, (std::vector<std::uint64_t>{3}));
+  EXPECT_EQ(counters_.messages_sent, 3u);
 }
 
 TEST_F(OutboxAlone, KeepsTheNewestCopiesOfARuleForASlowLink) {

@@ -54,9 +54,10 @@ class TestPeer {
     if (keep_last) envelope.mutable_subscribe()->set_keep_last(*keep_last);
     send(envelope);
   }
-  void advertise(std::uint32_t request_id, const std::string& channel) {
+  void advertise(std::uint32_t request_id, const std::string& channel, std::uint32_t queue = 0) {
     ipc::Envelope envelope;
     envelope.set_request_id(request_id);
+    envelope.mutable_advertise()->set_queue(queue);
     envelope.mutable_advertise()->mutable_channel()->set_name(channel);
     send(envelope);
   }
@@ -122,8 +123,8 @@ class SessionTest : public testing::Test {
     EXPECT_EQ(replies.size(), 1u);
     return replies.at(0).subscribed().subscription_id();
   }
-  std::uint32_t advertised(TestPeer& peer, const std::string& channel) {
-    peer.advertise(1, channel);
+  std::uint32_t advertised(TestPeer& peer, const std::string& channel, std::uint32_t queue = 0) {
+    peer.advertise(1, channel, queue);
     step();
     const auto replies = peer.receive();
     EXPECT_EQ(replies.size(), 1u);

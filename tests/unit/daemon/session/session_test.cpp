@@ -249,21 +249,6 @@ TEST_F(SessionTest, LocalListenerHearsAPublication) {
   EXPECT_EQ(messages[0].deliver().distance_m(), 0.0f);
 }
 
-TEST_F(SessionTest, ClientThatDiesLeavesNothingBehind) {
-  auto peer = greeted();
-  subscribed(*peer, "hello");
-  const auto id = advertised(*peer, "hello");
-  peer->publish(id, 1, "x");
-  step();
-  receive_on_air("hello", "y");
-  peer->hang_up();
-  step();
-  EXPECT_EQ(clients_.size(), 0u);
-  EXPECT_TRUE(hub_.channels().empty());
-  station_.leave(1);  // nobody is told, nothing breaks
-  step();
-}
-
 TEST_F(SessionTest, StalledClientDelaysNobodyAndKeepsTheNewest) {
   auto stalled = greeted();
   auto reader = greeted();

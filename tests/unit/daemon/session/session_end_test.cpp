@@ -1,0 +1,68 @@
+// How a client's end is noticed, and what becomes of what it sent before.
+#include <string>
+
+#include "tests/unit/daemon/session/session_harness.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+std::string publication(std::uint32_t publisher, std::uint64_t number, const std::string& payload) {
+  ipc::Envelope envelope;
+  ipc::Publish& body = *envelope.mutable_publish();
+  body.set_publisher_id(publisher);
+  body.set_publish_number(number);
+  body.set_payload(payload);
+  std::string frame;
+  ipc::append_frame(envelope, frame);
+  return frame;
+}
+
+TEST_F(SessionTest, ClientThatDiesLeavesNothingBehind) {
+  auto peer = greeted();
+  subscribed(*peer, "hello");
+  const auto id = advertised(*peer, "hello");
+  peer->publish(id, 1, "x");
+  step();
+  receive_on_air("hello", "y");
+  peer->hang_up();
+  step();
+  EXPECT_EQ(clients_.size(), 0u);
+  EXPECT_TRUE(hub_.channels().empty());
+  station_.leave(1);  // nobody is told, nothing breaks
+  step();
+}
+
+// More than one turn reads, and the first message is answered before the last is read.
+TEST_F(SessionTest, AllThatAClientSentBeforeItEndedLeaves) {
+  constexpr std::uint64_t kMessages = 600;
+  limits_.publish_queue_max = kMessages;
+  limits_.waiting_messages_per_client = kMessages;
+  auto peer = greeted();
+  const auto id = advertised(*peer, "hello", kMessages);
+  std::string frames = publication(id + 1, 1, "to a publisher that there is not: refused");
+  for (std::uint64_t i = 1; i <= kMessages; ++i) frames += publication(id, i, std::to_string(i));
+  peer->send_bytes(frames);
+  peer->hang_up();
+  step();
+  EXPECT_EQ(clients_.size(), 0u);
+  EXPECT_EQ(counters_.messages_published, kMessages);
+  for (std::uint64_t i = 1; i <= kMessages; ++i) station_.leave(1);
+  ASSERT_EQ(station_.sent.size(), kMessages);
+  EXPECT_EQ(station_.sent.back().payload, std::to_string(kMessages));
+  EXPECT_TRUE(hub_.channels().empty());
+}
+
+TEST_F(SessionTest, AClientThatHangsUpWithGarbageIsClosed) {
+  auto peer = greeted();
+  const auto id = advertised(*peer, "hello", 300);
+  std::string frames;
+  for (std::uint64_t i = 1; i <= 400; ++i) frames += publication(id, i, "x");
+  peer->send_bytes(frames + std::string(8, '\xff'));
+  peer->hang_up();
+  step();
+  EXPECT_EQ(clients_.size(), 0u);
+  EXPECT_EQ(counters_.clients_malformed, 1u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
