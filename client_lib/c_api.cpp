@@ -23,6 +23,7 @@ using swarmtalk::c_api::guarded;
 
 struct swarmtalk_publisher {
   Publisher publisher;
+  std::shared_ptr<swarmtalk::c_api::LastError> error;  // of its client, which may be gone
   bool expects_busy = false;
 };
 struct swarmtalk_subscriber {
@@ -57,6 +58,7 @@ swarmtalk_message c_message(const Message& message) {
   to.local = message.local ? 1 : 0;
   const swarmtalk::Loss& lost = message.lost_before;
   to.lost_before = {lost.air, lost.kernel, lost.daemon, lost.client, lost.late};
+  to.transmitter = message.transmitter;
   return to;
 }
 
@@ -121,7 +123,7 @@ swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path) {
   try {
     swarmtalk::ClientOptions options;
     if (socket_path != nullptr) options.socket_path = socket_path;
-    return new swarmtalk_client{Client(name == nullptr ? "" : name, options), {}};
+    return new swarmtalk_client{Client(name == nullptr ? "" : name, options)};
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -136,7 +138,7 @@ swarmtalk_status swarmtalk_connect(swarmtalk_client* client) {
 }
 
 const char* swarmtalk_error(const swarmtalk_client* client) {
-  return client->error.c_str();
+  return client->error->text();
 }
 
 const char* swarmtalk_status_text(swarmtalk_status status) {
@@ -147,6 +149,7 @@ const char* swarmtalk_status_text(swarmtalk_status status) {
 swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client, const char* channel,
                                           const swarmtalk_policy* policy,
                                           swarmtalk_receive_fn receive, void* context) {
+  client->error->belong_here();
   try {
     const auto chosen = as_ours(policy, kFirstPolicyBytes, "swarmtalk_policy");
     swarmtalk::ChannelOptions options;
@@ -161,15 +164,17 @@ swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client, const char* 
     auto made = std::make_unique<swarmtalk_subscriber>();
     made->subscriber = channel_of(client->client, channel, options)
                            .subscriber(std::move(callback), cpp_policy(chosen));
-    if (const Status status = made->subscriber.status(); !status) client->error = status.text();
+    if (const Status status = made->subscriber.status(); !status)
+      client->error->keep(status.text());
     return made.release();
   } catch (const std::exception& error) {
-    client->error = error.what();
+    client->error->keep(error.what());
     return nullptr;
   }
 }
 
 swarmtalk_status swarmtalk_subscriber_status(const swarmtalk_subscriber* subscriber) {
+  if (subscriber == nullptr) return SWARMTALK_BAD_ARGUMENT;
   return code_of(subscriber->subscriber.status());
 }
 
@@ -180,42 +185,54 @@ void swarmtalk_unsubscribe(swarmtalk_subscriber* subscriber) {
 swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client, const char* channel,
                                          const swarmtalk_sending* sending, swarmtalk_sent_fn sent,
                                          void* context) {
+  client->error->belong_here();
   try {
     const auto chosen = as_ours(sending, kFirstSendingBytes, "swarmtalk_sending");
     swarmtalk::ChannelOptions options;
     if (chosen.ttl != 0) options.ttl = chosen.ttl;
     if (chosen.timestamped != 0) options.timestamped = true;
     auto made = std::make_unique<swarmtalk_publisher>();
+    made->error = client->error;
     made->expects_busy = chosen.queue == SWARMTALK_NO_QUEUE;
     made->publisher = channel_of(client->client, channel, options)
                           .publisher(c_event(sent, context), cpp_sending(chosen));
-    if (const Status status = made->publisher.status(); !status) client->error = status.text();
+    if (const Status status = made->publisher.status(); !status) client->error->keep(status.text());
     return made.release();
   } catch (const std::exception& error) {
-    client->error = error.what();
+    client->error->keep(error.what());
     return nullptr;
   }
 }
 
 swarmtalk_status swarmtalk_publisher_status(const swarmtalk_publisher* publisher) {
+  if (publisher == nullptr) return SWARMTALK_BAD_ARGUMENT;
   return code_of(publisher->publisher.status());
 }
 
 swarmtalk_status swarmtalk_send(swarmtalk_publisher* publisher, const void* bytes,
                                 size_t size_bytes) {
+  if (publisher == nullptr) return SWARMTALK_BAD_ARGUMENT;
+  const bool keeps_error = publisher->error->belongs_here();
   try {
     const Status status =
-        publisher->publisher.send(std::string_view(static_cast<const char*>(bytes), size_bytes));
+        bytes == nullptr && size_bytes > 0
+            ? Status(StatusCode::kBadArgument,
+                     "the bytes to send are NULL, and not " + std::to_string(size_bytes))
+            : publisher->publisher.send(
+                  std::string_view(static_cast<const char*>(bytes), size_bytes));
     const swarmtalk_status code = code_of(status);
+    if (!status && keeps_error) publisher->error->keep(status.text());
     // Whether a C program looks at an enumerator cannot be seen: it is told in any case.
-    if (!publisher->expects_busy) swarmtalk::client::Unread::not_looked_at(status);
+    if (!publisher->expects_busy) swarmtalk::client::Unread::tell_anyway(status);
     return code;
-  } catch (const std::exception&) {
+  } catch (const std::exception& error) {
+    if (keeps_error) publisher->error->keep(error.what());
     return SWARMTALK_SYSTEM;
   }
 }
 
 int swarmtalk_is_busy(const swarmtalk_publisher* publisher) {
+  if (publisher == nullptr) return 1;
   try {
     return publisher->publisher.busy() ? 1 : 0;
   } catch (const std::exception&) {
@@ -224,7 +241,7 @@ int swarmtalk_is_busy(const swarmtalk_publisher* publisher) {
 }
 
 size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publisher) {
-  return publisher->publisher.max_message_bytes();
+  return publisher == nullptr ? 0 : publisher->publisher.max_message_bytes();
 }
 
 void swarmtalk_unadvertise(swarmtalk_publisher* publisher) {

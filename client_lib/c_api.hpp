@@ -2,18 +2,49 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <swarmtalk/client.hpp>
+#include <thread>
 
 #include "swarmtalk/swarmtalk.h"
 
+namespace swarmtalk::c_api {
+
+/// The sentence of the last call that failed on the thread that the client belongs to. Publishers,
+/// which any thread may call, share it, and may outlive their client.
+class LastError {
+ public:
+  /// For a call that only the client's own thread may make.
+  void belong_here() { owner_.store(std::this_thread::get_id()); }
+  bool belongs_here() const { return owner_.load() == std::this_thread::get_id(); }
+  /// @pre belongs_here()
+  void keep(std::string_view text) noexcept {
+    try {
+      text_ = text;
+    } catch (const std::exception&) {
+      text_.clear();  // no memory: better than the sentence of another call
+    }
+  }
+  const char* text() const { return text_.c_str(); }
+
+ private:
+  std::atomic<std::thread::id> owner_{std::this_thread::get_id()};
+  std::string text_;
+};
+
+}  // namespace swarmtalk::c_api
+
 struct swarmtalk_client {
   swarmtalk::Client client;
-  std::string error;  // of the last call that failed
+  std::shared_ptr<swarmtalk::c_api::LastError> error =
+      std::make_shared<swarmtalk::c_api::LastError>();
 };
 
 namespace swarmtalk::c_api {
@@ -49,12 +80,13 @@ Struct as_ours(const Struct* given, std::size_t first_bytes, const std::string& 
 /// Runs a call of a client; keeps why it failed.
 template <typename Call>
 swarmtalk_status guarded(swarmtalk_client* client, Call call) {
+  client->error->belong_here();
   try {
     const Status status = call(client->client);
-    if (!status) client->error = status.text();
+    if (!status) client->error->keep(status.text());
     return code_of(status);
   } catch (const std::exception& error) {
-    client->error = error.what();
+    client->error->keep(error.what());
     return SWARMTALK_SYSTEM;
   }
 }

@@ -105,7 +105,7 @@ swarmtalk_harvest* swarmtalk_harvest_open(swarmtalk_client* client) {
   try {
     return new swarmtalk_harvest{client, Harvest(client->client)};
   } catch (const std::exception& error) {
-    client->error = error.what();
+    client->error->keep(error.what());
     return nullptr;
   }
 }

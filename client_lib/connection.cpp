@@ -1,5 +1,7 @@
 #include "client_lib/connection.hpp"
 
+#include <grp.h>
+#include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -28,6 +30,28 @@ bool is_other_file(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 && !S_ISSOCK(status.st_mode);
 }
 
+/// What helps a user who may not write to this socket.
+std::string who_may_connect(const std::string& path) {
+  struct stat its {};
+  std::string group = "swarmtalk";
+  if (::stat(path.c_str(), &its) == 0) {
+    const ::group* own = ::getgrgid(its.st_gid);
+    if (its.st_gid == 0 || (its.st_mode & S_IWGRP) == 0 || own == nullptr) {
+      const ::passwd* user = ::getpwuid(its.st_uid);
+      const std::string name =
+          user != nullptr ? user->pw_name : "uid " + std::to_string(its.st_uid);
+      return "it is for " + name + " alone: run the program as " + name +
+             (its.st_uid == 0 ? " (sudo)" : "") +
+             ", or name a group for it, group under [socket] of the daemon's configuration";
+    }
+    group = own->gr_name;
+  } else if (errno == EACCES && path != ipc::kDefaultSocketPath) {
+    return "its folder is closed to this user: run the program as the user who started swarmtalkd "
+           "(sudo, if that is root)";
+  }
+  return "join group " + group + ": sudo usermod -aG " + group + " $USER, then log in again";
+}
+
 }  // namespace
 
 Status connect_error(int error, const std::string& path) {
@@ -52,9 +76,7 @@ Status connect_error(int error, const std::string& path) {
     case EACCES:
     case EPERM:
       return Status(StatusCode::kNoPermission,
-                    "no permission for " + path +
-                        "; join group swarmtalk: sudo usermod -aG swarmtalk $USER, then log in "
-                        "again");
+                    "no permission for " + path + "; " + who_may_connect(path));
     case EAGAIN:
       return Status(
           StatusCode::kTimeout,
@@ -107,6 +129,7 @@ void Connection::close() {
   ring_memory_.reset();
   is_greeting_ = false;
   writes_since_bell_ = 0;
+  loss_ = Status();
 }
 
 Status Connection::use_ring() {
@@ -120,11 +143,11 @@ Status Connection::use_ring() {
 }
 
 Status Connection::flush() {
+  if (!loss_) return loss_;
   if (outgoing_.empty()) return Status();
-  Status status;
-  const std::size_t written = ring_ ? write_to_ring(status) : write_to_socket(status);
+  const std::size_t written = ring_ ? write_to_ring(loss_) : write_to_socket(loss_);
   outgoing_.erase(0, written);
-  return status;
+  return loss_;
 }
 
 std::size_t Connection::write_to_socket(Status& status) {

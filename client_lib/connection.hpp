@@ -39,7 +39,11 @@ class Connection {
 
   /// Writes what the socket, or the ring, takes now. @return kOk, or kDisconnected
   Status flush();
+  /// Whether writing has failed: nothing can be written until the next open().
+  bool is_lost() const { return !loss_.ok(); }
   bool has_outgoing() const { return !outgoing_.empty(); }
+  /// Whether flush() has nothing to do and nothing to tell.
+  bool is_idle() const { return outgoing_.empty() && !is_lost(); }
   std::size_t outgoing_bytes() const { return outgoing_.size(); }
   /// Whether the socket says when there is room for more. For a full ring the daemon's Room does.
   bool waits_for_socket() const { return has_outgoing() && !ring_; }
@@ -66,6 +70,7 @@ class Connection {
   ipc::RingMemory ring_memory_;  // came, not yet in use
   std::optional<ipc::RingWriter> ring_;
   int writes_since_bell_ = 0;
+  Status loss_;  // that writing has met, until close()
 };
 
 /// What an errno of connect() to `path` means and what to do about it. ENOTSOCK: a file of another

@@ -131,8 +131,10 @@ Status ConnectionKeeper::flush() {
   bool waits_for_socket = false;
   {
     const std::lock_guard lock(gate_);
-    status = connection_.flush();
-    waits_for_socket = connection_.waits_for_socket();
+    if (!connection_.is_idle()) {
+      status = connection_.flush();
+      waits_for_socket = connection_.waits_for_socket();
+    }
   }
   if (status) {
     wakeup_.watch(connection_.fd(), waits_for_socket);

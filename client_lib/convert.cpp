@@ -67,9 +67,11 @@ ChannelStatus convert_channel(const ipc::ChannelStatus& from) {
   to.name = from.name();
   to.publishers = from.publishers();
   to.subscribers = from.subscribers();
+  to.onlookers = from.onlookers();
   to.timestamped = from.timestamped();
   to.received = from.received();
   to.links.assign(from.links().begin(), from.links().end());
+  to.refused = from.refused();
   to.lost = {from.lost_air(), from.lost_kernel(), from.lost_daemon(), 0, from.late()};
   return to;
 }
@@ -87,6 +89,7 @@ ClientStatus convert_client(const ipc::ClientStatus& from) {
   to.lost_daemon = from.lost_daemon();
   to.lost_client = from.lost_client();
   to.messages_published = from.messages_published();
+  to.refused = from.refused();
   return to;
 }
 

@@ -4,7 +4,10 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "client_lib/convert.hpp"
 #include "client_lib/wakeup.hpp"
@@ -23,6 +26,17 @@ bool is_too_old(const SubscriberState& subscriber, const Message& message) {
   return age > *subscriber.policy.max_age;
 }
 
+/// Of a message: not that the connection was lost, which is told by itself, nor as the program
+/// asked.
+bool is_failure(const Status& status) {
+  return !status && status.code() != StatusCode::kDisconnected &&
+         status.code() != StatusCode::kDropped;
+}
+
+void print(std::string_view text) {
+  std::fprintf(stderr, "swarmtalk: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
 }  // namespace
 
 Deliveries::Deliveries(Reports& reports, std::function<void()> wake)
@@ -30,10 +44,32 @@ Deliveries::Deliveries(Reports& reports, std::function<void()> wake)
   set_default_callbacks();
 }
 
-void Deliveries::close() {
+void Deliveries::close(bool tells_stderr) {
+  if (tells_stderr) print_failures();
   is_closed_ = true;
   events_.clear();
   read_ahead_ = 0;
+}
+
+/// Each once, with how often it happened.
+void Deliveries::print_failures() {
+  if (reports_.has_any()) take_reports();
+  std::vector<std::pair<std::string, std::size_t>> failures;
+  for (const Event& event : events_) {
+    const bool is_unsent = event.kind == Event::Kind::kSent && is_failure(event.status);
+    if (!is_unsent && event.kind != Event::Kind::kUntold) continue;
+    const std::string text = (is_unsent ? kNotSent : "") + std::string(event.status.text());
+    const auto same = [&](const auto& failure) { return failure.first == text; };
+    const auto found = std::find_if(failures.begin(), failures.end(), same);
+    if (found != failures.end()) {
+      ++found->second;
+    } else {
+      failures.emplace_back(text, 1);
+    }
+  }
+  for (const auto& [text, times] : failures) {
+    print(times == 1 ? text : text + " (" + std::to_string(times) + " times)");
+  }
 }
 
 void Deliveries::deliver(const std::shared_ptr<SubscriberState>& subscriber,
@@ -154,8 +190,7 @@ void Deliveries::run_sent(const PublisherState& publisher, const Status& status)
   if (publisher.is_closed) return;
   if (publisher.sent) {
     publisher.sent(status);
-  } else if (!status && status.code() != StatusCode::kDisconnected &&
-             status.code() != StatusCode::kDropped) {
+  } else if (is_failure(status)) {
     report(status);
   }
 }
@@ -169,7 +204,7 @@ void Deliveries::post(Event event) {
 
 /// What other threads had to report.
 void Deliveries::take_reports() {
-  for (const Status& status : reports_.take()) report(status);
+  for (const Status& status : reports_.take()) report_untold(status);
 }
 
 void Deliveries::run() {
@@ -179,7 +214,8 @@ void Deliveries::run() {
     events_.pop_front();
     run_event(event);
     // What on_error itself did wrong waits for the next process(), or this one would never end.
-    if (event.kind != Event::Kind::kError && reports_.has_any()) take_reports();
+    const bool is_error = event.kind == Event::Kind::kError || event.kind == Event::Kind::kUntold;
+    if (!is_error && reports_.has_any()) take_reports();
   }
 }
 
@@ -199,21 +235,19 @@ void Deliveries::run_event(const Event& event) {
       if (const auto callback = callbacks_.on_reconnect) callback();
       break;
     case Event::Kind::kError:
+    case Event::Kind::kUntold:
       if (const auto callback = callbacks_.on_error) callback(event.status);
       break;
   }
 }
 
 void Deliveries::set_default_callbacks() {
-  const auto print = [](std::string_view text) {
-    std::fprintf(stderr, "swarmtalk: %.*s\n", static_cast<int>(text.size()), text.data());
-  };
-  callbacks_.on_disconnect = [print](const Status& status) { print(status.text()); };
-  callbacks_.on_reconnect = [print] { print("connected to swarmtalkd again"); };
+  callbacks_.on_disconnect = [](const Status& status) { print(status.text()); };
+  callbacks_.on_reconnect = [] { print("connected to swarmtalkd again"); };
   // At most one line a second for each cause.
   // Shared: callbacks are copied before they run.
   const auto last = std::make_shared<std::unordered_map<StatusCode, Wakeup::Clock::time_point>>();
-  callbacks_.on_error = [print, last](const Status& status) {
+  callbacks_.on_error = [last](const Status& status) {
     const Wakeup::Clock::time_point now = Wakeup::Clock::now();
     const auto found = last->find(status.code());
     if (found != last->end() && now - found->second < std::chrono::seconds(1)) return;

@@ -26,6 +26,9 @@ struct Callbacks {
   std::function<void(const Status&)> on_error;
 };
 
+/// Before why one of a program's messages was not.
+constexpr const char* kNotSent = "a message was not sent: ";
+
 class Deliveries {
  public:
   /// Begins with callbacks that print to stderr. @param wake  called when something begins to wait
@@ -44,6 +47,8 @@ class Deliveries {
   void post_disconnect(const Status& why) { post({Event::Kind::kDisconnect, {}, {}, why}); }
   void post_reconnect() { post({Event::Kind::kReconnect, {}, {}, {}}); }
   void report(const Status& status) { post({Event::Kind::kError, {}, {}, status}); }
+  /// What no call's answer has told. A program that ends before run() is told at its end.
+  void report_untold(const Status& status) { post({Event::Kind::kUntold, {}, {}, status}); }
 
   /// Runs the callbacks of all that waits.
   void run();
@@ -55,12 +60,12 @@ class Deliveries {
   /// Whether subscribers have lost messages here since the last call: their unreported_loss.
   bool take_has_loss() { return std::exchange(has_unreported_loss_, false); }
 
-  /// Nothing is told from now on.
-  void close();
+  /// Nothing is told from now on. @param tells_stderr  what failed and nobody was told is printed
+  void close(bool tells_stderr);
 
  private:
   struct Event {
-    enum class Kind { kMessage, kSent, kDisconnect, kReconnect, kError };
+    enum class Kind { kMessage, kSent, kDisconnect, kReconnect, kError, kUntold };
     Kind kind;
     std::shared_ptr<SubscriberState> subscriber;
     std::shared_ptr<PublisherState> publisher;
@@ -80,6 +85,7 @@ class Deliveries {
   void post(Event event);
   void run_event(const Event& event);
   void take_reports();
+  void print_failures();
   void set_default_callbacks();
 
   Reports& reports_;

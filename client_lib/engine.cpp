@@ -1,10 +1,7 @@
 #include "client_lib/engine.hpp"
 
-#include <cstdio>
-#include <exception>
 #include <utility>
 
-#include "client_lib/convert.hpp"
 #include "client_lib/protobuf_log.hpp"
 #include "client_lib/scope.hpp"
 #include "client_lib/unread.hpp"
@@ -16,24 +13,27 @@ constexpr int kReadsAhead = 16;                 // of 64 KiB: more than the daem
 constexpr std::size_t kEventsReadAhead = 1024;  // well below what would drop messages
 
 /// When a callback throws out of process(), what was left undone must be seen by the next poll.
-class WakeOnThrow {
+class WakeUnlessDone {
  public:
-  explicit WakeOnThrow(Wakeup& wakeup) : wakeup_(wakeup), exceptions_(std::uncaught_exceptions()) {}
-  ~WakeOnThrow() {
-    if (std::uncaught_exceptions() > exceptions_) wakeup_.wake();
+  explicit WakeUnlessDone(Wakeup& wakeup) : wakeup_(wakeup) {}
+  ~WakeUnlessDone() {
+    if (!is_done_) wakeup_.wake();
   }
-  WakeOnThrow(const WakeOnThrow&) = delete;
-  WakeOnThrow& operator=(const WakeOnThrow&) = delete;
+  WakeUnlessDone(const WakeUnlessDone&) = delete;
+  WakeUnlessDone& operator=(const WakeUnlessDone&) = delete;
+  void done() { is_done_ = true; }
 
  private:
   Wakeup& wakeup_;
-  int exceptions_;
+  bool is_done_ = false;
 };
 
 }  // namespace
 
 Engine::Engine(std::string_view name, const ClientOptions& options)
-    : deliveries_(reports_,
+    : entrance_(reports_, [this] { wakeup_.wake(); }),
+      hints_([this] { return refusals_.tells_stderr(); }),
+      deliveries_(reports_,
                   [this] {
                     if (!is_processing_) wakeup_.wake();
                   }),
@@ -43,32 +43,34 @@ Engine::Engine(std::string_view name, const ClientOptions& options)
       }),
       handles_(gate_, requests_, deliveries_,
                {[this] { keeper_.become_up(); }, [this] { flush_unless_gathering(); }}),
-      poses_(requests_, deliveries_, [this] { flush_unless_gathering(); }),
+      poses_(
+          requests_, deliveries_, [this] { flush_unless_gathering(); }, print_hint),
       sender_(gate_, connection_, reports_, [this] { wakeup_.wake(); }),
+      silence_(requests_, wakeup_, [this](const std::string& text) { hints_.tell(text); }),
+      inbox_(handles_, requests_, deliveries_, silence_),
       keeper_(std::string(name), options, gate_, wakeup_, connection_, keeper_hooks()),
       questions_(requests_, options.request_timeout,
                  {[this] { return keeper_.require(); },
                   [this](Wakeup::Clock::time_point deadline, const std::function<bool()>& enough) {
                     return keeper_.wait_until(deadline, enough);
-                  }}) {
+                  }}),
+      registration_(handles_, deliveries_, registration_hooks()) {
   filter_protobuf_log();
   wakeup_.wake();  // so that an app that only polls fd() calls process(), which connects
 }
 
 ConnectionKeeper::Hooks Engine::keeper_hooks() {
-  return {.on_message =
-              [this](const ipc::DeliverFrame& message, bool may_call) {
-                handles_.deliver(message, may_call);
-                run_between(may_call);
-              },
-          .on_envelope =
-              [this](const ipc::Envelope& envelope, bool may_call) {
-                handle(envelope, may_call);
-                run_between(may_call);
-              },
+  return {.on_message = [this](const ipc::DeliverFrame& message,
+                               bool may_call) { inbox_.take(message, may_call); },
+          .on_envelope = [this](const ipc::Envelope& envelope,
+                                bool may_call) { inbox_.take(envelope, may_call); },
           .on_greeted = [this] { handles_.register_all(); },
           .on_return = [this] { deliveries_.post_reconnect(); },
-          .on_loss = [this](const Status& why) { deliveries_.post_disconnect(why); },
+          .on_loss =
+              [this](const Status& why) {
+                is_loss_untold_ = true;
+                deliveries_.post_disconnect(why);
+              },
           .on_failure = [this](const Status& why) { deliveries_.report(why); },
           .on_down =
               [this] {
@@ -76,7 +78,15 @@ ConnectionKeeper::Hooks Engine::keeper_hooks() {
                 handles_.forget(gone);
                 requests_.fail_all(gone);
                 poses_.forget();
+                silence_.forget();
               }};
+}
+
+Registration::Hooks Engine::registration_hooks() {
+  return {.has_started = [this] { return keeper_.has_started(); },
+          .connect = [this] { return keeper_.connect(); },
+          .is_greeted = [this] { return keeper_.is_greeted(); },
+          .wait = [this](const std::function<bool()>& enough) { return questions_.wait(enough); }};
 }
 
 Engine::~Engine() {
@@ -85,6 +95,7 @@ Engine::~Engine() {
 
 void Engine::close() {
   if (std::exchange(is_closed_, true)) return;
+  entrance_.try_wait([this] { learn_the_rest(); });
   {
     const std::lock_guard lock(gate_);
     handles_.close();
@@ -92,77 +103,57 @@ void Engine::close() {
   keeper_.close();
   // Not behind the gate: what waits may hold a program's last callback, and with it a handle.
   requests_.clear();
-  deliveries_.close();
+  deliveries_.close(refusals_.tells_stderr());
   refusals_.tell_rest();
 }
 
-void Engine::handle(const ipc::Envelope& envelope, bool may_call) {
-  if (envelope.has_deliver()) {
-    handles_.deliver(ipc::frame_of(envelope.deliver()), may_call);
-  } else if (envelope.has_sent()) {
-    handles_.end_publication(envelope.sent().publisher_id(), envelope.sent().publish_number(),
-                             Status(), may_call);
-  } else if (envelope.request_id() != 0) {
-    requests_.answer(envelope);
-  } else if (envelope.has_failure()) {
-    const ipc::Failure& failure = envelope.failure();
-    if (failure.has_publisher_id()) {
-      handles_.end_publication(failure.publisher_id(), failure.publish_number(), convert(failure),
-                               may_call);
-    } else {
-      deliveries_.report(convert(failure));
-    }
-  }
-  // Anything else is from a newer minor: not for us.
+/// What the program sent last may have been refused, and a program that ends would not hear of it.
+void Engine::learn_the_rest() {
+  if (!sender_.has_sent() || (!keeper_.is_up() && !is_loss_untold_)) return;
+  report_losses();
+  std::optional<Pose> unused;
+  const StatusCode code =
+      keeper_.is_up() ? questions_.get_pose(unused).code() : StatusCode::kDisconnected;
+  if (code != StatusCode::kTimeout && code != StatusCode::kDisconnected) return;
+  const std::string what =
+      code == StatusCode::kTimeout ? "swarmtalkd did not answer when" : "swarmtalkd was gone when";
+  deliveries_.report_untold(
+      Status(code, what + " this program ended: whether its last messages left is not known"));
 }
 
-/// Before the next of what was read at once.
-void Engine::run_between(bool may_call) {
-  if (may_call && !deliveries_.has_read_ahead()) deliveries_.run();
+/// What was lost or refused in this program, for the daemon's counters.
+void Engine::report_losses() {
+  const bool has_refused = sender_.take_has_refused();
+  if ((deliveries_.take_has_loss() || has_refused) && keeper_.is_up()) handles_.report_losses();
 }
 
 void Engine::flush_unless_gathering() {
   if (!is_processing_) keeper_.flush();
 }
 
-/// Who may not come in. That is told in any case: the answer of run_for() is one that nobody reads.
-Status Engine::refuse(const Turn::Stay& stay) {
-  const Status status(StatusCode::kBadArgument,
-                      stay.is_refused() ? "a Client was called while another thread is inside it, "
-                                          "in process(), run() or a call that waits; one thread "
-                                          "owns a Client, others may call send() and stop()"
-                                        : "process() and run() cannot be called inside a callback; "
-                                          "return from it instead");
-  reports_.add(status);
-  wakeup_.wake();
-  return status;
-}
-
 Status Engine::process() {
   const auto self = shared_from_this();  // a callback may destroy the Client
-  const Turn::Stay stay(turn_);
-  return stay.is_first() ? process_inside() : refuse(stay);
+  return entrance_.run([this] { return process_inside(); });
 }
 
 Status Engine::process_inside() {
-  has_processed_ = true;
+  hints_.note_running();
   const Scope<bool> processing(is_processing_, true);
-  WakeOnThrow wake_on_throw(wakeup_);
+  WakeUnlessDone undone(wakeup_);
   wakeup_.take_wake();
-  if (turn_.is_called_in_turn()) {
-    reports_.add(Status(StatusCode::kBadArgument,
-                        "process() or run() is called by two threads in turn, so callbacks run in "
-                        "both; one thread owns a Client, others may call send() and stop()"));
-  }
+  entrance_.note_caller();
   if (!keeper_.has_started()) keeper_.attempt_in_background();
   if (wakeup_.take_timer()) keeper_.on_timer();
+  if (keeper_.is_up() && handles_.has_subscribers()) silence_.watch();
   deliveries_.run();
   read_ahead();
   keeper_.flush();
   deliveries_.run();
-  if (deliveries_.take_has_loss() && keeper_.is_up()) handles_.report_losses();
+  report_losses();
   keeper_.flush();
+  is_loss_untold_ = false;
   if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time
+  undone.done();
   return keeper_.is_up() ? Status() : Status(StatusCode::kDisconnected);
 }
 
@@ -175,26 +166,26 @@ void Engine::read_ahead() {
 
 Status Engine::run_until(Wakeup::Clock::time_point deadline) {
   const auto self = shared_from_this();
-  const Turn::Stay stay(turn_);
-  if (!stay.is_first()) return refuse(stay);
-  for (;;) {
-    process_inside();
-    if (is_stopped_.exchange(false) || is_closed_) return Status();
-    do {
-      if (Wakeup::Clock::now() >= deadline) return Status();
-    } while (!wakeup_.wait(deadline));
-  }
+  return entrance_.run([&] {
+    for (;;) {
+      process_inside();
+      if (is_stopped_.exchange(false) || is_closed_) return Status();
+      do {
+        if (Wakeup::Clock::now() >= deadline) return Status();
+      } while (!wakeup_.wait(deadline));
+    }
+  });
 }
 
 Status Engine::run_once(Wakeup::Clock::time_point deadline) {
   const auto self = shared_from_this();
   if (is_stopped_.exchange(false)) return Status();
-  const Turn::Stay stay(turn_);
-  if (!stay.is_first()) return refuse(stay);
-  wakeup_.wait(deadline);
-  process_inside();
-  is_stopped_.store(false);
-  return Status();
+  return entrance_.run([&] {
+    wakeup_.wait(deadline);
+    process_inside();
+    is_stopped_.store(false);
+    return Status();
+  });
 }
 
 void Engine::stop() {
@@ -202,35 +193,28 @@ void Engine::stop() {
   wakeup_.wake();
 }
 
-/// A call that waits for the daemon: inside a callback as well, but in one thread at a time.
-template <typename Call>
-Status Engine::wait_inside(const Call& call) {
-  const Turn::Stay stay(turn_);
-  return stay.is_refused() ? refuse(stay) : call();
-}
-
 Status Engine::connect() {
-  return wait_inside([&] { return keeper_.connect(); });
+  return entrance_.wait([&] { return keeper_.connect(); });
 }
 
 Status Engine::get_status(DaemonStatus& status) {
-  return wait_inside([&] { return questions_.get_status(status); });
+  return entrance_.wait([&] { return questions_.get_status(status); });
 }
 
 Status Engine::get_neighbours(std::vector<Neighbour>& neighbours) {
-  return wait_inside([&] { return questions_.get_neighbours(neighbours); });
+  return entrance_.wait([&] { return questions_.get_neighbours(neighbours); });
 }
 
 Status Engine::get_pose(std::optional<Pose>& pose) {
-  return wait_inside([&] { return questions_.get_pose(pose); });
+  return entrance_.wait([&] { return questions_.get_pose(pose); });
 }
 
 Status Engine::sync() {
-  return wait_inside([&] { return questions_.sync([this] { return !poses_.is_waiting(); }); });
+  return entrance_.wait([&] { return questions_.sync([this] { return !poses_.is_waiting(); }); });
 }
 
 Status Engine::set_pose(const OwnPose& pose) {
-  return wait_inside([&] {
+  return entrance_.wait([&] {
     if (Status connection = keeper_.require(); !connection) return connection;
     if (Status bad = poses_.set(pose); !bad) return bad;
     return keeper_.is_up() ? Status() : Status(StatusCode::kDisconnected);
@@ -239,31 +223,26 @@ Status Engine::set_pose(const OwnPose& pose) {
 
 Status Engine::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl) {
-  Status status = sender_.publish(publisher, payload, ttl, turn_.is_mine());
+  Status status = sender_.publish(publisher, payload, ttl, entrance_.is_mine());
   if (status.code_ == StatusCode::kBusy) {
-    const auto tell = [engine = weak_from_this()](const std::string& label,
-                                                  const std::string& why) {
-      if (const auto alive = engine.lock()) alive->tell_unread(label, why);
+    const auto tell = [engine = weak_from_this()](const std::string& label, const std::string& why,
+                                                  bool is_unread) {
+      if (const auto alive = engine.lock()) alive->tell_unread(label, why, is_unread);
     };
     status.unread_ = std::make_shared<Unread>(tell, publisher.key->label, status.text_);
   }
   return status;
 }
 
-void Engine::tell_unread(const std::string& channel, const std::string& why) {
-  const std::optional<Status> report = refusals_.note(channel, why);
+void Engine::tell_unread(const std::string& channel, const std::string& why, bool is_unread) {
+  const std::optional<Status> report = refusals_.note(channel, why, is_unread);
   if (!report) return;
   reports_.add(*report);
   wakeup_.wake();
 }
 
 void Engine::remove(SubscriberState& subscriber) {
-  if (!has_processed_ && subscriber.id != 0 && keeper_.is_up() && refusals_.tells_stderr()) {
-    std::fprintf(stderr,
-                 "swarmtalk: %s was subscribed to and nothing was heard: call run() or process(), "
-                 "callbacks are called in there only\n",
-                 subscriber.key->label.c_str());
-  }
+  if (subscriber.id != 0 && keeper_.is_up()) hints_.note_end(subscriber.key->label);
   handles_.remove(subscriber);
 }
 
@@ -271,6 +250,7 @@ std::shared_ptr<PublisherState> Engine::add_publisher(std::shared_ptr<const Chan
                                                       SentCallback sent, Sending sending) {
   auto publisher = std::make_shared<PublisherState>();
   publisher->key = std::move(key);
+  hints_.note_name(*publisher->key);
   publisher->sent = std::move(sent);
   publisher->sending = sending;
   return add(publisher);
@@ -282,39 +262,32 @@ std::shared_ptr<SubscriberState> Engine::add_subscriber(std::shared_ptr<const Ch
   subscriber->key = std::move(key);
   subscriber->receive = std::move(receive);
   subscriber->policy = policy;
+  if (!subscriber->receive && subscriber->key->problem) {
+    subscriber->status =
+        Status(StatusCode::kBadArgument, "the function that " + subscriber->key->label +
+                                             " was subscribed to with is empty: "
+                                             "give one that takes each message");
+    deliveries_.report_untold(subscriber->status);
+    return subscriber;
+  }
+  hints_.note_name(*subscriber->key);
+  // A program that looks on, or answers questions, expects nothing.
+  if (!subscriber->policy.looks_on && subscriber->key->name != "harvest") {
+    silence_.expect(subscriber);
+  }
+  hints_.note_wildcard(*subscriber->key);
   return add(subscriber);
 }
 
-/// What no daemon could take is refused here: one frame that is not the protocol would cost the
-/// client its connection, again and again.
 template <typename State>
 std::shared_ptr<State> Engine::add(const std::shared_ptr<State>& handle) {
   handle->session = weak_from_this();
-  const Turn::Stay stay(turn_);
-  if (stay.is_refused()) {
-    handle->status = refuse(stay);
-  } else if (!handle->key->problem) {
-    handle->status = handle->key->problem;
-    deliveries_.report(handle->status);
-  } else {
-    handles_.add(handle);
-    register_new(*handle, [&] { handles_.register_one(handle); });
-  }
+  const Status entered = entrance_.wait([&] {
+    registration_.add(handle);
+    return Status();
+  });
+  if (!entered) handle->status = entered;
   return handle;
-}
-
-void Engine::register_new(HandleState& handle, const std::function<void()>& register_now) {
-  if (!keeper_.has_started()) {
-    if (const Status status = keeper_.connect(); !status)
-      deliveries_.report(status);  // registers it as well
-    return;
-  }
-  if (!keeper_.is_greeted()) return;
-  register_now();
-  if (!questions_.wait([&] { return handle.is_answered; })) {
-    handle.status = Status(StatusCode::kTimeout);
-    deliveries_.report(handle.status);
-  }
 }
 
 }  // namespace swarmtalk::client

@@ -1,8 +1,10 @@
 // Engine: what is behind a Client: it joins the parts, each of which knows its own only, and turns
-// the event loop. ConnectionKeeper holds the connection, Requests and Handles talk with the daemon,
-// Questions and PoseUpdates are what a program asks and tells it, Sender takes messages of any
-// thread, Deliveries is what the program is told. User callbacks run only inside process(); what a
-// waiting call (connect, a registration, get_status) meets on the way waits in Deliveries.
+// the event loop. Entrance lets one thread in, ConnectionKeeper holds the connection, Inbox takes
+// what comes, Requests and Handles talk with the daemon, Registration makes new handles known to
+// it, Questions and PoseUpdates are what a program asks and tells it, Sender takes messages of any
+// thread, Deliveries is what the program is told, Hints what its programmer is. User callbacks run
+// only inside process(); what a waiting call (connect, a registration, get_status) meets on the way
+// waits in Deliveries.
 #pragma once
 
 #include <atomic>
@@ -18,15 +20,19 @@
 #include "client_lib/connection.hpp"
 #include "client_lib/connection_keeper.hpp"
 #include "client_lib/deliveries.hpp"
+#include "client_lib/entrance.hpp"
 #include "client_lib/handles.hpp"
+#include "client_lib/hints.hpp"
+#include "client_lib/inbox.hpp"
 #include "client_lib/pose_updates.hpp"
 #include "client_lib/questions.hpp"
 #include "client_lib/refusals.hpp"
+#include "client_lib/registration.hpp"
 #include "client_lib/reports.hpp"
 #include "client_lib/requests.hpp"
 #include "client_lib/sender.hpp"
+#include "client_lib/silence.hpp"
 #include "client_lib/state.hpp"
-#include "client_lib/turn.hpp"
 #include "client_lib/wakeup.hpp"
 
 namespace swarmtalk::client {
@@ -63,7 +69,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   /// Any thread.
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl);
-  void tell_unread(const std::string& channel, const std::string& why);
+  void tell_unread(const std::string& channel, const std::string& why, bool is_unread);
   bool is_busy(const PublisherState& publisher) { return sender_.is_busy(publisher); }
   std::mutex& gate() { return gate_; }
   void remove(PublisherState& publisher) { handles_.remove(publisher); }
@@ -74,24 +80,20 @@ class Engine : public std::enable_shared_from_this<Engine> {
 
  private:
   ConnectionKeeper::Hooks keeper_hooks();
-  void handle(const ipc::Envelope& envelope, bool may_call);
-  void run_between(bool may_call);
+  Registration::Hooks registration_hooks();
   void flush_unless_gathering();
-  Status refuse(const Turn::Stay& stay);
   Status process_inside();
   void read_ahead();
-  template <typename Call>
-  Status wait_inside(const Call& call);
   template <typename State>
   std::shared_ptr<State> add(const std::shared_ptr<State>& handle);
-  void register_new(HandleState& handle, const std::function<void()>& register_now);
+  void learn_the_rest();
+  void report_losses();
 
   Wakeup wakeup_;
   Connection connection_;
-  Turn turn_;
   bool is_closed_ = false;
-  bool has_processed_ = false;  // process() was called
-  bool is_processing_ = false;  // inside process(): callbacks may run, writes are gathered
+  bool is_loss_untold_ = false;  // of the connection: process() has not been called since
+  bool is_processing_ = false;   // inside process(): callbacks may run, writes are gathered
   std::atomic<bool> is_stopped_{false};
 
   /// Guards what send() of any thread shares with the owner's: what changes of a PublisherState,
@@ -99,14 +101,19 @@ class Engine : public std::enable_shared_from_this<Engine> {
   /// runs.
   std::mutex gate_;
   Reports reports_;
+  Entrance entrance_;
   Refusals refusals_;
+  Hints hints_;
   Deliveries deliveries_;
   Requests requests_;
   Handles handles_;
   PoseUpdates poses_;
   Sender sender_;
+  Silence silence_;
+  Inbox inbox_;
   ConnectionKeeper keeper_;
   Questions questions_;
+  Registration registration_;
 };
 
 }  // namespace swarmtalk::client

@@ -27,6 +27,10 @@ Status check_name(const std::string& name) {
   if (!text::is_utf8(name)) {
     return Status(StatusCode::kBadArgument, "the name of this Client is not UTF-8 text");
   }
+  if (name.empty()) {
+    return Status(StatusCode::kBadArgument,
+                  "the name of this Client is empty; give it the name of your program");
+  }
   if (name.size() > kNameMaxBytes) {
     return Status(StatusCode::kBadArgument, "the name of this Client has more than " +
                                                 std::to_string(kNameMaxBytes) + " bytes");

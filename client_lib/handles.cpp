@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "client_lib/sender.hpp"
+
 namespace swarmtalk::client {
 namespace {
 
@@ -99,6 +101,7 @@ void Handles::register_one(const std::shared_ptr<SubscriberState>& subscriber) {
   if (policy.max_distance_m) body.set_max_distance_m(*policy.max_distance_m);
   if (policy.drop_unknown_distance) body.set_drop_unknown_distance(true);
   if (policy.latest_of_each) body.set_latest_of_each(true);
+  if (policy.looks_on) body.set_looks_on(true);
   if (policy.max_age) {
     body.set_max_age_ms(static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(policy.max_age->count(), 0, UINT32_MAX)));
@@ -136,6 +139,7 @@ void Handles::finish_registration(HandleState& handle, const Status& status) {
 }
 
 void Handles::remove(PublisherState& publisher) {
+  report_refusals(publisher);
   std::uint32_t id = 0;
   {
     const std::lock_guard lock(gate_);
@@ -204,13 +208,19 @@ void Handles::deliver(const ipc::DeliverFrame& frame, bool may_call) {
   const auto found = subscribers_by_id_.find(frame.subscription_id);
   if (found == subscribers_by_id_.end()) return;  // on its way when we unsubscribed
   const std::shared_ptr<SubscriberState> subscriber = found->second;  // the callback may remove it
+  subscriber->has_heard = true;
   deliveries_.deliver(subscriber, frame, may_call);
 }
 
 void Handles::end_publication(std::uint32_t publisher_id, std::uint64_t number,
                               const Status& status, bool may_call) {
   const auto found = publishers_by_id_.find(publisher_id);
-  if (found == publishers_by_id_.end()) return;
+  if (found == publishers_by_id_.end()) {  // its handle is gone
+    if (!status && status.code() != StatusCode::kDropped) {
+      deliveries_.report_untold(Status(status.code(), kNotSent + std::string(status.text())));
+    }
+    return;
+  }
   PublisherState& publisher = *found->second;
   {
     const std::lock_guard lock(gate_);
@@ -225,7 +235,17 @@ void Handles::end_publication(std::uint32_t publisher_id, std::uint64_t number,
   deliveries_.tell_sent(keep_alive, status, may_call);
 }
 
+void Handles::report_refusals(PublisherState& publisher) {
+  {
+    const std::lock_guard lock(gate_);
+    if (publisher.untold_refusals == 0 || publisher.id == 0) return;
+    fill_refusals(publisher, *requests_.make().mutable_client_loss());
+  }
+  requests_.send_unnumbered();
+}
+
 void Handles::report_losses() {
+  for (const auto& publisher : publishers_) report_refusals(*publisher);
   for (const auto& subscriber : subscribers_) {
     const std::uint32_t lost = std::exchange(subscriber->unreported_loss, 0);
     if (lost == 0 || subscriber->id == 0) continue;

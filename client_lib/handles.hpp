@@ -37,6 +37,7 @@ class Handles {
   void register_one(const std::shared_ptr<PublisherState>& publisher);
   void register_one(const std::shared_ptr<SubscriberState>& subscriber);
   void register_all();
+  bool has_subscribers() const { return !subscribers_.empty(); }
 
   /// The connection is lost: nothing is registered any more, and what was on its way is unsent.
   void forget(const Status& gone);
@@ -52,6 +53,7 @@ class Handles {
  private:
   void end_registering();
   void finish_registration(HandleState& handle, const Status& status);
+  void report_refusals(PublisherState& publisher);
   void unregister_publisher(std::uint32_t id);
   void unregister_subscriber(std::uint32_t id);
 

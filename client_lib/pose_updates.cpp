@@ -1,11 +1,14 @@
 #include "client_lib/pose_updates.hpp"
 
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 
 namespace swarmtalk::client {
 namespace {
 
-constexpr float kPoseMaxM = 32.767f;  // int16 millimetres on the air
+constexpr float kPoseMaxM = 32.767f;      // int16 millimetres on the air
+constexpr float kWholeTurnRad = 6.2842f;  // and what rounding adds to one
 
 }  // namespace
 
@@ -17,6 +20,7 @@ Status PoseUpdates::set(const OwnPose& pose) {
     deliveries_.report(status);
     return status;
   }
+  check_heading(pose.theta_rad);
   if (is_in_flight_) {
     next_ = pose;
   } else {
@@ -24,6 +28,18 @@ Status PoseUpdates::set(const OwnPose& pose) {
     on_waiting_();
   }
   return Status();
+}
+
+/// A heading that somebody adds up may be more than a turn as well, so it is taken.
+void PoseUpdates::check_heading(float theta_rad) {
+  if (!(std::fabs(theta_rad) > kWholeTurnRad) || std::exchange(has_hinted_, true)) return;
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "the heading of a pose is in radians; %g is more than a whole turn and looks like "
+                "degrees, which are %g radians (this is said once; whole turns are left out)",
+                static_cast<double>(theta_rad),
+                static_cast<double>(theta_rad) * std::numbers::pi / 180);
+  hint_(text);
 }
 
 void PoseUpdates::forget() {

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "client_lib/deliveries.hpp"
@@ -15,8 +16,13 @@ namespace swarmtalk::client {
 class PoseUpdates {
  public:
   /// All must outlive it. @param on_waiting  a request waits to be written
-  PoseUpdates(Requests& requests, Deliveries& deliveries, std::function<void()> on_waiting)
-      : requests_(requests), deliveries_(deliveries), on_waiting_(std::move(on_waiting)) {}
+  /// @param hint  is given the sentence for a heading that looks like degrees, once
+  PoseUpdates(Requests& requests, Deliveries& deliveries, std::function<void()> on_waiting,
+              std::function<void(const std::string&)> hint)
+      : requests_(requests),
+        deliveries_(deliveries),
+        on_waiting_(std::move(on_waiting)),
+        hint_(std::move(hint)) {}
 
   /// @pre connected. @return kBadPose, which is reported too
   Status set(const OwnPose& pose);
@@ -27,10 +33,13 @@ class PoseUpdates {
 
  private:
   void send(const OwnPose& pose);
+  void check_heading(float theta_rad);
 
   Requests& requests_;
   Deliveries& deliveries_;
   std::function<void()> on_waiting_;
+  std::function<void(const std::string&)> hint_;
+  bool has_hinted_ = false;
   bool is_in_flight_ = false;
   std::optional<OwnPose> next_;
 };

@@ -4,13 +4,15 @@
 
 #include <string>
 
+#include "ipc/framing.hpp"
+
 namespace swarmtalk::client {
 namespace {
 
 google::protobuf::LogHandler* next_handler = nullptr;
 
 void filter(google::protobuf::LogLevel level, const char* file, int line, const std::string& text) {
-  if (text.find("swarmtalk.ipc.") != std::string::npos) return;
+  if (ipc::is_inside_protobuf()) return;
   if (next_handler != nullptr) next_handler(level, file, line, text);
 }
 

@@ -4,8 +4,8 @@
 
 namespace swarmtalk::client {
 
-/// Leaves out protobuf's lines about swarmtalk.ipc, hands all others to the handler that was set
-/// before. Once in a process; further calls do nothing. Any thread.
+/// Leaves out protobuf's lines about frames of the local protocol, hands all others to the handler
+/// that was set before. Once in a process; further calls do nothing. Any thread.
 void filter_protobuf_log();
 
 }  // namespace swarmtalk::client

@@ -7,7 +7,8 @@
 
 namespace swarmtalk::client {
 
-std::optional<Status> Refusals::note(std::string_view channel, std::string_view why) {
+std::optional<Status> Refusals::note(std::string_view channel, std::string_view why,
+                                     bool is_unread) {
   const std::lock_guard lock(mutex_);
   ++count_;
   const auto now = Wakeup::Clock::now();
@@ -16,10 +17,8 @@ std::optional<Status> Refusals::note(std::string_view channel, std::string_view 
   const std::uint64_t count = std::exchange(count_, 0);
   const std::string text =
       std::string(channel) + ": " +
-      (count == 1 ? "a message was" : std::to_string(count) + " messages were") +
-      " not sent, and nobody looked at what send() returned: " + std::string(why) +
-      "; run the client between sends, send more slowly, or advertise with a longer queue, or one "
-      "that drops the oldest";
+      (count == 1 ? "a message was" : std::to_string(count) + " messages were") + " not sent" +
+      (is_unread ? ", and nobody looked at what send() returned" : "") + ": " + std::string(why);
   if (!tells_stderr()) return Status(StatusCode::kBusy, text);
   std::fprintf(stderr, "swarmtalk: %s\n", text.c_str());
   return std::nullopt;
@@ -29,8 +28,8 @@ void Refusals::tell_rest() {
   const std::lock_guard lock(mutex_);
   const std::uint64_t count = std::exchange(count_, 0);
   if (count == 0 || !tells_stderr()) return;
-  std::fprintf(stderr, "swarmtalk: since then %llu more of this program's messages were not sent\n",
-               static_cast<unsigned long long>(count));
+  std::fprintf(stderr, "swarmtalk: since then %llu more of this program's messages %s not sent\n",
+               static_cast<unsigned long long>(count), count == 1 ? "was" : "were");
 }
 
 }  // namespace swarmtalk::client

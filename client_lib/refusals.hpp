@@ -18,7 +18,8 @@ class Refusals {
  public:
   /// Where on_error is the program's own, what it is to be told, if it is time again. Else stderr
   /// is told at once: a program that only sends may never come to process().
-  std::optional<Status> note(std::string_view channel, std::string_view why);
+  /// @param is_unread  known: not of a program in C, whose looks cannot be seen
+  std::optional<Status> note(std::string_view channel, std::string_view why, bool is_unread);
 
   /// At the end: how many more there were than have been told.
   void tell_rest();

@@ -12,6 +12,7 @@ constexpr std::size_t kOutgoingMaxBytes = std::size_t{1} << 20;  // then send() 
 Status Sender::check_publication(const PublisherState& publisher, std::size_t size_bytes,
                                  std::optional<std::uint32_t> ttl) const {
   if (publisher.id == 0) return publisher.status;
+  if (connection_.is_lost()) return Status(StatusCode::kDisconnected);
   if (size_bytes > publisher.max_message_bytes) {
     return Status(StatusCode::kTooLong, "the message has " + std::to_string(size_bytes) +
                                             " bytes; " + publisher.key->label +
@@ -29,15 +30,17 @@ Status Sender::check_publication(const PublisherState& publisher, std::size_t si
 /// Whether another message may be on its way.
 Status Sender::check_room(const PublisherState& publisher) const {
   if (connection_.outgoing_bytes() > kOutgoingMaxBytes) {
-    return Status(StatusCode::kBusy, "swarmtalkd does not read what this program sends");
+    return Status(StatusCode::kBusy,
+                  "swarmtalkd does not read what this program sends: send more slowly");
   }
   const Sending& sending = publisher.sending;
   if (sending.drop_oldest && sending.queue > 0) return Status();  // the daemon makes room
   const std::size_t waiting = publisher.in_flight.size();
   if (waiting <= sending.queue) return Status();
-  return Status(StatusCode::kBusy, std::to_string(waiting) +
-                                       (waiting == 1 ? " message has" : " messages have") +
-                                       " not left yet");
+  return Status(StatusCode::kBusy,
+                std::to_string(waiting) + (waiting == 1 ? " message is" : " messages are") +
+                    " not confirmed yet: call run() or process() between sends, send more slowly, "
+                    "or advertise with a longer queue, or one that drops the oldest");
 }
 
 bool Sender::is_busy(const PublisherState& publisher) {
@@ -50,8 +53,10 @@ bool Sender::is_busy(const PublisherState& publisher) {
 Status Sender::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl, bool is_inside) {
   std::unique_lock lock(gate_);
+  has_sent_.store(true);
   Status status = check_publication(publisher, payload.size(), ttl);
   if (status) status = append_publication(publisher, payload, ttl);
+  const bool tells_refusals = status.code() == StatusCode::kBusy && note_refusal(publisher);
   const bool is_silent =
       status.code() != StatusCode::kTooLong && status.code() != StatusCode::kBadTtl;
   if (!is_silent) reports_.add(status);
@@ -64,6 +69,9 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
       publisher.in_flight.pop_back();
       status = Status(StatusCode::kDisconnected);
     }
+  }
+  if (tells_refusals && !is_inside) {
+    needs_owner = !connection_.flush().ok() || connection_.has_outgoing();
   }
   lock.unlock();
   if (needs_owner && !is_inside) wake_();
@@ -87,6 +95,28 @@ Status Sender::append_publication(PublisherState& publisher, std::string_view pa
   }
   publisher.in_flight.push_back(++publisher.publish_number);
   return Status();
+}
+
+/// The daemon counts what is refused here. It is told in process(), and at most once a second here,
+/// for a program that only sends. @return whether that waits to be written
+bool Sender::note_refusal(PublisherState& publisher) {
+  ++publisher.untold_refusals;
+  const auto now = Wakeup::Clock::now();
+  const bool is_early =
+      publisher.refusals_told_at && now - *publisher.refusals_told_at < std::chrono::seconds(1);
+  if (is_early || connection_.outgoing_bytes() > kOutgoingMaxBytes) {
+    has_refused_.store(true);
+    return false;
+  }
+  publisher.refusals_told_at = now;
+  ipc::Envelope envelope;
+  fill_refusals(publisher, *envelope.mutable_client_loss());
+  return connection_.append(envelope);
+}
+
+void fill_refusals(PublisherState& publisher, ipc::ClientLoss& loss) {
+  loss.set_publisher_id(publisher.id);
+  loss.set_refused(std::exchange(publisher.untold_refusals, 0));
 }
 
 }  // namespace swarmtalk::client

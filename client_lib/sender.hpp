@@ -2,6 +2,7 @@
 // is written at once. All that it shares with the owner's thread is behind the gate.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -16,6 +17,9 @@
 
 namespace swarmtalk::client {
 
+/// How many of its messages were refused here since the daemon was told last. @pre gate held
+void fill_refusals(PublisherState& publisher, ipc::ClientLoss& loss);
+
 class Sender {
  public:
   /// All must outlive it. @param wake  wakes the owner, who can do what other threads cannot
@@ -26,6 +30,11 @@ class Sender {
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl, bool is_inside);
   bool is_busy(const PublisherState& publisher);
+  /// Whether anything was handed to the daemon, or was to be.
+  bool has_sent() const { return has_sent_.load(); }
+
+  /// Whether messages were refused here that the daemon may not know of: their untold_refusals.
+  bool take_has_refused() { return has_refused_.exchange(false); }
 
  private:
   Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
@@ -33,11 +42,14 @@ class Sender {
   Status check_room(const PublisherState& publisher) const;
   Status append_publication(PublisherState& publisher, std::string_view payload,
                             std::optional<std::uint32_t> ttl);
+  bool note_refusal(PublisherState& publisher);
 
   std::mutex& gate_;
   Connection& connection_;
   Reports& reports_;
   std::function<void()> wake_;
+  std::atomic<bool> has_sent_{false};
+  std::atomic<bool> has_refused_{false};
 };
 
 }  // namespace swarmtalk::client

@@ -2,6 +2,7 @@
 // goes first marks it.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -48,6 +49,8 @@ struct PublisherState : HandleState {
   std::uint32_t sent_every = 1;         // the daemon tells of so many messages at once
   std::uint64_t publish_number = 0;     // of the last accepted message
   std::deque<std::uint64_t> in_flight;  // without an answer yet, oldest first
+  std::uint32_t untold_refusals = 0;    // messages refused here that the daemon does not know of
+  std::optional<std::chrono::steady_clock::time_point> refusals_told_at;  // by send() itself
 };
 
 struct SubscriberState : HandleState {
@@ -57,6 +60,7 @@ struct SubscriberState : HandleState {
   }
 
   ReceiveCallback receive;
+  bool has_heard = false;                        // any message
   std::deque<std::unique_ptr<Message>> waiting;  // as many as there are events of it
   Loss lost;                                     // before the next callback
   std::uint32_t unreported_loss = 0;  // in this program, that the daemon does not know of yet

@@ -3,12 +3,12 @@
 namespace swarmtalk::client {
 
 Unread::~Unread() {
-  if (!is_read.load()) tell(label, why);
+  const bool is_for_c = tells_anyway.load();
+  if (is_for_c || !is_read.load()) tell(label, why, !is_for_c);
 }
 
-/// For a call whose answer the C interface had to look at itself.
-void Unread::not_looked_at(const Status& status) {
-  if (status.unread_) status.unread_->is_read.store(false);
+void Unread::tell_anyway(const Status& status) {
+  if (status.unread_) status.unread_->tells_anyway.store(true);
 }
 
 }  // namespace swarmtalk::client

@@ -13,17 +13,22 @@
 namespace swarmtalk::client {
 
 struct Unread {
+  using Tell =
+      std::function<void(const std::string& label, const std::string& why, bool is_unread)>;
+
   /// @param told  called when nobody has looked, with the other two
-  Unread(std::function<void(const std::string& label, const std::string& why)> told,
-         std::string name, std::string reason)
+  Unread(Tell told, std::string name, std::string reason)
       : tell(std::move(told)), label(std::move(name)), why(std::move(reason)) {}
   Unread(const Unread&) = delete;
   Unread& operator=(const Unread&) = delete;
   ~Unread();
-  static void not_looked_at(const Status& status);
+  /// For the C interface, which had to look itself: whether its program does cannot be seen, and it
+  /// is told in any case.
+  static void tell_anyway(const Status& status);
 
   std::atomic<bool> is_read{false};
-  std::function<void(const std::string& label, const std::string& why)> tell;
+  std::atomic<bool> tells_anyway{false};
+  Tell tell;
   std::string label;  // of the channel
   std::string why;
 };

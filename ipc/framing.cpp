@@ -20,6 +20,16 @@ void write_length(std::uint32_t length, char* bytes) {
   }
 }
 
+thread_local bool inside_protobuf = false;
+
+class InsideProtobuf {
+ public:
+  InsideProtobuf() { inside_protobuf = true; }
+  ~InsideProtobuf() { inside_protobuf = false; }
+  InsideProtobuf(const InsideProtobuf&) = delete;
+  InsideProtobuf& operator=(const InsideProtobuf&) = delete;
+};
+
 }  // namespace
 
 std::span<std::uint8_t> FrameReader::prepare(std::size_t at_least) {
@@ -59,11 +69,17 @@ void FrameReader::clear() {
   begin_ = end_ = 0;
 }
 
+bool is_inside_protobuf() {
+  return inside_protobuf;
+}
+
 bool parse(std::string_view bytes, Envelope& envelope) {
+  const InsideProtobuf inside;
   return envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
 bool append_frame(const Envelope& envelope, std::string& buffer) {
+  const InsideProtobuf inside;
   const std::size_t length = envelope.ByteSizeLong();
   if (length == 0 || length > kMaxEnvelopeBytes) return false;
   const std::size_t start = buffer.size();

@@ -51,6 +51,10 @@ class FrameReader {
 /// Parses the bytes of an Envelope (reused; its old content is cleared). @return false: malformed
 bool parse(std::string_view bytes, Envelope& envelope);
 
+/// Whether this thread is in one of the calls here: what protobuf logs meanwhile is of our frames.
+/// It does not name them.
+bool is_inside_protobuf();
+
 /// Appends `envelope` with its length to `buffer`.
 /// @return false, and `buffer` unchanged, when it is longer than kMaxEnvelopeBytes.
 bool append_frame(const Envelope& envelope, std::string& buffer);

@@ -165,10 +165,12 @@ Json to_json(const DaemonStatus& status) {
                                 {"name", channel.name},
                                 {"publishers", channel.publishers},
                                 {"subscribers", channel.subscribers},
+                                {"onlookers", channel.onlookers},
                                 {"timestamped", channel.timestamped},
                                 {"links", channel.links},
                                 {"received", channel.received},
-                                {"lost", to_json(channel.lost)}});
+                                {"lost", to_json(channel.lost)},
+                                {"refused", channel.refused}});
   }
   json["clients_served"] = Json::array();
   for (const ClientStatus& client : status.clients_served) {
@@ -182,7 +184,8 @@ Json to_json(const DaemonStatus& status) {
                                       {"deliveries_sent", client.deliveries_sent},
                                       {"lost_daemon", client.lost_daemon},
                                       {"lost_client", client.lost_client},
-                                      {"messages_published", client.messages_published}});
+                                      {"messages_published", client.messages_published},
+                                      {"refused", client.refused}});
   }
   json["users"] = Json::array();
   for (const UserStatus& user : status.users) {
@@ -313,23 +316,23 @@ std::string shares_table(const std::vector<UserStatus>& users, const Look& look)
 std::string to_stats(const DaemonStatus& status, const Look& look) {
   const auto text_of = [](std::uint64_t value) { return std::to_string(value); };
   std::string text;
-  std::vector<Row> channels{
-      {"CHANNEL", "RECEIVED", "LOST ON THE AIR", "IN THE KERNEL", "FOR MEMORY", "CAME LATE"}};
+  std::vector<Row> channels{{"CHANNEL", "RECEIVED", "LOST ON THE AIR", "IN THE KERNEL",
+                             "FOR MEMORY", "CAME LATE", "REFUSED"}};
   for (const ChannelStatus& channel : status.channels) {
     const std::string name =
         channel.name.empty() ? text_of(channel.number) : text::shown_name(channel.name);
     channels.push_back({name, text_of(channel.received), text_of(channel.lost.air),
                         text_of(channel.lost.kernel), text_of(channel.lost.daemon),
-                        text_of(channel.lost.late)});
+                        text_of(channel.lost.late), text_of(channel.refused)});
   }
   text += table(channels, look);
-  std::vector<Row> clients{{"PROGRAM", "PID", "PUBLISHED", "DELIVERED", "WAITING", "BYTES",
-                            "LOST IN THE DAEMON", "IN THE PROGRAM"}};
+  std::vector<Row> clients{{"PROGRAM", "PID", "PUBLISHED", "REFUSED", "DELIVERED", "WAITING",
+                            "BYTES", "LOST IN THE DAEMON", "IN THE PROGRAM"}};
   for (const ClientStatus& client : status.clients_served) {
-    clients.push_back({text::shown_name(client.name), text_of(client.pid),
-                       text_of(client.messages_published), text_of(client.deliveries_sent),
-                       text_of(client.queued_messages), text_of(client.queued_bytes),
-                       text_of(client.lost_daemon), text_of(client.lost_client)});
+    clients.push_back(
+        {text::shown_name(client.name), text_of(client.pid), text_of(client.messages_published),
+         text_of(client.refused), text_of(client.deliveries_sent), text_of(client.queued_messages),
+         text_of(client.queued_bytes), text_of(client.lost_daemon), text_of(client.lost_client)});
   }
   text += "\n" + table(clients, look);
   if (!status.users.empty()) text += "\n" + shares_table(status.users, look);

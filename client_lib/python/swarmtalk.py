@@ -54,6 +54,7 @@ _POSE_MAX_M = 32.767
 _WHOLE_TURN_RAD = 6.2842   # and what rounding adds to one
 _RUN_WITHIN_S = 3          # of subscribing; then a program that sends is told to run
 _MANY_HANDLES = 10         # of one channel: registered in a loop, most likely
+_QUIET_S = 3               # of running: then a program that listens is told when nobody is around
 _NAME_MAX_BYTES = 1024
 _TEXT = type(u"")
 
@@ -129,6 +130,14 @@ class Refused(object):
         tell = getattr(self, "_tell", None)  # Ctrl-C may have come before there was one
         if tell:
             tell(self._text)
+
+
+_NOT_CONNECTED = "not connected to swarmtalkd; reconnecting"
+
+
+def _is_failure(error):
+    """Of a message: not that the connection was lost, which is told by itself, nor as asked."""
+    return error is not None and error.code not in ("disconnected", "dropped")
 
 
 def _print_error(text):
@@ -278,6 +287,13 @@ class Record(object):
     def __init__(self, **values):
         self.__dict__.update(values)
 
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        known = sorted(self.__dict__)
+        raise AttributeError("a %s has no %r; %s" % (
+            type(self).__name__, name, _near(name, known, "it has " + ", ".join(known))))
+
     def __repr__(self):
         return "%s(%s)" % (type(self).__name__, ", ".join(
             "%s=%r" % item for item in sorted(self.__dict__.items())))
@@ -399,6 +415,14 @@ class Message(object):
             told = dict(_fields(origin, 0, len(origin)))
             self.origin = GatewayOrigin(_text(told.get(1, b"")), told.get(2, 0), told.get(3, 0))
 
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        known = Message.__slots__ + ("text", "age", "has_distance", "has_bearing")
+        raise AttributeError("a Message has no %r; %s" % (
+            name, "did you mean 'data'?" if name in ("payload", "message", "bytes")
+            else _near(name, known, "it has " + ", ".join(known))))
+
     @property
     def text(self):
         """`data` as text; bytes that are no UTF-8 become U+FFFD."""
@@ -462,12 +486,14 @@ _CHANNEL = {
     1: ("number", _same, 0), 2: ("name", _text, u""), 3: ("publishers", _same, 0),
     4: ("subscribers", _same, 0), 5: ("timestamped", bool, False), 6: ("received", _same, 0),
     7: ("lost_air", _same, 0), 8: ("lost_kernel", _same, 0), 9: ("lost_daemon", _same, 0),
-    10: ("late", _same, 0), 30: ("links", _text, [])}
+    10: ("late", _same, 0), 11: ("onlookers", _same, 0), 12: ("refused", _same, 0),
+    30: ("links", _text, [])}
 _PROGRAM = {
     1: ("name", _text, u""), 2: ("pid", _same, 0), 3: ("uid", _same, 0),
     4: ("subscriptions", _same, 0), 5: ("publishers", _same, 0), 6: ("queued_messages", _same, 0),
     7: ("queued_bytes", _same, 0), 8: ("deliveries_sent", _same, 0), 9: ("lost_daemon", _same, 0),
-    10: ("lost_client", _same, 0), 11: ("messages_published", _same, 0)}
+    10: ("lost_client", _same, 0), 11: ("messages_published", _same, 0),
+    12: ("refused", _same, 0)}
 
 
 def _link(buf):
@@ -487,15 +513,15 @@ _STATUS = {
 
 # ---- Publishers and subscribers -----------------------------------------------------------------
 
-def _payload(data):
+def _payload(data, what="a message"):
     if isinstance(data, bytes):
         return data
     if isinstance(data, _TEXT):
         return data.encode("utf-8")
     if isinstance(data, (bytearray, memoryview)):
         return data.tobytes() if isinstance(data, memoryview) else bytes(data)
-    raise TypeError("a message is bytes or text, not %s; make bytes of it, with struct.pack() or "
-                    "json.dumps()" % type(data).__name__)
+    raise TypeError("%s is bytes or text, not %s; make bytes of it, with struct.pack() or "
+                    "json.dumps()" % (what, type(data).__name__))
 
 
 def _number(value, what, least=0, most=0xFFFFFFFF):
@@ -503,7 +529,9 @@ def _number(value, what, least=0, most=0xFFFFFFFF):
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise _bad("%s must be a whole number, not %r" % (what, value))
     if not least <= value <= most:
-        raise _bad("%s must be %d to %d, not %d" % (what, least, most, value))
+        raise _bad("%s must be %d %s, not %d" % (
+            what, least, "or more" if most == 0xFFFFFFFF and value < least else "to %d" % most,
+            value))
     return int(value)
 
 
@@ -517,9 +545,49 @@ def _real(value, what):
     return float(value)
 
 
+def _flag(value, what):
+    """True or False of an argument. Text is neither: "no" would be true."""
+    if isinstance(value, (bytes, _TEXT)):
+        raise _bad("%s must be True or False, not %r" % (what, value))
+    return bool(value)
+
+
 def _timeout(value, what):
-    """Seconds of an argument that may be None."""
-    return None if value is None else _real(value, what + " must be a number of seconds, or None")
+    """Seconds of an argument that may be None; None: for ever."""
+    if value is None:
+        return None
+    seconds = _real(value, what + " must be a number of seconds, or None")
+    if not seconds >= 0:
+        raise _bad("%s must be 0 seconds or more, or None, not %r" % (what, value))
+    return None if seconds == float("inf") else seconds
+
+
+def _repair_packets(value):
+    """The redundancy of a publisher: a number, or "auto"."""
+    if isinstance(value, (bytes, _TEXT)):
+        if value in ("auto", b"auto"):
+            return "auto"
+        raise _bad("redundancy must be 0 to 12, or \"auto\", not %r" % (value,))
+    return _number(value, "redundancy", 0, 12)
+
+
+def _near(word, known, what):
+    """ "; did you mean ...?" for a name that is misspelt; else `what` there is."""
+    import difflib
+    near = difflib.get_close_matches(word, known, 1)
+    return "did you mean %r?" % near[0] if near else what
+
+
+def _near_channel(name, known):
+    """A channel that `name` may have been; those that differ in a number alone are meant to."""
+    import difflib
+    import re
+
+    def unnumbered(word):
+        return re.sub("[_./-]*[0-9]+", "", word)
+    others = [each for each in known if unnumbered(each) != unnumbered(name)]
+    near = difflib.get_close_matches(name, others, 1, 0.75)
+    return near[0] if near else None
 
 
 def _taking_one(function, what, argument):
@@ -556,8 +624,25 @@ def _seconds(value, what):
     return int(value * 1000 + 0.5)
 
 
+class _Chosen(object):
+    """What was chosen when a handle was made: setting it later would change nothing."""
+
+    def __init__(self, name, call):
+        self._name, self._call = name, call
+
+    def __get__(self, handle, kind=None):
+        return self if handle is None else getattr(handle, "_" + self._name)
+
+    def __set__(self, handle, value):
+        raise AttributeError("%s is chosen in %s(..., %s=...), and stays" % (
+            self._name, self._call, self._name))
+
+
 class _Handle(object):
     """What publishers and subscribers have in common: a registration with the daemon."""
+
+    __slots__ = ("_channel", "label", "_client", "_timestamped", "_id", "_answered", "_closed",
+                 "_failure", "channel_number")
 
     def __init__(self, client, channel, timestamped):
         if isinstance(channel, (bytes, _TEXT)):
@@ -577,11 +662,11 @@ class _Handle(object):
             self._channel = _uint(2, int(channel))
             self.label = "channel %d" % channel  # for sentences
         self._client = client
-        self._timestamped = timestamped
+        self._timestamped = None if timestamped is None else _flag(timestamped, "timestamped")
         self._id = 0
         self._answered = False
         self._closed = False
-        self._failure = Error("disconnected", "not connected to swarmtalkd; reconnecting")
+        self._failure = Error("disconnected", _NOT_CONNECTED)
         self.channel_number = None  # as the daemon has looked it up
 
     @property
@@ -592,10 +677,7 @@ class _Handle(object):
     def close(self):
         """Unregisters. Nothing is sent or heard with it any more."""
         if not self._closed:
-            self._closed = True
-            self._client._remove(self)
-            self._failure = Error("disconnected", "this handle was closed")
-            self._id = 0
+            self._client._close_handle(self)
 
     def __enter__(self):
         return self
@@ -607,14 +689,21 @@ class _Handle(object):
 class Publisher(_Handle):
     """One end of a channel. Made by Client.advertise()."""
 
+    __slots__ = ("_redundancy", "_ttl", "_queue", "_drop_oldest", "_repeat", "_interval_ms",
+                 "_sent", "_sent_every", "_publish_number", "_in_flight", "_futures", "_max_ttl",
+                 "_tells_time", "_head", "_told_busy_at", "_untold_busy", "_unreported_refused",
+                 "_refused_reported_at", "max_message_bytes", "has_redundancy")
+    ttl, queue, drop_oldest, repeat, redundancy = [
+        _Chosen(name, "advertise") for name in ("ttl", "queue", "drop_oldest", "repeat",
+                                                "redundancy")]
+
     def __init__(self, client, channel, ttl, timestamped, queue, drop_oldest, repeat,
                  repeat_interval, sent, redundancy=0):
         _Handle.__init__(self, client, channel, timestamped)
-        self._redundancy = (redundancy if redundancy == "auto"
-                            else _number(redundancy, "redundancy", 0, 12))
+        self._redundancy = _repair_packets(redundancy)
         self._ttl = None if ttl is None else _number(ttl, "ttl")
         self._queue = _number(queue, "queue")
-        self._drop_oldest = bool(drop_oldest) and self._queue > 0
+        self._drop_oldest = _flag(drop_oldest, "drop_oldest") and self._queue > 0
         self._repeat = _number(repeat, "repeat", 1)
         self._interval_ms = (None if repeat_interval is None
                              else _seconds(repeat_interval, "repeat_interval"))
@@ -633,6 +722,8 @@ class Publisher(_Handle):
         self._head = b""
         self._told_busy_at = None
         self._untold_busy = 0
+        self._unreported_refused = 0       # messages that the daemon does not know of
+        self._refused_reported_at = -1e9   # by send() itself
         self.max_message_bytes = 0  # the longest that send() takes
         self.has_redundancy = False  # messages get the repair packets that were asked for
 
@@ -670,7 +761,8 @@ class Publisher(_Handle):
         if len(self._client._outgoing) > _OUTGOING_MAX:
             return "swarmtalkd does not read what this program sends"
         if not self._drop_oldest and len(self._in_flight) > self._queue:
-            return "%d messages have not left yet" % len(self._in_flight)
+            waiting = len(self._in_flight)
+            return "%d message%s not left yet" % (waiting, " has" if waiting == 1 else "s have")
         return None
 
     def _tell_busy(self, text):
@@ -729,55 +821,47 @@ class Subscriber(_Handle):
     stop()), get() waits for one, take() fetches all there are; in asyncio, `async for`.
     """
 
+    __slots__ = ("_has_heard", "_receive", "_within", "_known_distance_only", "_keep_last",
+                 "_latest_from_each", "_max_age_ms", "_waiting", "_lost", "_unreported_loss",
+                 "_futures", "_is_fetched")
+    within, known_distance_only, keep_last, latest_from_each, receive = [
+        _Chosen(name, "subscribe") for name in ("within", "known_distance_only", "keep_last",
+                                                "latest_from_each", "receive")]
+
     def __init__(self, client, channel, receive, within, known_distance_only, keep_last,
                  latest_from_each, no_older_than, timestamped):
         _Handle.__init__(self, client, channel, timestamped)
         if receive is not None:
             _taking_one(receive, "receive", "message")
+        self._has_heard = False  # any message
         self._receive = receive
         self._within = None
         if within is not None:
             self._within = _real(within, "within must be a distance in metres")
             if not self._within >= 0:
                 raise _bad("within must be 0 metres or more, not %r" % (within,))
-        self._known_distance_only = bool(known_distance_only)
+        self._known_distance_only = _flag(known_distance_only, "known_distance_only")
         self._keep_last = None if keep_last is None else _number(keep_last, "keep_last", 1)
-        self._latest_from_each = bool(latest_from_each)
+        self._latest_from_each = _flag(latest_from_each, "latest_from_each")
         self._max_age_ms = (None if no_older_than is None
                             else _seconds(no_older_than, "no_older_than"))
         self._waiting = deque()
         self._lost = Loss()
         self._unreported_loss = 0
         self._futures = deque()
+        self._is_fetched = receive is not None  # the program has looked for its messages
 
     # Messages fetched by the program.
 
     def get(self, timeout=None):
         """The next message; None after `timeout` seconds without one, or when stop() was called."""
         self._need_no_callback("get()")
-        timeout = _timeout(timeout, "timeout")
-        deadline = None if timeout is None else _monotonic() + timeout
-        while True:
-            message = self._pop()
-            if message is not None:
-                return message
-            left = None if deadline is None else deadline - _monotonic()
-            if self._closed or (left is not None and left < 0):
-                return None
-            if self._client._run_once(left):
-                return None
+        return self._client._get(self, _timeout(timeout, "timeout"))
 
     def take(self):
         """All messages that have come, oldest first, without waiting."""
         self._need_no_callback("take()")
-        if not self._client._processing:
-            self._client.process()
-        messages = []
-        while True:
-            message = self._pop()
-            if message is None:
-                return messages
-            messages.append(message)
+        return self._client._take(self)
 
     def __iter__(self):
         self._need_no_callback("iteration")
@@ -811,6 +895,7 @@ class Subscriber(_Handle):
         if self._receive is not None:
             raise _bad("%s is for a subscriber without a callback; this one of %s has one"
                        % (what, self.label))
+        self._is_fetched = True
 
     # What waits, and what goes first.
 
@@ -885,11 +970,6 @@ class Subscriber(_Handle):
             else:
                 self._futures.appendleft(future)
 
-    def close(self):
-        """Unregisters. Who waits for a message gets none."""
-        _Handle.close(self)
-        self._serve_futures()
-
     def _request(self):
         body = _bytes(1, self._channel)
         if self._keep_last is not None:
@@ -925,11 +1005,8 @@ def _check_options(method, options):
     known = method.__code__.co_varnames[1:method.__code__.co_argcount]
     for name in options:
         if name not in known:
-            import difflib
-            near = difflib.get_close_matches(name, known, 1)
             raise TypeError("%s() has no option %r; %s" % (
-                method.__name__, name, "did you mean %r?" % near[0] if near
-                else "it has " + ", ".join(known)))
+                method.__name__, name, _near(name, known, "it has " + ", ".join(known))))
 
 
 def _owned(method):
@@ -940,14 +1017,41 @@ def _owned(method):
         if os.getpid() != self._pid:
             raise _bad("this Client belongs to the parent process; make one after the fork")
         if not self._owner.acquire(False):
-            raise _bad("another thread is inside this Client, in %s() say; only send() and stop() "
-                       "may be called meanwhile" % ("run" if self._running else "process"))
+            raise _bad("another thread is inside this Client (in %s()); only send(), busy() and "
+                       "stop() may be called meanwhile" % ("run" if self._running else "process"))
         try:
             return method(self, *arguments, **options)
         finally:
             self._owner.release()
     guarded.__name__, guarded.__doc__ = method.__name__, method.__doc__
+    guarded.__qualname__ = "Client." + method.__name__
     return guarded
+
+
+def _who_may_connect(path):
+    """What helps a user who may not write to this socket."""
+    group = "swarmtalk"
+    try:
+        import grp
+        import pwd
+        its = os.stat(path)
+        try:
+            group = grp.getgrgid(its.st_gid).gr_name
+        except KeyError:
+            group = None
+        if its.st_gid == 0 or not its.st_mode & stat.S_IWGRP or group is None:
+            try:
+                user = pwd.getpwuid(its.st_uid).pw_name
+            except KeyError:
+                user = "uid %d" % its.st_uid
+            return ("it is for %s alone: run the program as %s%s, or name a group for it, group "
+                    "under [socket] of the daemon's configuration"
+                    % (user, user, "" if its.st_uid else " (sudo)"))
+    except (ImportError, OSError):
+        if path != DEFAULT_SOCKET:
+            return ("its folder is closed to this user: run the program as the user who started "
+                    "swarmtalkd (sudo, if that is root)")
+    return "join group %s: sudo usermod -aG %s $USER, then log in again" % (group, group)
 
 
 def _connect_error(number, path):
@@ -965,10 +1069,10 @@ def _connect_error(number, path):
                          path, "start it with: systemctl restart swarmtalkd" if standard
                          else "start swarmtalkd for that socket"))
     if number in (errno.ENOTSOCK, errno.EPROTOTYPE):
-        return _bad("cannot reach swarmtalkd: %s is not a socket of swarmtalkd" % path)
+        return Error("no_daemon",
+                     "cannot reach swarmtalkd: %s is not a socket of swarmtalkd" % path)
     if number in (errno.EACCES, errno.EPERM):
-        return Error("no_permission", "no permission for %s; join group swarmtalk: "
-                     "sudo usermod -aG swarmtalk $USER, then log in again" % path)
+        return Error("no_permission", "no permission for %s; %s" % (path, _who_may_connect(path)))
     if number == errno.EAGAIN:
         return Error("timeout", "swarmtalkd at %s accepts no connections; it is stopped or "
                      "overloaded" % path)
@@ -1052,6 +1156,8 @@ class _Session(object):
             self._attempt_in_background()
         elif self._phase != _UP:
             self._drop(self._no_answer())
+        else:
+            self._look_around()
 
     def _no_answer(self):
         return Error("timeout", "swarmtalkd at %s did not answer within %g s; it is stopped or "
@@ -1083,7 +1189,7 @@ class _Session(object):
         self._schedule_attempt()
 
     def _forget_registrations(self):
-        gone = Error("disconnected", "not connected to swarmtalkd; reconnecting")
+        gone = Error("disconnected", _NOT_CONNECTED)
         for handle in self._handles:
             numbers, futures = (), {}
             with self._gate:
@@ -1104,6 +1210,7 @@ class _Session(object):
         self._phase = _UP
         self._was_up = True
         self._set_timer(None)
+        self._quiet_until = None
         self._backoff = _RECONNECT_FIRST_S
         self._failure = self._reported_failure = None
         if self._is_reconnect:
@@ -1219,7 +1326,7 @@ class _Session(object):
                     subscriber = self._subscribers.get(value)
             if subscriber is not None:  # else it was on its way when we unsubscribed
                 message = Message(fields)
-                self._has_heard = True
+                self._has_heard = subscriber._has_heard = True
                 if subscriber._put(message) and subscriber._receive is not None:
                     self._post(("message", subscriber))
         elif 12 in envelope:
@@ -1238,6 +1345,7 @@ class _Session(object):
             if publisher is not None:
                 self._handle_publish_end(publisher, number, error)
             else:
+                self._told_alone = True  # it says why nothing is heard: no link is up, say
                 self._post(("error", error))
         # Anything else is from a newer minor: not for us.
 
@@ -1274,6 +1382,8 @@ class _Session(object):
     def _handle_publish_end(self, publisher_id, number, error):
         publisher = self._publishers.get(publisher_id)
         if publisher is None:
+            if _is_failure(error):
+                self._post(("untold", Error(error.code, "a message was not sent: " + error.text)))
             return
         in_flight = publisher._in_flight
         with self._gate:
@@ -1341,8 +1451,7 @@ class _Session(object):
             return
         if callable(publisher._sent):
             publisher._sent(error)
-        elif future is None and error is not None and error.code not in ("disconnected",
-                                                                         "dropped"):
+        elif future is None and _is_failure(error):
             if self.on_error:
                 self.on_error(error)
 
@@ -1370,7 +1479,9 @@ class _Session(object):
             return
         self._has_unreported_loss = False
         for handle in self._handles:
-            if isinstance(handle, Subscriber) and handle._unreported_loss and handle._id:
+            if isinstance(handle, Publisher):
+                self._report_refused(handle)
+            elif handle._unreported_loss and handle._id:
                 lost, handle._unreported_loss = handle._unreported_loss, 0
                 self._append(_bytes(19, _uint(1, handle._id) + _uint(2, lost)))
 
@@ -1388,7 +1499,7 @@ class _Session(object):
             self.connect()
         if self._phase != _UP:
             raise self._failure or Error("disconnected",
-                                         "not connected to swarmtalkd; reconnecting")
+                                         _NOT_CONNECTED)
 
     def _ask(self, body):
         """Sends a request and waits for its reply: {field: value} of the envelope."""
@@ -1447,6 +1558,7 @@ class _Session(object):
         self._need_open()
         self._handles.append(handle)
         self._tell_many(handle)
+        self._tell_digits(handle)
         self._adding = handle
         try:
             if not self._started:
@@ -1500,6 +1612,44 @@ class _Session(object):
             if not self._processing:
                 self._flush()
 
+    @_owned
+    def _close_handle(self, handle):
+        """Unregisters it. A call that waits for a message of it gets none."""
+        handle._closed = True
+        if isinstance(handle, Publisher):
+            self._report_refused(handle)
+        self._remove(handle)
+        handle._failure = Error("disconnected", "this handle was closed")
+        handle._id = 0
+        if isinstance(handle, Subscriber):
+            handle._serve_futures()
+
+    @_owned
+    def _take(self, subscriber):
+        """All that has come to a subscriber without a callback."""
+        if not self._processing:
+            self.process()
+        messages = []
+        while True:
+            message = subscriber._pop()
+            if message is None:
+                return messages
+            messages.append(message)
+
+    @_owned
+    def _get(self, subscriber, timeout):
+        """The next message of a subscriber without a callback, or None."""
+        deadline = None if timeout is None else _monotonic() + timeout
+        while True:
+            message = subscriber._pop()
+            if message is not None:
+                return message
+            left = None if deadline is None else deadline - _monotonic()
+            if subscriber._closed or (left is not None and left < 0):
+                return None
+            if self._run_once(left):
+                return None
+
     def _note_refusal(self, reply, error):
         if error is not None and error.code != "disconnected" and self._first_refusal is None:
             self._first_refusal = error
@@ -1514,9 +1664,9 @@ class _Session(object):
                               "%g %g %g" % (x, y, theta))
         if abs(theta) > _WHOLE_TURN_RAD and not self._told_whole_turns:
             self._told_whole_turns = True
-            _print_error("a pose has theta %g, more than a whole turn in radians; its whole turns "
-                         "are left out. If it is degrees: math.radians(%g) (this is said once)"
-                         % (theta, theta))
+            _print_error("the heading of a pose is in radians; %g is more than a whole turn and "
+                         "looks like degrees, for which write math.radians(%g) (this is said once; "
+                         "whole turns are left out)" % (theta, theta))
         self._tell_not_running()
         self._need_connection()
         body = _float(1, x) + _float(2, y) + _float(3, theta) + (_uint(4, 1) if fixed else b"")
@@ -1554,7 +1704,9 @@ class _Session(object):
 
     def _tell_alone(self):
         """At the end of a program that spoke and listened on a channel and heard nothing at all."""
-        if self._has_heard or self._phase != _UP or self._first_run_at is None or (
+        if self._has_heard or self._told_alone or self._phase != _UP:
+            return
+        if self._first_run_at is None or (
                 _monotonic() - self._first_run_at < _RUN_WITHIN_S):
             return
         spoken = set(each.label for each in self._handles if isinstance(each, Publisher))
@@ -1563,6 +1715,121 @@ class _Session(object):
                 _print_error("nothing was heard on %s: a program does not hear itself; "
                              "swarmtalk-cli neighbours shows which robots are around" % each.label)
                 return
+
+    def _learn_the_rest(self):
+        """At the end: the last messages may have been refused, which nothing else would tell."""
+        is_up = self._phase == _UP
+        is_loss_untold = any(event[0] == "disconnect" for event in self._events)
+        if not self._has_sent or not (is_up or is_loss_untold) or not self._owner.acquire(False):
+            return
+        try:
+            if not is_up:
+                raise Error("disconnected", _NOT_CONNECTED)
+            self._ask(_bytes(17, b""))
+        except Error as error:
+            if error.code in ("timeout", "disconnected"):
+                what = "did not answer" if error.code == "timeout" else "was gone"
+                self._post(("untold", Error(error.code, "swarmtalkd %s when this program ended: "
+                                            "whether its last messages left is not known" % what)))
+        finally:
+            self._owner.release()
+        if self.on_error != self._print_once_a_second:
+            return
+        failures = []
+        for event in self._events:
+            if event[0] == "untold":
+                failures.append(event[1].text)
+            elif event[0] == "sent" and _is_failure(event[2]):
+                failures.append("a message was not sent: " + event[2].text)
+        for text in sorted(set(failures), key=failures.index):
+            times = failures.count(text)
+            _print_error(text if times == 1 else "%s (%d times)" % (text, times))
+        busy = sum(each._untold_busy for each in self._handles if isinstance(each, Publisher))
+        if busy:
+            _print_error("since then %d more of this program's messages %s not sent" % (
+                busy, "was" if busy == 1 else "were"))
+
+    def _tell_not_fetched(self):
+        for each in self._handles:
+            if isinstance(each, Subscriber) and each._waiting and not each._is_fetched:
+                return _print_error(
+                    "%s was subscribed to without a function, and its messages were never fetched: "
+                    "subscribe(channel, function), or call take() or get() of what subscribe() "
+                    "returns" % each.label)
+
+    def _watch_quiet(self):
+        """After a while it is looked what may be wrong with channels that were not heard."""
+        if self._told_alone or self._phase != _UP or (
+                self._quiet_until is not None) or not self._listening():
+            return
+        self._quiet_until = _monotonic() + _QUIET_S
+        self._set_timer(_QUIET_S)
+
+    def _listening(self):
+        """The channels that a program waits for; one that answers questions waits for none."""
+        return [each for each in self._handles
+                if isinstance(each, Subscriber) and each.label != "channel harvest"]
+
+    def _look_around(self):
+        def done(reply, error):
+            if self._told_alone:
+                return
+            if error is None and self._tell_misspelt(_record(_STATUS, reply[15]).channels):
+                self._told_alone = True
+            elif not self._has_heard:
+                self._look_who_is_around()
+        if not self._told_alone and not all(each._has_heard for each in self._listening()):
+            self._request(_bytes(14, b""), done)
+
+    def _tell_misspelt(self, channels):
+        """Of a channel that nobody publishes, while another is called nearly so."""
+        listening = self._listening()
+        ours = [each.label for each in listening]
+        names = [_native(each.name) for each in channels
+                 if each.name and "channel " + _native(each.name) not in ours]
+        in_use = ["channel " + _native(each.name) for each in channels
+                  if each.publishers or each.received]
+        for each in listening:
+            name = each.label[len("channel "):]
+            if each._has_heard or each._channel[:1] != b"\x0a" or each.label in in_use:
+                continue
+            near = _near_channel(name, names)
+            if near:
+                _print_error("nothing was heard on %s: nobody publishes it as far as this robot "
+                             "knows; did you mean '%s'?" % (each.label, near))
+                return True
+        return False
+
+    def _look_who_is_around(self):
+        def done(reply, error):
+            if error is not None or self._has_heard or self._told_alone:
+                return
+            around = [_record(_NEIGHBOUR, value) for number, value
+                      in _fields(reply[31], 0, len(reply[31])) if number == 1]
+            listening = self._listening()
+            if listening and all(each.out_of_range for each in around):
+                self._told_alone = True
+                _print_error("nothing was heard on %s: no other robot is around, and a program "
+                             "does not hear itself; swarmtalk-cli neighbours shows who is heard, "
+                             "swarmtalk-cli doctor what is wrong" % listening[0].label)
+        self._request(_bytes(30, b""), done)
+
+    def _tell_digits(self, handle):
+        """swarmtalk-cli takes digits for a number, so that the two would never meet."""
+        name = handle.label[len("channel "):]
+        if handle._channel[:1] == b"\x0a" and name.isdigit() and not self._told_digits:
+            self._told_digits = True
+            _print_error("channel \"%s\" is a name here, and not channel number %s; for the number "
+                         "leave out the quotes" % (name, name))
+
+    def _tell_wildcard(self, subscriber):
+        name = subscriber.label[len("channel "):]
+        if self._told_wildcard or not any(letter in name for letter in "#*?+"):
+            return
+        self._told_wildcard = True
+        _print_error("'%s' is heard as the name of one channel: there are no wildcards; subscribe "
+                     "to each channel, swarmtalk-cli status lists those of this robot's programs"
+                     % name)
 
     def _tell_many(self, handle):
         """Handles of one channel that pile up, as in a loop."""
@@ -1587,6 +1854,7 @@ class _Session(object):
         """Any thread: all that is used here is behind the gate."""
         if ttl is not None:
             ttl = _number(ttl, "ttl")
+        self._has_sent = True
         if self._heard_nothing_of is not None:
             self._tell_not_running()
         inside = self._processing_thread is not None and self._processing_thread == _thread_id()
@@ -1602,8 +1870,11 @@ class _Session(object):
             if ttl is not None and ttl > publisher._max_ttl:
                 raise BadArgument("bad_ttl", "a TTL of %d; %s carries at most %d" % (
                     ttl, publisher.label, publisher._max_ttl))
+            if self._write_error is not None:
+                return Refused("disconnected", _NOT_CONNECTED)
             full = publisher._no_room()
             if full is not None:
+                self._note_refused(publisher, inside)
                 return Refused("busy", full, publisher._tell_busy)
             number = publisher._publish_number + 1
             body = publisher._head + b"\x10" + _varint(number)
@@ -1621,15 +1892,47 @@ class _Session(object):
             if inside:
                 return True  # one write for all, at the end of the callback
             self._write()
-            needs_owner = self._outgoing or self._write_error is not None
+            is_lost = self._write_error is not None
+            if is_lost:
+                publisher._in_flight.pop()
+                publisher._futures.pop(number, None)
+            needs_owner = self._outgoing or is_lost
         if needs_owner:
             self._ring()
-        return True
+        return Refused("disconnected", _NOT_CONNECTED) if is_lost else True
+
+    def _note_refused(self, publisher, inside):
+        """The daemon counts what is refused here: told in process(), and at most once a second
+        here, for a program that only sends. Any thread, inside the gate."""
+        publisher._unreported_refused += 1
+        now = _monotonic()
+        if now - publisher._refused_reported_at < 1 or len(self._outgoing) > _OUTGOING_MAX:
+            self._has_unreported_loss = True
+            return
+        publisher._refused_reported_at = now
+        self._outgoing += _frame(self._take_refused(publisher))
+        if not inside:
+            self._write()
+            if self._outgoing or self._write_error is not None:
+                self._ring()
+
+    @staticmethod
+    def _take_refused(publisher):
+        refused, publisher._unreported_refused = publisher._unreported_refused, 0
+        return _bytes(19, _uint(3, publisher._id) + _uint(4, refused))
+
+    def _report_refused(self, publisher):
+        with self._gate:
+            if publisher._unreported_refused and publisher._id:
+                self._outgoing += _frame(self._take_refused(publisher))
 
 
 # ---- The Client ---------------------------------------------------------------------------------
 
 _clients = weakref.WeakSet()
+_SENDS = "a publisher sends: hello = robot.advertise(\"hello\"); hello.send(\"hi\")"
+_INSTEAD = {"send": _SENDS, "publish": _SENDS, "id": "did you mean 'node_id'?",
+            "sleep": "did you mean 'run'?", "spin": "did you mean 'run'?"}
 
 
 class Client(_Session):
@@ -1647,6 +1950,16 @@ class Client(_Session):
         name = name.decode("utf-8") if isinstance(name, bytes) else name
         if not isinstance(name, _TEXT):
             raise _bad("the name of a Client is text, not %r" % (name,))
+        if not name:
+            raise _bad("the name of a Client must not be empty; give it the program's: "
+                       "Client(\"my_program\")")
+        if socket_path is not None and not isinstance(socket_path, (bytes, _TEXT)) and not hasattr(
+                socket_path, "__fspath__"):
+            raise _bad("socket_path is the path of the daemon's socket, as text, not %r"
+                       % (socket_path,))
+        if isinstance(socket_path, bytes) and bytes is not str:
+            socket_path = os.fsdecode(socket_path)
+        is_connecting = _flag(connect, "connect")
         self._name = name.encode("utf-8")
         if len(self._name) > _NAME_MAX_BYTES:
             raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
@@ -1696,7 +2009,10 @@ class Client(_Session):
         self._subscribed_at = 0         # when that was
         self._told_not_running = self._told_whole_turns = False
         self._told_many = set()         # labels of channels
+        self._told_wildcard = self._told_digits = self._told_alone = False
+        self._quiet_until = None        # on this connection
         self._has_heard = False         # any message
+        self._has_sent = False
         self._first_run_at = None
 
         self._timer = _open_timer()
@@ -1710,7 +2026,7 @@ class Client(_Session):
         self._rung = False
         self._ring()
         _clients.add(self)
-        if connect:
+        if is_connecting:
             try:
                 self.connect()
             except Error:
@@ -1722,6 +2038,37 @@ class Client(_Session):
 
     def __exit__(self, *unused):
         self.close()
+
+    def __setattr__(self, name, value):
+        if name[0] != "_" and name not in ("node_id", "daemon_name"):
+            self._check_attribute(name, value)
+        object.__setattr__(self, name, value)
+
+    @staticmethod
+    def _check_attribute(name, value):
+        """A program may keep values of its own here, but not what is nearly the name of ours."""
+        known = ("on_disconnect", "on_reconnect", "on_gap", "on_error", "request_timeout",
+                 "connect_timeout")
+        if name not in known:
+            import difflib
+            if name.startswith("on_") or difflib.get_close_matches(name, known, 1, 0.8):
+                raise AttributeError("a Client has no %r; %s" % (
+                    name, "messages are handed to the function that subscribe(channel, function) "
+                    "gets" if difflib.get_close_matches(name, ("on_message", "on_receive"), 1, 0.8)
+                    else _near(name, known, "it has " + ", ".join(known))))
+        elif name in ("request_timeout", "connect_timeout"):
+            _real(value, name + " must be a number of seconds")
+        elif name == "on_reconnect" and value is not None and not callable(value):
+            raise _bad("on_reconnect must be a function, or None, not %r" % (value,))
+        elif name != "on_reconnect" and value is not None:
+            _taking_one(value, name, "message" if name == "on_gap" else "error")
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError("a Client has no %r; %s" % (name, _INSTEAD.get(name) or _near(
+            name, [each for each in dir(type(self)) if each[0] != "_"] + ["node_id"],
+            "docs/python.md lists what it has")))
 
     # -- What a program calls.
 
@@ -1780,6 +2127,7 @@ class Client(_Session):
         """
         subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
                                           keep_last, latest_from_each, no_older_than, timestamped))
+        self._tell_wildcard(subscriber)
         if receive is not None and self._heard_nothing_of is None:
             self._heard_nothing_of = subscriber.label
             self._subscribed_at = _monotonic()
@@ -1867,6 +2215,7 @@ class Client(_Session):
             if not self._started:
                 self._attempt_in_background()
             self._take_timer()
+            self._watch_quiet()
             self._run_events()
             for _ in range(_READS_AHEAD):
                 if not self._read() or len(self._events) >= _EVENTS_MAX // 4:
@@ -1912,22 +2261,54 @@ class Client(_Session):
         self._stopped = True
         self._ring()
 
+    @_owned
     def attach(self, loop=None):
-        """In asyncio: process() is called by the event loop from now on. Returns the loop."""
-        if self._loop is None:
-            import asyncio
-            self._loop = loop or getattr(asyncio, "get_running_loop", asyncio.get_event_loop)()
-            self._loop.add_reader(self.fileno(), self.process)
-        return self._loop
+        """In asyncio: process() is called by the event loop from now on. Returns the loop.
+
+        A Client that was attached to a loop that has ended goes over to the new one."""
+        loop = loop or self._running_loop()
+        if loop is self._loop or self._closed:
+            return loop
+        if self._loop is not None:
+            if self._loop.is_running():
+                raise _bad("this Client is attached to another event loop, which is running; make "
+                           "a Client for each loop")
+            if not self._loop.is_closed():
+                self._loop.remove_reader(self.fileno())
+            for handle in self._handles:
+                handle._futures.clear()  # nobody waits for them any more
+        self._loop = loop
+        loop.add_reader(self.fileno(), self.process)
+        return loop
+
+    def _running_loop(self):
+        """The event loop that runs, else the one of before."""
+        import asyncio
+        try:
+            return getattr(asyncio, "get_running_loop", asyncio.get_event_loop)()
+        except RuntimeError:
+            if self._loop is not None and not self._loop.is_closed():
+                return self._loop
+            raise _bad("attach(), `async for` and async_send() need a running event loop: call "
+                       "them in a coroutine, and start it with asyncio.run()")
 
     def close(self):
         """Ends the connection and everything registered. No callback is called after this."""
-        if self._closed or os.getpid() != self._pid:
-            return
+        if not self._closed and os.getpid() == self._pid:
+            self._close()
+
+    @_owned
+    def _close(self):
+        if self._phase == _UP:
+            self._has_unreported_loss = True
+            self._report_losses()
+            self._flush()
         if self._heard_nothing_of is not None and self._started and not self._told_not_running:
-            _print_error("%s was subscribed to and nothing was heard: call run() or process(), "
-                         "callbacks are called in there only" % self._heard_nothing_of)
+            _print_error("%s was subscribed to and nothing was heard: call run() or process(): "
+                         "callbacks run only inside those" % self._heard_nothing_of)
         self._tell_alone()
+        self._learn_the_rest()
+        self._tell_not_fetched()
         self._closed = True
         if self._loop is not None and not self._loop.is_closed():
             self._loop.remove_reader(self.fileno())
@@ -1957,7 +2338,10 @@ class Client(_Session):
 @atexit.register
 def _close_all():
     for client in list(_clients):
-        client.close()
+        try:
+            client.close()
+        except BadArgument:  # a thread of the program's is still inside: it ends with the process
+            pass
 
 
 # ---- Harvest ------------------------------------------------------------------------------------
@@ -1977,6 +2361,9 @@ class Harvest(object):
     _ANSWER_BYTES = 1000  # of one message; more values go into more messages
 
     def __init__(self, client):
+        if not isinstance(client, Client):
+            raise _bad("Harvest takes the program's Client: swarmtalk.Harvest(robot), not %r"
+                       % (client,))
         self._values = {}
         self._found = None
         self._question = 0
@@ -1987,7 +2374,7 @@ class Harvest(object):
 
     def set(self, key, value):
         """From now on this value, bytes or text, answers questions for `key`."""
-        key, value = _payload(key), _payload(value)
+        key, value = _payload(key, "a key"), _payload(value, "a value")
         if not 1 <= len(key) <= self.MAX_KEY_BYTES:
             raise _bad("the key of a value has 1 to %d bytes, not %d"
                        % (self.MAX_KEY_BYTES, len(key)))
@@ -2091,6 +2478,7 @@ class Robot(object):
         self._publisher = client.advertise(channel, queue=16, drop_oldest=True,
                                            sent=self._count_dropped)
         self._subscriber = client.subscribe(channel, within=within)
+        self._subscriber._is_fetched = True  # a script that only sends is right, too
 
     def __getattr__(self, name):
         if name.startswith("_"):
@@ -2175,7 +2563,7 @@ class Robot(object):
         if self._robot is not None:
             self._robot.delay(ms)
         else:
-            self.swarm.run(ms / 1000.0)
+            self.swarm.run(max(ms, 0) / 1000.0)
         self._feed_pose()
 
     @property
@@ -2194,12 +2582,19 @@ class Robot(object):
 
     @property
     def logger(self):
-        """coach-os's logger, else Python's."""
+        """coach-os's logger, else Python's, which writes to stderr from INFO on unless the script
+        has set up logging itself."""
         own = getattr(self._robot, "logger", None)
         if own is not None:
             return own
         import logging
-        return logging.getLogger("usr")
+        logger = logging.getLogger("usr")
+        if not logger.handlers and not logging.getLogger().handlers:
+            handler = logging.StreamHandler()
+            handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
+            logger.addHandler(handler)
+            logger.setLevel(logging.INFO)
+        return logger
 
     def _feed_pose(self, every=_POSE_EVERY_S):
         """Tells the daemon where the robot is, when it has a new pose (get_pose() of a Coachbot
@@ -2226,20 +2621,41 @@ def wrap(robot=None, channel="coachbot", within=None, name="usr_code"):
 
     robot: coach-os's, or None where there is none. channel: of send_msg() and recv_msg().
     within: messages from farther, in metres, are not heard.
+
+    An exception that ends the program goes to the debug channel, as with run_script(). One that
+    the caller of usr() catches, or of another thread, cannot be seen from here: run_script()
+    reports it.
     """
-    return Robot(robot, Client(name), channel, within)
+    wrapped = Robot(robot, Client(name), channel, within)
+    _open_debug(wrapped.swarm)
+    _tell_swarm_at_death(wrapped.swarm, name)
+    return wrapped
 
 
 _DEBUG_OFF = ("the debug channel is off on this robot, so a traceback stays here; to see it on "
-              "others, put these two lines into /etc/swarmtalk/swarmtalkd.toml: [reserved] and "
-              "debug = true; then: systemctl reload swarmtalkd")
+              "others, put the line debug = true under [reserved] in "
+              "/etc/swarmtalk/swarmtalkd.toml; then: systemctl reload swarmtalkd")
 _LINES_OF_A_TRACEBACK = 15
 
 
-def _tell_swarm(client, lines):
-    """Sends lines to the debug channel and waits, a second at most, until they have left."""
+def _open_debug(client):
+    """Gets the debug channel ready for what kills the script; says when it is off."""
     try:
-        for line in lines:
+        client._log = client.advertise("debug", ttl=4, queue=16, drop_oldest=True,
+                                       sent=lambda error: None)
+    except Error as error:
+        _print_error(_DEBUG_OFF if error.code == "bad_channel" else error.text)
+
+
+def _tell_swarm(client, name, kind, error, calls):
+    """Sends a traceback to the debug channel line by line and waits, a second at most, until it has
+    left."""
+    if client._log is None:
+        return
+    lines = "".join(traceback.format_exception(kind, error, calls)).split("\n")
+    lines = [line for line in lines if line.strip()][-_LINES_OF_A_TRACEBACK:]
+    try:
+        for line in ["%s died on robot %d:" % (name, client.node_id)] + lines:
             client.log(line)
         deadline = _monotonic() + 1
         while client._log._in_flight and _monotonic() < deadline:
@@ -2248,44 +2664,80 @@ def _tell_swarm(client, lines):
         _print_error("the traceback could not be sent to the other robots: " + error.text)
 
 
+def _tell_swarm_at_death(client, name):
+    """The same for an exception that ends the program, after what is done about it anyway."""
+    before = sys.excepthook
+    client = weakref.ref(client)
+
+    def tell(kind, error, calls):
+        before(kind, error, calls)
+        alive = client()
+        if alive is not None and not alive._closed and issubclass(kind, Exception):
+            _tell_swarm(alive, name, kind, error, calls)
+    sys.excepthook = tell
+
+
 def run_script(path, robot=None, channel="coachbot", within=None):
     """Runs a Coachbot script, a file with `usr(robot)`, as it is. Returns when usr() does.
 
     What kills the script is printed, goes to the debug channel line by line, where `swarmtalk-cli
-    log` shows it on any robot, and is raised again.
+    log` shows it on any robot, and is raised again. A file that cannot be read raises IOError
+    before anything is asked of the daemon.
     """
-    wrapped = wrap(robot, channel, within, name=os.path.basename(path))
+    with open(path, "rb") as file:
+        source = file.read()
+    name = os.path.basename(path)
+    wrapped = Robot(robot, Client(name), channel, within)
     client = wrapped.swarm
-    try:
-        client._log = client.advertise("debug", ttl=4, queue=16, drop_oldest=True,
-                                       sent=lambda error: None)
-    except Error as error:
-        _print_error(_DEBUG_OFF if error.code == "bad_channel" else error.text)
+    _open_debug(client)
     try:
         namespace = {"__name__": "usr_code", "__file__": path}
-        with open(path, "rb") as file:
-            code = compile(file.read(), path, "exec", 0, True)  # without our own print_function
+        code = compile(source, path, "exec", 0, True)  # without our own print_function
         exec(code, namespace)
         if "usr" not in namespace:
             raise _bad("%s has no function usr(robot)" % path)
         namespace["usr"](wrapped)
     except Exception:
         kind, error, calls = sys.exc_info()
-        lines = "".join(traceback.format_exception(kind, error, calls.tb_next)).split("\n")
-        lines = [line for line in lines if line.strip()]
-        if client._log is not None:
-            _tell_swarm(client, ["%s died on robot %d:" % (os.path.basename(path),
-                                                           client.node_id)]
-                        + lines[-_LINES_OF_A_TRACEBACK:])
+        _tell_swarm(client, name, kind, error, calls.tb_next)
         raise
     finally:
         client.close()
 
 
+def _print_traceback():
+    """What the interpreter prints of an exception, without the calls of this file that led to the
+    script; a mistake that was found here is a sentence."""
+    kind, error, calls = sys.exc_info()
+    while calls is not None and calls.tb_frame.f_globals is globals():
+        calls = calls.tb_next
+    if calls is None and isinstance(error, Error):
+        return _print_error(error.text)
+    traceback.print_exception(kind, error, calls)
+
+
 def main(arguments=None):
     """swarmtalk-run [--python PROGRAM] [--channel NAME] [--within METRES] SCRIPT"""
     import argparse
-    parser = argparse.ArgumentParser(
+
+    class Parser(argparse.ArgumentParser):
+        """Reports what is wrong in one line."""
+
+        def error(self, message):
+            see = " See" if message.endswith("?") else "; see"
+            self.exit(2, "%s: %s%s %s --help\n" % (self.prog, message, see, self.prog))
+
+        def parse_known_args(self, args=None, namespace=None):
+            """Reports a word that is not known; a value after such an option is none."""
+            options, words = argparse.ArgumentParser.parse_known_args(self, args, namespace)
+            for word in sorted(words, key=lambda word: not word.startswith("-")):
+                if not word.startswith("-"):
+                    self.error("%r is one word too many" % _native(word))
+                name = word.split("=")[0]
+                near = _near(name, list(self._option_string_actions), "")
+                self.error("there is no option '%s'%s" % (name, near and "; " + near))
+            return options, []
+    parser = Parser(
         prog="swarmtalk-run", description="Runs a Coachbot script, a file with usr(robot), as it "
         "is, with the swarmtalkd of this robot behind send_msg() and recv_msg().")
     parser.add_argument("--python", help="of another version, such as python2.7")
@@ -2310,14 +2762,19 @@ def main(arguments=None):
         return end.code if isinstance(end, SystemExit) else 130
     except IOError as error:
         if error.filename != options.script:
-            raise
+            _print_traceback()
+            return 1
         _print_error("cannot read %s: %s" % (options.script, error.strerror))
         return 2
     except Error as error:
         if error.code not in ("no_daemon", "daemon_dead", "no_permission", "version_mismatch"):
-            raise
+            _print_traceback()
+            return 1
         _print_error(error.text)
         return 3
+    except Exception:
+        _print_traceback()
+        return 1
     return 0
 
 

@@ -20,6 +20,7 @@ drivers::Counters DaemonCounters::list() const {
       {"messages_published", messages_published},
       {"messages_sent", messages_sent},
       {"messages_busy", messages_busy},
+      {"messages_busy_in_client", messages_busy_in_client},
       {"messages_link_down", messages_link_down},
       {"messages_over_mtu", messages_over_mtu},
       {"messages_dropped_queue", messages_dropped_queue},

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <string_view>
+
+#include "text/channel_name.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -14,7 +15,6 @@ inline constexpr std::size_t kMaxNameBytes = 64;  // of a channel or a link
 /// takes UTF-8 only, and onto terminals.
 bool is_legal_name(std::string_view name);
 
-/// 0x8000 | 15 bits of the name's 32-bit FNV-1a hash, upper half folded onto the lower.
-std::uint16_t hashed_channel(std::string_view name);
+using text::hashed_channel;
 
 }  // namespace swarmtalk::daemon

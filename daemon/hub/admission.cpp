@@ -31,8 +31,9 @@ std::optional<Refusal> Admission::check_reserved(std::uint16_t channel) const {
     const std::string name = each.name;
     return Refusal{ipc::ERROR_BAD_CHANNEL,
                    "channel '" + name + "' (number " + std::to_string(channel) +
-                       ") is reserved, and off on this robot; set " + name +
-                       " = true under [reserved], or take another channel",
+                       ") is reserved, and off on this robot; put the line " + name +
+                       " = true under [reserved] in /etc/swarmtalk/swarmtalkd.toml; then: "
+                       "systemctl reload swarmtalkd",
                    std::nullopt};
   }
   return std::nullopt;

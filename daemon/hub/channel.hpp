@@ -42,6 +42,7 @@ struct Channel {
   ChannelLimits limits;        // of the stations that carry it
   std::uint64_t received = 0;  // from stations, for a subscription
   Loss lost;
+  std::uint64_t refused = 0;          // messages of programs here that were not taken
   std::uint32_t last_air_number = 0;  // of a publication on several links
   std::uint64_t last_used = 0;        // ChannelRegistry::touch()
   bool is_pinned = false;             // of a gateway rule: never evicted

@@ -261,10 +261,14 @@ std::vector<ChannelView> ChannelRegistry::views() const {
                      names_.name_of(number),
                      channel.publishers,
                      static_cast<std::uint32_t>(channel.subscriptions.size()),
+                     static_cast<std::uint32_t>(
+                         std::count_if(channel.subscriptions.begin(), channel.subscriptions.end(),
+                                       [](const Subscription* each) { return each->looks_on; })),
                      channel.is_timestamped,
                      {},
                      channel.received,
-                     channel.lost});
+                     channel.lost,
+                     channel.refused});
     for (std::size_t i = 0; i < stations_.size(); ++i) {
       if (channel.slots[i].is_open) views.back().links.push_back(stations_[i].name());
     }

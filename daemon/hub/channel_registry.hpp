@@ -23,10 +23,12 @@ struct ChannelView {
   std::string name;
   std::uint32_t publishers;
   std::uint32_t subscribers;
+  std::uint32_t onlookers;  // of these
   bool is_timestamped;
   std::vector<std::string> links;  // that carry it
   std::uint64_t received;
   Loss lost;
+  std::uint64_t refused;  // messages of programs here that were not taken
 };
 
 class ChannelRegistry {

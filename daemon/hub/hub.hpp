@@ -81,6 +81,11 @@ class Hub final : public StationUser, private OutgoingListener {
     return channels_.links_down(channel);
   }
 
+  /// Messages of a program for this channel that were not taken, here or in the program itself.
+  void note_refused(std::uint16_t channel, std::uint64_t messages) {
+    if (Channel* known = channels_.find(channel)) known->refused += messages;
+  }
+
   /// Gives up what waits for stations that are down. Call about once a second while messages wait.
   /// @return whether some still do
   bool give_up_on_dead_links() { return outbox_.give_up_on_dead_links(); }

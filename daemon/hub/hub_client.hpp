@@ -58,6 +58,7 @@ struct Subscription {
   std::uint32_t id = 0;                 // the client's
   std::optional<float> max_distance_m;  // none: any distance
   bool drops_unknown_distance = false;
+  bool looks_on = false;  // it makes no channel one in use
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;

@@ -23,6 +23,7 @@ constexpr CounterHelp kCounters[] = {
     {kDaemon, "messages_published", "messages accepted from programs"},
     {kDaemon, "messages_sent", "accepted messages whose last packet has left on a link"},
     {kDaemon, "messages_busy", "messages refused because the publisher's previous one waits"},
+    {kDaemon, "messages_busy_in_client", "messages that programs refused themselves, as they say"},
     {kDaemon, "messages_link_down", "messages refused or given up because no link is up"},
     {kDaemon, "messages_over_mtu", "messages refused because an interface's MTU is too small"},
     {kDaemon, "messages_dropped_queue", "messages dropped from a publisher's queue for newer ones"},

@@ -105,12 +105,14 @@ void StatusReport::fill_status(ipc::Status& status) {
     channel.set_name(view.name);
     channel.set_publishers(view.publishers);
     channel.set_subscribers(view.subscribers);
+    channel.set_onlookers(view.onlookers);
     channel.set_timestamped(view.is_timestamped);
     channel.set_received(view.received);
     channel.set_lost_air(view.lost.air);
     channel.set_lost_kernel(view.lost.kernel);
     channel.set_lost_daemon(view.lost.daemon);
     channel.set_late(view.lost.late);
+    channel.set_refused(view.refused);
     for (const std::string& link : view.links) channel.add_links(link);
   }
   if (clients_ != nullptr) clients_->fill(*status.mutable_clients_served());

@@ -24,17 +24,27 @@ Refusal unknown_id(const char* what, std::uint32_t id) {
           "this connection has no " + std::string(what) + " " + std::to_string(id), std::nullopt};
 }
 
-Refusal over_limit(const std::string& what, std::uint64_t limit) {
+/// @param key  of [limits], which has the limit
+Refusal over_limit(const std::string& what, std::uint64_t limit, const std::string& key) {
   return {ipc::ERROR_LIMIT,
-          what + " is limited to " + std::to_string(limit) +
-              " by [limits] of the daemon's configuration",
+          what + " are limited to " + std::to_string(limit) + " (" + key +
+              " under [limits]); close one first",
+          limit};
+}
+
+Refusal not_within(const std::string& what, std::uint64_t limit, const std::string& key,
+                   std::uint64_t wanted) {
+  return {ipc::ERROR_LIMIT,
+          what + " must be 1 to " + std::to_string(limit) + " (" + key + " under [limits]), not " +
+              std::to_string(wanted),
           limit};
 }
 
 Refusal too_fast(std::uint32_t rate_hz) {
   return {ipc::ERROR_RATE,
           "this client publishes more than " + std::to_string(rate_hz) +
-              " messages per second, publish_rate_hz under [limits]; publish more slowly",
+              (rate_hz == 1 ? " message" : " messages") +
+              " per second, publish_rate_hz under [limits]; publish more slowly",
           rate_hz};
 }
 
@@ -61,18 +71,19 @@ void ClientChannels::leave() {
 
 void ClientChannels::subscribe(const ipc::Subscribe& request) {
   if (subscriptions_.size() >= limits_.subscriptions_per_client) {
-    return answers_.refuse(
-        over_limit("the number of subscriptions of one client", limits_.subscriptions_per_client));
+    return answers_.refuse(over_limit("a client's subscriptions", limits_.subscriptions_per_client,
+                                      "subscriptions_per_client"));
   }
   const std::uint32_t keep_last =
       request.has_keep_last() ? request.keep_last() : limits_.queue_messages;
   if (keep_last == 0 || keep_last > limits_.queue_messages_max) {
-    return answers_.refuse(over_limit("keep_last begins at 1 and", limits_.queue_messages_max));
+    return answers_.refuse(
+        not_within("keep_last", limits_.queue_messages_max, "queue_messages_max", keep_last));
   }
   if (request.has_max_distance_m() && !(request.max_distance_m() >= 0.0f)) {  // or NaN
-    return answers_.refuse({ipc::ERROR_BAD_DISTANCE,
-                            "max_distance_m is metres, 0 or more; leave it out for any distance",
-                            std::nullopt});
+    return answers_.refuse(
+        {ipc::ERROR_BAD_DISTANCE,
+         "max_distance_m must be 0 or more metres; leave it out for any distance", std::nullopt});
   }
   if (request.has_max_age_ms() && request.max_age_ms() == 0) {  // would drop everything
     return answers_.refuse(
@@ -86,6 +97,7 @@ void ClientChannels::subscribe(const ipc::Subscribe& request) {
   subscription->id = ++last_id_;
   if (request.has_max_distance_m()) subscription->max_distance_m = request.max_distance_m();
   subscription->drops_unknown_distance = request.drop_unknown_distance();
+  subscription->looks_on = request.looks_on();
   ChannelRequest channel = channel_request(request.channel());
   if (request.has_timestamped()) channel.is_timestamped = request.timestamped();
   if (const auto refusal = hub_.subscribe(channel, *subscription)) return answers_.refuse(*refusal);
@@ -119,7 +131,7 @@ std::optional<Refusal> ClientChannels::check_sending(const ipc::Advertise& reque
                    limits_.publish_queue_max};
   }
   if (request.has_copies() && (request.copies() == 0 || request.copies() > limits_.copies_max)) {
-    return over_limit("the number of copies begins at 1 and", limits_.copies_max);
+    return not_within("the number of copies", limits_.copies_max, "copies_max", request.copies());
   }
   if (request.has_copy_interval_ms() &&
       (request.copy_interval_ms() == 0 || request.copy_interval_ms() > kLongestCopyIntervalMs)) {
@@ -138,8 +150,8 @@ std::optional<Refusal> ClientChannels::check_sending(const ipc::Advertise& reque
 
 void ClientChannels::advertise(const ipc::Advertise& request) {
   if (publishers_.size() >= limits_.publishers_per_client) {
-    return answers_.refuse(
-        over_limit("the number of publishers of one client", limits_.publishers_per_client));
+    return answers_.refuse(over_limit("a client's publishers", limits_.publishers_per_client,
+                                      "publishers_per_client"));
   }
   if (const auto refusal = check_sending(request)) return answers_.refuse(*refusal);
   ChannelRequest channel = channel_request(request.channel());
@@ -185,19 +197,33 @@ void ClientChannels::publish(const ipc::PublishFrame& request) {
   }
   if (publish_bucket_.has_limit() && !publish_bucket_.take(monotonic_ns())) {
     ++counters_.messages_too_fast;
+    note_refused(*found->second, 1);
     return answers_.refuse_message(found->first, request.publish_number,
                                    too_fast(limits_.publish_rate_hz));
   }
   const auto refusal = hub_.publish(*found->second, request.publish_number, request.payload,
                                     request.ttl, request.sent_at_ns);
-  if (refusal) return answers_.refuse_message(found->first, request.publish_number, *refusal);
+  if (refusal) {
+    note_refused(*found->second, 1);
+    return answers_.refuse_message(found->first, request.publish_number, *refusal);
+  }
   ++published_;
+}
+
+void ClientChannels::note_refused(const Publisher& publisher, std::uint32_t messages) {
+  refused_ += messages;
+  hub_.note_refused(publisher.channel, messages);
 }
 
 // No answer: it goes with messages, not with requests.
 void ClientChannels::note_loss(const ipc::ClientLoss& loss) {
   counters_.deliveries_lost_in_client += loss.messages();
   lost_in_client_ += loss.messages();
+  if (!loss.has_publisher_id()) return;
+  const auto found = publishers_.find(loss.publisher_id());
+  if (found == publishers_.end()) return;
+  counters_.messages_busy_in_client += loss.refused();
+  note_refused(*found->second, loss.refused());
 }
 
 void ClientChannels::fill(ipc::ClientStatus& status) const {
@@ -208,6 +234,7 @@ void ClientChannels::fill(ipc::ClientStatus& status) const {
   status.set_queued_messages(static_cast<std::uint32_t>(waiting));
   status.set_lost_client(lost_in_client_);
   status.set_messages_published(published_);
+  status.set_refused(refused_);
 }
 
 void ClientChannels::on_message(Subscription& subscription, const MessageRef& message) {

@@ -45,6 +45,7 @@ class ClientChannels final : public HubClient {
 
  private:
   std::optional<Refusal> check_sending(const ipc::Advertise& request) const;
+  void note_refused(const Publisher& publisher, std::uint32_t messages);
 
   Hub& hub_;
   const LimitsConfig& limits_;
@@ -57,6 +58,7 @@ class ClientChannels final : public HubClient {
   std::uint32_t last_id_ = 0;
   std::uint64_t lost_in_client_ = 0;  // as it says
   std::uint64_t published_ = 0;
+  std::uint64_t refused_ = 0;  // messages that were not taken, here or, as it says, there
   bool is_told_down_ = false;  // that no link is up, since one was
 };
 

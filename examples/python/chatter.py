@@ -11,5 +11,7 @@ robot = swarmtalk.Client("chatter")
 hello = robot.advertise("hello")
 robot.subscribe("hello", receive)
 for number in range(1, 11):
-    hello.send("hello %d" % number)
+    sent = hello.send("hello %d" % number)
+    if not sent:
+        print("not sent: " + sent.text)
     robot.run(0.5)

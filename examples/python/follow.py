@@ -16,7 +16,9 @@ here = robot.advertise("here", queue=1, drop_oldest=True)
 heard = robot.subscribe("here", latest_from_each=True, known_distance_only=True,
                         no_older_than=1.0)
 while True:
-    here.send("")
+    sent = here.send("")
+    if not sent:
+        print("not sent: " + sent.text)
     robot.run(0.1)
     others = [message for message in heard.take() if message.has_bearing]
     if not others:

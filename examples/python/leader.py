@@ -14,7 +14,9 @@ heard = robot.subscribe("leader", latest_from_each=True)
 last = {}  # robot: when it was heard
 leader = None
 while True:
-    claims.send(struct.pack("<I", robot.node_id))
+    sent = claims.send(struct.pack("<I", robot.node_id))
+    if not sent:
+        print("not sent: " + sent.text)
     robot.run(0.25)
     for message in heard.take():
         if len(message.data) == 4:

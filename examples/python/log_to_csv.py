@@ -3,6 +3,7 @@
 Times are seconds since 1970, so that the files of several robots can be put side by side. An empty
 cell is unknown.
 """
+import binascii
 import csv
 import sys
 import time
@@ -24,7 +25,7 @@ def writer(channel):
             "%.6f" % (time.time() - message.age), channel, message.sender, message.message_number,
             "%.3f" % message.distance if message.has_distance else "",
             "%.3f" % message.bearing if message.has_bearing else "",
-            message.hops, message.lost_before.total, bytearray(message.data).hex()])
+            message.hops, message.lost_before.total, binascii.hexlify(message.data).decode()])
         file.flush()
     return receive
 

@@ -13,7 +13,9 @@ heard = robot.subscribe("here", within=0.5, known_distance_only=True)
 last = {}  # robot: (when, distance)
 told = 0
 while True:
-    here.send("")
+    sent = here.send("")
+    if not sent:
+        print("not sent: " + sent.text)
     message = heard.get(0.2)
     for message in ([message] if message else []) + heard.take():
         last[message.sender] = (time.time(), message.distance)

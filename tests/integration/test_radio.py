@@ -219,7 +219,7 @@ def test_log_lines_are_heard_around_where_debug_is_on(wires):
     robot = wires.robot("a").start(node(2) + LINK)
     refused = robot.cli("log", "hello")
     assert refused.returncode == 1
-    assert "set debug = true under [reserved]" in refused.stderr
+    assert "put the line debug = true under [reserved] in /etc/" in refused.stderr
     robot.configure(node(2) + LINK + "[reserved]\ndebug = true\nrate_hz = 1\nburst = 3\n")
     assert "applied: reserved.debug" in robot.cli("reload").stdout
     lines = listener.listen("log", "--json")

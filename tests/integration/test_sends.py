@@ -2,10 +2,12 @@
 tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour/.)"""
 import os
 import re
+import signal
+import subprocess
 
 import pytest
 
-from conftest import ROOT, program, run
+from conftest import ROOT, one_line, program, run
 
 NO_ROOM = """import swarmtalk
 robot = swarmtalk.Client("p")
@@ -30,8 +32,11 @@ def test_two_sends_in_a_row_both_arrive(udp_lab):
 
 IN_PYTHON = """import os, sys, swarmtalk
 publisher = swarmtalk.Client("leaving").advertise("two")
+if sys.argv[1:] == ["wait"]:
+    print("ready", flush=True)
+    sys.stdin.readline()
 for number in range(9):
-    assert publisher.send(str(number))
+    assert publisher.send(str(number)) or sys.argv[1:] == ["wait"]
 if sys.argv[1:] == ["killed"]:
     os.kill(os.getpid(), 9)
 """
@@ -56,6 +61,42 @@ def test_what_a_program_sent_before_it_ended_arrives(udp_lab, words):
         assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), out
 
 
+@pytest.mark.parametrize("words", [
+    pytest.param([program("leaving"), "2"], id="C++"),
+    pytest.param([program("two_sends"), "2", "close"], id="C"),
+    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON], id="Python"),
+])
+def test_what_was_refused_at_the_end_is_told(udp_lab, tmp_path, words):
+    (tmp_path / "base.toml").write_text("[limits]\npublish_rate_hz = 1\npublish_burst = 1\n")
+    lab = udp_lab(1, "--config", tmp_path / "base.toml")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
+    done = lab.execute(1, *words, env=environment)
+    assert done.returncode == 0
+    one_line(done.stderr, "publishes more than 1 message per second.*publish more slowly")
+
+
+@pytest.mark.parametrize("how", ["killed", "stopped"])
+@pytest.mark.parametrize("words", [
+    pytest.param([program("leaving"), "2", "wait"], id="C++"),
+    pytest.param([program("two_sends"), "2", "close", "wait"], id="C"),
+    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON, "wait"], id="Python"),
+])
+def test_a_daemon_that_has_gone_meanwhile_is_told(udp_lab, words, how):
+    lab = udp_lab(1)
+    daemon = lab.pid(1)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
+    process = lab.start(1, *words, env=environment, stdin=subprocess.PIPE)
+    assert process.stdout.readline() == "ready\n"
+    os.kill(daemon, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
+    try:
+        _, errors = process.communicate("\n", timeout=30)
+    finally:
+        if how == "stopped":
+            os.kill(daemon, signal.SIGCONT)
+    one_line(errors, "was gone when" if how == "killed" else "did not answer when",
+             "this program ended: whether its last messages left is not known")
+
+
 def test_more_than_can_wait_are_told_and_counted(udp_lab):
     done = udp_lab(1).execute(1, program("two_sends"), "1000", "wait")
     refused = int(done.stdout.split()[0])
@@ -64,8 +105,8 @@ def test_more_than_can_wait_are_told_and_counted(udp_lab):
     assert 1 <= len(lines) <= 2, done.stderr  # at once, and how many more at the end
     told = [int(line.split()[3]) for line in lines[1:]]
     assert all(0 < count < 1000 for count in told), done.stderr
-    assert "channel two: a message was not sent, and nobody looked at what send() " in lines[0]
-    assert "messages have not left yet; run the client between sends" in lines[0]
+    assert "channel two: a message was not sent: " in lines[0]
+    assert "messages are not confirmed yet: call run() or process() between sends" in lines[0]
 
 
 def test_who_wants_no_queue_expects_to_be_refused(udp_lab):

@@ -87,6 +87,10 @@ void print_requests() {
   loss.mutable_client_loss()->set_subscription_id(7);
   loss.mutable_client_loss()->set_messages(1000);
   print("client_loss", loss);
+  loss.Clear();
+  loss.mutable_client_loss()->set_publisher_id(200);
+  loss.mutable_client_loss()->set_refused(300);
+  print("client_refused", loss);
 }
 
 void print_deliveries() {

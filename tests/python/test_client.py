@@ -84,6 +84,10 @@ def test_its_frames_are_those_of_protobuf_byte_for_byte():
     client._handles.append(subscriber)
     client._report_losses()
     made["client_loss"] = client.take_bytes()
+    plain._unreported_refused, client._has_unreported_loss = 300, True
+    client._handles[:] = [plain]
+    client._report_losses()
+    made["client_refused"] = client.take_bytes()
     for name, frame in made.items():
         assert frame.hex() == golden[name].hex(), name
     assert set(golden) - set(made) == {"deliver", "deliver_nothing"}
@@ -165,3 +169,30 @@ def test_asyncio_hears_and_waits_until_messages_have_left(two_robots):
                 await slow.async_send("x")
             assert caught.value.code in ("disconnected", "no_daemon", "daemon_dead")
     asyncio.run(asyncio.wait_for(scene(), 60))
+
+
+def test_one_client_serves_two_event_loops_one_after_the_other(two_robots):
+    with swarmtalk.Client("a", two_robots[0].socket) as robot, \
+            swarmtalk.Client("b", two_robots[1].socket) as other:
+        subscriber = robot.subscribe("c")
+        publisher = other.advertise("c", sent=True)
+
+        async def hear(text):
+            waiting = asyncio.ensure_future(anext_of(subscriber))
+            await publisher.async_send(text)
+            assert (await waiting).text == text
+            asyncio.ensure_future(anext_of(subscriber))  # is cancelled with its loop
+
+        async def anext_of(each):
+            async for message in each:
+                return message
+        for text in ("first", "second", "third"):
+            asyncio.run(asyncio.wait_for(hear(text), 30))
+        with pytest.raises(swarmtalk.BadArgument, match="need a running event loop"):
+            robot.attach()
+
+        async def beside():
+            robot.attach()
+            with pytest.raises(swarmtalk.BadArgument, match="a Client for each loop"):
+                robot.attach(asyncio.new_event_loop())
+        asyncio.run(beside())

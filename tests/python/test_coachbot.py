@@ -10,6 +10,9 @@ import pytest
 from conftest import BUILD, HERE, PYTHON_2, ROOT, find_python
 from daemons import CLI
 
+import daemons
+import swarmtalk
+
 RUN = ROOT / "client_lib/python/swarmtalk-run"
 LAB = str(BUILD / "lab/swarmtalk-lab")
 INSTALLED = ROOT / "systemd/swarmtalkd.toml"
@@ -118,6 +121,57 @@ def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
     assert (done.returncode, done.stdout) == (0, "robot 1\n"), done.stderr
 
 
+@pytest.mark.parametrize("name", ["python3", "python2.7"])
+def test_what_a_script_logs_is_seen(name, two_robots, tmp_path):
+    script = tmp_path / "logs.py"
+    script.write_text("def usr(robot):\n    robot.logger.info('hello')\n"
+                      "    robot.logger.debug('detail')\n    robot.logger.warning('again')\n")
+    done = subprocess.run([RUN, "--python", find_python(name)[0], script], text=True,
+                          capture_output=True, timeout=60,
+                          env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
+    assert done.returncode == 0, done.stderr
+    lines = [line for line in done.stderr.splitlines() if "debug channel" not in line]
+    assert lines == ["INFO: hello", "WARNING: again"]
+
+
+WRAPPED = """import sys
+import swarmtalk
+sys.excepthook = lambda *what: sys.stderr.write("own hook\\n")
+robot = swarmtalk.wrap(None)
+robot.fly()
+"""
+
+
+@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("has_debug", [True, False], ids=["debug", "no_debug"])
+def test_a_wrapped_robot_tells_what_ends_the_program(name, has_debug, tmp_path):
+    program = tmp_path / "wrapped.py"
+    program.write_text(WRAPPED)
+    with daemons.Daemons(2, "[reserved]\ndebug = true\n" if has_debug else "") as robots, \
+            swarmtalk.Client("log", robots[1].socket) as listener:
+        heard = []
+        if has_debug:
+            listener.subscribe("debug", lambda message: heard.append(message.text))
+            listener.sync()
+        done = subprocess.run([find_python(name)[0], program], text=True, capture_output=True,
+                              timeout=60, env={**os.environ, "PYTHONPATH": daemons.CLIENT,
+                                               "PYTHONDONTWRITEBYTECODE": "1",
+                                               "SWARMTALK_SOCKET": robots[0].socket})
+        assert done.returncode == 1
+        told = done.stderr.splitlines()
+        assert told[-1] == "own hook"
+        if not has_debug:
+            assert len(told) == 2 and "the debug channel is off on this robot" in told[0], told
+            return
+        assert len(told) == 1, told
+        for _ in range(1000):  # each ends with the next message
+            if heard and heard[-1].startswith("AttributeError"):
+                break
+            listener.run_once(0.05)
+    assert heard[:2] == ["usr_code died on robot 1:", "Traceback (most recent call last):"]
+    assert heard[-1].startswith("AttributeError: a Coachbot's robot has no 'fly'")
+
+
 MISTAKES = {
     "no such script": (["nowhere.py"], 2, r"cannot read nowhere.py: No such file"),
     "no such Python": (["--python", "python1.5", __file__], 2, r"python1.5 cannot be started"),
@@ -128,7 +182,7 @@ MISTAKES = {
 @pytest.mark.parametrize("what", MISTAKES, ids=[what.replace(" ", "_") for what in MISTAKES])
 def test_a_mistake_is_one_line(what, two_robots):
     words, code, pattern = MISTAKES[what]
-    path = "/nowhere" if what == "no daemon" else two_robots[0].socket
+    path = two_robots[0].socket if what == "no such Python" else "/nowhere"
     done = subprocess.run([RUN, *words], text=True, capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": path})
     assert done.returncode == code
@@ -143,3 +197,34 @@ def test_a_script_without_usr_is_told(two_robots, tmp_path):
                           env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
     assert done.returncode == 1
     assert "empty.py has no function usr(robot)" in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("text, last", [
+    ("def usr(robot)\n    pass\n", "SyntaxError"), ("def usr(robot):\npass\n", "IndentationError"),
+    ("import nothing_of_this_name\n", "ModuleNotFoundError"),
+    ("def usr(robot):\n    return 1 / 0\n", "ZeroDivisionError"),
+    ("def usr(robot):\n    open('/nowhere/file')\n", "FileNotFoundError")],
+    ids=lambda value: value if value.endswith("Error") else "script")
+def test_a_traceback_begins_in_the_script(text, last, two_robots, tmp_path):
+    script = tmp_path / "wrong.py"
+    script.write_text(text)
+    done = subprocess.run([RUN, script], text=True, capture_output=True, timeout=60,
+                          env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith(last), done.stderr
+    assert f'File "{script}", line' in done.stderr
+    assert "swarmtalk.py" not in done.stderr and "swarmtalk-run" not in done.stderr
+
+
+@pytest.mark.parametrize("words, told", [
+    ([], "the following arguments are required: script"),
+    (["--within", "far", "x.py"], "argument --within: invalid float value: 'far'"),
+    (["x.py", "y.py"], "'y.py' is one word too many"),
+    (["--zzz", "x.py"], "there is no option '--zzz'"),
+    (["--chanel", "x", "f.py"], "there is no option '--chanel'; did you mean '--channel'?")])
+def test_a_wrong_command_line_is_told_in_one_line(words, told):
+    done = subprocess.run([RUN, *words], text=True, capture_output=True, timeout=60)
+    assert done.returncode == 2
+    see = " See" if told.endswith("?") else "; see"
+    assert done.stderr == f"swarmtalk-run: {told}{see} swarmtalk-run --help\n"

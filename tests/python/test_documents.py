@@ -1,4 +1,6 @@
-"""The Python in the documents and the example programs run as they stand there."""
+"""The Python in the documents and the example programs run as they stand there, and the defaults
+that the documents name are those of the code."""
+import inspect
 import os
 import pathlib
 import re
@@ -8,7 +10,7 @@ import threading
 import time
 
 import pytest
-from conftest import ROOT
+from conftest import ROOT, find_python
 from daemons import CLIENT
 
 import daemons
@@ -33,13 +35,55 @@ class robot:
 SCRIPT = "def usr(robot):\n    print(robot.send_msg(b'x'), robot.get_pose())\n"
 
 
+# What the daemon does with an option that a program leaves out.
+LEFT_OUT = {"ttl": 0}
+
+
+@pytest.mark.parametrize("method", [swarmtalk.Client.advertise, swarmtalk.Client.subscribe],
+                         ids=["advertise", "subscribe"])
+def test_the_options_and_defaults_of_the_manual_are_those_of_the_code(method):
+    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    table = text.split(f"| `{method.__name__}(channel", 1)[1].split("\n\n")[0]
+    shown = {"channel": ""}
+    for names in re.findall(r"^\| (`.*?) \|", table.split("\n", 2)[2], re.M):
+        shown.update(re.findall(r"`(\w+)(?:=(\S+?))?`", names))
+    if method is swarmtalk.Client.subscribe:
+        shown["receive"] = re.search(r"receive=(\w+)", text).group(1)
+    code = inspect.signature(inspect.unwrap(method_of(method))).parameters
+    assert set(shown) == set(code) - {"self"}
+    for name, default in shown.items():
+        if default:
+            told = code[name].default
+            assert default == repr(LEFT_OUT[name] if told is None and name in LEFT_OUT else told)
+
+
+def method_of(guarded):
+    """The function behind what _owned() made of it."""
+    return inspect.getclosurevars(guarded).nonlocals["method"]
+
+
+def test_the_limits_and_switches_of_the_manual_are_those_of_the_code():
+    text = " ".join((ROOT / "docs/python.md").read_text(encoding="utf-8").split())
+    assert f"wait in the subscriber, at most {swarmtalk.MESSAGES_THAT_WAIT};" in text
+    installed = (ROOT / "systemd/swarmtalkd.toml").read_text(encoding="utf-8")
+    switches = dict(re.findall(r"^(\w+) = (\w+)$", installed.split("[reserved]")[1], re.M))
+    says = {"true": "on", "false": "off"}
+    assert (f"As installed, `harvest` is {says[switches.get('harvest', 'false')]} and `debug` is "
+            f"{says[switches.get('debug', 'false')]}") in text
+    rows = (ROOT / "docs/configuration.md").read_text(encoding="utf-8")
+    rows = rows.split("## `[reserved]`")[1].split("\n## ")[0]
+    for key in ("debug", "harvest", "report"):
+        row = re.search(rf"^\| `{key}` \|.*$", rows, re.M).group()
+        assert ("true in the installed file" in row) == (switches.get(key) == "true"), row
+
+
 class Chatter(threading.Thread):
     """Another robot, that says hello all the time."""
 
     def __init__(self, socket):
         super().__init__()
         self.socket = socket
-        self.ended = threading.Event()
+        self.listens, self.ended = threading.Event(), threading.Event()
         self.heard = []
 
     def run(self):
@@ -47,6 +91,7 @@ class Chatter(threading.Thread):
             robot.set_fixed_pose(1, 1, 0)
             hello, here = robot.advertise("hello"), robot.advertise("here")
             robot.subscribe("hello", lambda message: self.heard.append(message.text))
+            self.listens.set()
             harvest = swarmtalk.Harvest(robot)
             harvest.set("battery", "3.7")
             while not self.ended.is_set():
@@ -65,6 +110,7 @@ def two_robots():
 def chatter(two_robots):
     thread = Chatter(two_robots[1].socket)
     thread.start()
+    assert thread.listens.wait(30)
     yield thread
     thread.ended.set()
     thread.join(30)
@@ -73,11 +119,13 @@ def chatter(two_robots):
 def command_of(example, language):
     if language == "cpp":
         return [pathlib.Path(daemons.BUILD) / "examples/cpp" / example]
-    return ["/usr/bin/python3", "-u", ROOT / f"examples/python/{example}.py"]
+    return [find_python(language)[0], "-u", ROOT / f"examples/python/{example}.py"]
 
 
-def run_until_it_prints(socket, *command, wanted=".", cwd=None):
-    """What the program prints until the pattern is found in it; it is interrupted then."""
+def run_until_it_prints(socket, *command, wanted=".", cwd=None, is_enough=lambda: True,
+                        is_heard=None):
+    """What the program prints until the pattern is found in it; it is interrupted then, as soon as
+    that is enough. is_heard: set when it says that robot 9 leads."""
     process = subprocess.Popen(
         [*map(str, command)], stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True, cwd=cwd,
@@ -88,7 +136,9 @@ def run_until_it_prints(socket, *command, wanted=".", cwd=None):
     out = ""
     for line in process.stdout:
         out += line
-        if re.search(wanted, out) and process.poll() is None:
+        if is_heard is not None and "9 leads" in line:
+            is_heard.set()
+        if re.search(wanted, out) and is_enough() and process.poll() is None:
             process.send_signal(signal.SIGINT)
             break
     rest, errors = process.communicate()
@@ -130,31 +180,35 @@ EXAMPLES = {
 }
 
 
-@pytest.mark.parametrize("language", ["python", "cpp"])
+@pytest.mark.parametrize("language", ["python3", "python2.7", "cpp"])
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_runs(name, language, two_robots, chatter):
     with swarmtalk.Client("pose", two_robots[0].socket) as robot:
         robot.set_fixed_pose(1, 0.6, 0)
         robot.sync()
+        is_heard = threading.Event()
         if name == "leader":
-            threading.Thread(target=claim, args=(two_robots[1].socket,)).start()
-        out = run_until_it_prints(two_robots[0].socket, *command_of(name, language),
-                                  wanted=EXAMPLES[name])
+            threading.Thread(target=claim, args=(two_robots[1].socket, is_heard)).start()
+        try:
+            out = run_until_it_prints(two_robots[0].socket, *command_of(name, language),
+                                      wanted=EXAMPLES[name], is_heard=is_heard,
+                                      is_enough=lambda: name != "chatter" or chatter.heard)
+        finally:
+            is_heard.set()
     assert re.search(EXAMPLES[name], out), out
     if name == "chatter":
         assert chatter.heard[0] == "hello 1"
 
 
-def claim(socket):
-    """Robot 9 tells that it is there, over robot 2."""
+def claim(socket, is_heard):
+    """Robot 9 tells that it is there, over robot 2, until somebody has heard it."""
     with swarmtalk.Client("claim", socket) as robot:
         publisher = robot.advertise("leader")
-        for _ in range(30):
+        while not is_heard.wait(0.1):
             publisher.send(b"\x09\0\0\0")
-            time.sleep(0.1)
 
 
-@pytest.mark.parametrize("language", ["python", "cpp"])
+@pytest.mark.parametrize("language", ["python3", "python2.7", "cpp"])
 def test_the_example_writes_a_table(language, two_robots, chatter, tmp_path):
     table = tmp_path / "table.csv"
     process = subprocess.Popen(

@@ -1,6 +1,8 @@
 """The local protocol's frames and their protobuf fields, by hand: docs/ipc.md has the bytes."""
 import struct
 
+MOST_BYTES = 4 + 65536  # of a frame, its length included
+
 
 def varint(number):
     out = b""
@@ -47,3 +49,20 @@ def fields(message):
 
 def frame(envelope):
     return struct.pack("<I", len(envelope)) + envelope
+
+
+def next_envelope(received, receive):
+    """(the next envelope, what came after it). @param received  bytes so far, of whole frames and
+    the beginning of one. @param receive  waits for more; empty at the end. @raises EOFError;
+    ValueError when this is not the beginning of a frame"""
+    while True:
+        if len(received) >= 4:
+            end = 4 + struct.unpack_from("<I", received)[0]
+            if end > MOST_BYTES:
+                raise ValueError("this is not the beginning of a frame")
+            if len(received) >= end:
+                return received[4:end], received[end:]
+        more = receive()
+        if not more:
+            raise EOFError
+        received += more

@@ -33,7 +33,7 @@ struct ClientOptions {
 class Client {
  public:
   /// Does not connect yet: connect() does, or else the first publisher(), subscriber(), process().
-  /// @param name  of the program, for the daemon's log and status; UTF-8, at most 1024 bytes, else
+  /// @param name  of the program, for the daemon's log and status; UTF-8, 1 to 1024 bytes, else
   ///   connect() answers kBadArgument
   /// @throws std::system_error when the process is out of file descriptors
   explicit Client(std::string_view name, ClientOptions options = {});
@@ -78,7 +78,9 @@ class Client {
   /// Tells the daemon where this robot is now; the pose ages from here. Never blocks, except that
   /// it connects first, as connect() does, when nothing else has yet. When called faster than the
   /// daemon answers, the newest pose wins.
-  /// @param theta_rad  counter-clockwise from +x
+  /// @param theta_rad  counter-clockwise from +x, in radians; more than a whole turn, as with
+  /// degrees,
+  ///   is taken without its whole turns, and told once on stderr
   /// @return kBadPose (also to on_error); kDisconnected
   Status set_pose(float x_m, float y_m, float theta_rad);
   /// The same for a robot that stands still: the pose does not age, until another is set.

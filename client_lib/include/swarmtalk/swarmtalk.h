@@ -61,7 +61,7 @@ typedef struct swarmtalk_loss {
   uint64_t late;
 } swarmtalk_loss;
 
-/* Valid during the callback. */
+/* Valid during the callback. Grows at its end. */
 typedef struct swarmtalk_message {
   const uint8_t* payload; /* exactly what was sent; not ended with a zero */
   size_t payload_bytes;
@@ -77,6 +77,7 @@ typedef struct swarmtalk_message {
   int64_t received_at_ns;     /* CLOCK_MONOTONIC; -1: unknown */
   int local;                  /* 1: published on this robot by another program */
   swarmtalk_loss lost_before; /* since this subscription's message before */
+  uint32_t transmitter;       /* node id of the last transmitter; with 0 hops the sender */
 } swarmtalk_message;
 
 /* Structs that you fill grow at their end. struct_bytes says how much of one you know, so that a
@@ -163,23 +164,26 @@ typedef void (*swarmtalk_neighbour_fn)(const swarmtalk_neighbour* neighbour, voi
 /* Called for each value that comes. */
 typedef void (*swarmtalk_value_fn)(const swarmtalk_value* value, void* context);
 
-/* A client that is not connected yet. socket_path: NULL: $SWARMTALK_SOCKET, else the standard one.
+/* A client that is not connected yet. name: of the program, for the daemon's log and status; 1 to
+ * 1024 bytes, else swarmtalk_connect() answers SWARMTALK_BAD_ARGUMENT. socket_path: NULL:
+ * $SWARMTALK_SOCKET, else the standard one.
  * NULL when the process is out of memory or descriptors. */
 SWARMTALK_API swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path);
-/* Ends everything; its publishers and subscribers must still be freed. NULL is fine. */
+/* Ends everything; its publishers and subscribers must still be freed. NULL is fine. What was sent
+ * last and refused is told here: a program that ends without this call is not told. */
 SWARMTALK_API void swarmtalk_close(swarmtalk_client* client);
 
 /* Waits until connected, two seconds at most. After a failure swarmtalk_run() goes on trying. */
 SWARMTALK_API swarmtalk_status swarmtalk_connect(swarmtalk_client* client);
 /* One sentence with the remedy, about the last call on this client's own thread that did not answer
- * SWARMTALK_OK. Valid until the next such call. */
+ * SWARMTALK_OK, swarmtalk_send() too. Valid until the next such call. */
 SWARMTALK_API const char* swarmtalk_error(const swarmtalk_client* client);
 /* A general sentence about a status, for any thread. Never NULL. */
 SWARMTALK_API const char* swarmtalk_status_text(swarmtalk_status status);
 
-/* channel: a name, or a number in digits. policy, sending, receive, sent: may be NULL. Returns NULL
- * when out of memory or when struct_bytes is wrong (see swarmtalk_error()); any other refusal is in
- * *_status() and in on_error. */
+/* channel: a name, or a number in digits. policy, sending, sent: may be NULL; without receive the
+ * answer is SWARMTALK_BAD_ARGUMENT. Returns NULL when out of memory or when struct_bytes is wrong
+ * (see swarmtalk_error()); any other refusal is in *_status() and in on_error. */
 SWARMTALK_API swarmtalk_subscriber* swarmtalk_subscribe(swarmtalk_client* client,
                                                         const char* channel,
                                                         const swarmtalk_policy* policy,
@@ -190,7 +194,9 @@ SWARMTALK_API swarmtalk_status swarmtalk_subscriber_status(const swarmtalk_subsc
 /* Nothing more is heard; the handle is gone. */
 SWARMTALK_API void swarmtalk_unsubscribe(swarmtalk_subscriber* subscriber);
 
-/* A publisher on a channel. sending: NULL for the defaults; sent: may be NULL. NULL: no memory. */
+/* A publisher on a channel. sending: NULL for the defaults; sent: may be NULL. Returns NULL when
+ * out of memory or when struct_bytes is wrong; NULL answers SWARMTALK_BAD_ARGUMENT where it is
+ * used. */
 SWARMTALK_API swarmtalk_publisher* swarmtalk_advertise(swarmtalk_client* client,
                                                        const char* channel,
                                                        const swarmtalk_sending* sending,
@@ -209,7 +215,8 @@ SWARMTALK_API size_t swarmtalk_max_message_bytes(const swarmtalk_publisher* publ
 /* Nothing more is sent; the handle is gone. */
 SWARMTALK_API void swarmtalk_unadvertise(swarmtalk_publisher* publisher);
 
-/* theta_rad: counter-clockwise from +x. */
+/* theta_rad: counter-clockwise from +x, in radians; more than a whole turn, as with degrees, is
+   told once on stderr. */
 SWARMTALK_API swarmtalk_status swarmtalk_set_pose(swarmtalk_client* client, float x_m, float y_m,
                                                   float theta_rad);
 /* The same for a robot that stands still: the pose does not age, until another is set. */

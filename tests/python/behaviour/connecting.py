@@ -1,4 +1,5 @@
 """Daemons that come and go, and what is not one."""
+import errno
 import os
 import select
 import socket
@@ -45,6 +46,19 @@ class Reconnection(Case):
         self.assertEqual(ends[0].code, "disconnected")
         self.daemons[0].start()
 
+    def test_a_loss_that_the_program_was_not_told_of_is_told_at_its_end(self):
+        robot = self.client(0)
+        publisher = robot.advertise("rest")
+        self.assertTrue(publisher.send("x"))
+        self.daemons[0].kill()
+        with self.assertRaises(swarmtalk.Error):
+            robot.neighbours()  # it notices, and runs no callback
+        robot.close()
+        lines = [line for line in self.told.getvalue().splitlines() if "this program ended" in line]
+        self.assertEqual(len(lines), 1, self.told.getvalue())
+        self.assertIn("was gone when", lines[0])
+        self.daemons[0].start()
+
     def test_a_program_may_start_before_the_daemon(self):
         self.daemons[0].kill()
         heard = []
@@ -64,11 +78,22 @@ class Reconnection(Case):
         open(plain, "w").close()
         dead = os.path.join(folder, "dead.sock")
         socket.socket(socket.AF_UNIX).bind(dead)
-        for path, code in ((folder + "/nothing", "no_daemon"), (plain, "bad_argument"),
+        for path, code in ((folder + "/nothing", "no_daemon"), (plain, "no_daemon"),
                            (dead, "daemon_dead"), ("/" + "x" * 200, "bad_argument")):
             text = self.refusal(code, swarmtalk.Client, "x", path)
             self.assertIn(path, text)
         self.assertIn("name", self.refusal("bad_argument", swarmtalk.Client, 7))
+
+    def test_who_may_not_connect_is_told_what_helps(self):
+        folder, own = self.daemons.folder, os.getuid()
+        path = os.path.join(folder, "closed.sock")
+        socket.socket(socket.AF_UNIX).bind(path)
+        os.chmod(path, 0o600)
+        text = swarmtalk._connect_error(errno.EACCES, path).text
+        self.assertIn("alone: run the program as", text)
+        self.assertEqual("(sudo)" in text, own == 0)
+        text = swarmtalk._connect_error(errno.EACCES, swarmtalk.DEFAULT_SOCKET + "?").text
+        self.assertIn("its folder is closed to this user", text)
 
 
 class Impostor(object):

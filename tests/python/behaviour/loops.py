@@ -87,6 +87,39 @@ class Loops(Case):
         if refused:  # else it was between two runs
             self.assertIn("another thread", refused[0])
 
+    def test_each_call_of_another_thread_is_refused_while_the_owner_runs(self):
+        robot, refused, wrong = self.client(0), [], []
+        publisher, subscriber = robot.advertise("calls"), robot.subscribe("calls")
+        calls = [robot.connect, robot.process, robot.run, robot.run_once, robot.sync, robot.close,
+                 robot.get_pose, robot.neighbours, robot.status, publisher.close, subscriber.close,
+                 subscriber.take, subscriber.get, lambda: next(iter(subscriber)), robot.attach,
+                 lambda: robot.advertise("x"), lambda: robot.subscribe("x"),
+                 lambda: robot.set_pose(0, 0, 0), lambda: robot.set_fixed_pose(0, 0, 0),
+                 lambda: robot.log("x"), lambda: swarmtalk.Harvest(robot)]
+
+        def other():
+            for call in calls:
+                try:
+                    call()
+                    wrong.append(call)
+                except swarmtalk.BadArgument as error:
+                    refused.append(error.text)
+            self.assertTrue(publisher.send("x"))
+            publisher.busy()
+            robot.stop()
+        thread = threading.Timer(0, other)
+        inside = threading.Event()
+        robot.subscribe("begin", lambda message: inside.set())
+        self.client(1).advertise("begin").send("x")
+        self.run_until(robot, inside.is_set)
+        with robot._owner:  # as run() holds it
+            thread.start()
+            thread.join(PATIENCE_S)
+        self.assertEqual(wrong, [])
+        self.assertEqual(len(refused), len(calls))
+        for text in refused:
+            self.assertIn("only send(), busy() and stop() may be called meanwhile", text)
+
     def test_a_child_of_fork_is_told(self):
         robot = self.client(0)
         child = os.fork()

@@ -30,6 +30,8 @@ class Coachbot(object):
 
 
 class Scripts(Case):
+    configuration = "[reserved]\ndebug = true\n"  # else each says that it is off
+
     def wrap(self, robot, own=None, **options):
         os.environ["SWARMTALK_SOCKET"] = self.daemons[robot].socket
         wrapped = swarmtalk.wrap(own, **options)
@@ -54,6 +56,14 @@ class Scripts(Case):
         self.assertEqual(one.recv_msg(clear=True), [])
         text = self.refusal("too_long", one.send_msg, b"x" * 20000)
         self.assertIn("at most 16384", text)
+
+    def test_a_script_that_only_sends_is_told_nothing(self):
+        one, other = self.wrap(0), self.wrap(1)
+        one.send_msg(b"x")
+        self.run_until(other.swarm, lambda: other._subscriber._waiting)
+        other.delay(-5)
+        other.swarm.close()
+        self.assertEqual(self.told.getvalue(), "")
 
     def test_messages_that_are_dropped_in_a_tight_loop_are_counted_and_told(self):
         robot = self.wrap(0)

@@ -33,6 +33,21 @@ class Sending(Case):
                          ["%d" % number for number in range(60)])
         self.assertEqual(self.told.getvalue(), "")
 
+    def test_the_daemon_counts_refusals_by_program_and_channel(self):
+        robot, watcher = self.client(0, "refused"), self.client(0, "watcher")
+
+        def counted():
+            status = watcher.status()
+            program = [each for each in status.programs if each.name == "refused"]
+            channel = [each for each in status.channels if each.name == "counted"]
+            return [sum(each.refused for each in found) for found in (program, channel)]
+        publisher = robot.advertise("counted", queue=0)
+        refused = sum(not publisher.send("x" * 16000) for _ in range(50))
+        self.assertTrue(refused > 1)
+        self.assertTrue(counted()[0] >= 1, "a program that never runs is counted, too")
+        robot.process()
+        self.run_until(watcher, lambda: counted() == [refused, refused])
+
     def test_who_looks_at_the_refusal_is_not_told(self):
         publisher = self.client(0).advertise("two", queue=0, repeat=10, repeat_interval=1)
         self.assertTrue(publisher.send("a"))
@@ -62,7 +77,7 @@ class Sending(Case):
         self.assertIn("not UTF-8", self.refusal("bad_channel", robot.subscribe, b"\xff\xfe"))
         self.assertIn("not None", self.refusal("bad_channel", robot.subscribe, None))
         self.assertIn("0 metres", self.refusal("bad_argument", robot.subscribe, "m", within=-1))
-        self.assertIn("1 to", self.refusal("bad_argument", robot.subscribe, "m", keep_last=0))
+        self.assertIn("1 or more", self.refusal("bad_argument", robot.subscribe, "m", keep_last=0))
         self.assertIn("32.767", self.refusal("bad_pose", robot.set_pose, 40, 0, 0))
         self.assertIn("finite", self.refusal("bad_pose", robot.set_pose, float("nan"), 0, 0))
         self.assertIn("three numbers", self.refusal("bad_pose", robot.set_pose, "a", 0, 0))

@@ -221,6 +221,24 @@ TEST(Format, StatusAndStatsFitANarrowTerminal) {
   }
 }
 
+TEST(Format, StatsCountWhatWasRefused) {
+  DaemonStatus status;
+  status.channels.emplace_back().name = "hello";
+  status.channels.back().subscribers = 3;
+  status.channels.back().onlookers = 2;
+  status.channels.back().refused = 71;
+  status.clients_served.emplace_back().name = "controller";
+  status.clients_served.back().refused = 72;
+  const std::string stats = to_stats(status);
+  EXPECT_NE(stats.find("REFUSED"), std::string::npos) << stats;
+  EXPECT_NE(stats.find(" 71\n"), std::string::npos) << stats;
+  EXPECT_NE(stats.find(" 72 "), std::string::npos) << stats;
+  const auto json = to_json(status);
+  EXPECT_EQ(json["channels"][0]["onlookers"], 2);
+  EXPECT_EQ(json["channels"][0]["refused"], 71);
+  EXPECT_EQ(json["clients_served"][0]["refused"], 72);
+}
+
 TEST(Format, TextWithALineEndIsShownAsText) {
   EXPECT_EQ(payload_text("a\n"), "\"a\\n\"");
   EXPECT_EQ(payload_text("\xff"), "hex ff");

@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 
 namespace {
 
@@ -130,6 +131,27 @@ TEST(CApi, StructOfANewerReleaseIsReadWhenItSaysNothingNew) {
   swarmtalk_unadvertise(made);
 }
 
+TEST(CApi, SubscriberWithoutAFunctionIsRefusedWithASentence) {
+  const ClientHandle client = opened();
+  swarmtalk_subscriber* const made =
+      swarmtalk_subscribe(client.get(), "c", nullptr, nullptr, nullptr);
+  ASSERT_NE(made, nullptr);
+  EXPECT_EQ(swarmtalk_subscriber_status(made), SWARMTALK_BAD_ARGUMENT);
+  EXPECT_STREQ(swarmtalk_error(client.get()),
+               "the function that channel c was subscribed to with is empty: give one that takes "
+               "each message");
+  swarmtalk_unsubscribe(made);
+}
+
+TEST(CApi, ProgramWithoutANameIsRefusedWithASentence) {
+  for (const char* name : {"", static_cast<const char*>(nullptr)}) {
+    const ClientHandle client(swarmtalk_open(name, "/nonexistent/socket"));
+    EXPECT_EQ(swarmtalk_connect(client.get()), SWARMTALK_BAD_ARGUMENT);
+    EXPECT_STREQ(swarmtalk_error(client.get()),
+                 "the name of this Client is empty; give it the name of your program");
+  }
+}
+
 TEST(CApi, StructOfANewerReleaseThatAsksForMoreIsRefusedWithTheRemedy) {
   const ClientHandle client = opened();
   Newer<swarmtalk_policy> policy;
@@ -141,6 +163,32 @@ TEST(CApi, StructOfANewerReleaseThatAsksForMoreIsRefusedWithTheRemedy) {
   EXPECT_NE(told.find("swarmtalk_policy is of a newer release than this library"),
             std::string::npos)
       << told;
+}
+
+TEST(CApi, ErrorIsThatOfTheSendThatFailed) {
+  ClientHandle client = opened();
+  swarmtalk_publisher* const made =
+      swarmtalk_advertise(client.get(), "c", nullptr, ignore_event, nullptr);
+  ASSERT_NE(made, nullptr);
+  EXPECT_EQ(swarmtalk_log(client.get(), nullptr), SWARMTALK_BAD_ARGUMENT);
+  EXPECT_EQ(swarmtalk_send(made, nullptr, 5), SWARMTALK_BAD_ARGUMENT);
+  EXPECT_STREQ(swarmtalk_error(client.get()), "the bytes to send are NULL, and not 5");
+  EXPECT_EQ(swarmtalk_send(made, "x", 1), SWARMTALK_DISCONNECTED);
+  const std::string told = swarmtalk_error(client.get());
+  EXPECT_NE(told.find("not connected"), std::string::npos) << told;
+  std::thread([&] { EXPECT_EQ(swarmtalk_send(made, nullptr, 5), SWARMTALK_BAD_ARGUMENT); }).join();
+  EXPECT_EQ(swarmtalk_error(client.get()), told) << "of another thread";
+  client.reset();
+  EXPECT_NE(swarmtalk_send(made, "x", 1), SWARMTALK_OK) << "after its client";
+  swarmtalk_unadvertise(made);
+}
+
+TEST(CApi, PublisherThatIsNullIsAnswered) {
+  EXPECT_EQ(swarmtalk_send(nullptr, "x", 1), SWARMTALK_BAD_ARGUMENT);
+  EXPECT_EQ(swarmtalk_publisher_status(nullptr), SWARMTALK_BAD_ARGUMENT);
+  EXPECT_EQ(swarmtalk_is_busy(nullptr), 1);
+  EXPECT_EQ(swarmtalk_max_message_bytes(nullptr), 0u);
+  EXPECT_EQ(swarmtalk_subscriber_status(nullptr), SWARMTALK_BAD_ARGUMENT);
 }
 
 TEST(CApi, SizeThatIsNoneIsRefusedWithTheRemedy) {

@@ -73,22 +73,36 @@ TEST_F(ClientConnect, TellsAFileThatIsNoSocketFromADeadDaemon) {
   EXPECT_TRUE(has(status, "/etc/passwd is not a socket")) << status.text();
 }
 
-TEST_F(ClientConnect, TellsWhichGroupToJoin) {
+TEST_F(ClientConnect, TellsWhatHelpsWhoMayNotConnect) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root to become another user";
   const int fd = bind_socket(path);
-  ::chmod(path.c_str(), 0660);
-  ::chmod(std::filesystem::path(path).parent_path().c_str(), 0755);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(9);
-    Client client("test", options());
-    const Status status = client.connect();
-    ::_exit(status.code() == StatusCode::kNoPermission && has(status, "group swarmtalk") ? 0 : 1);
+  const std::string folder = std::filesystem::path(path).parent_path();
+  struct Case {
+    gid_t group;
+    mode_t mode, folder_mode;
+    const char* wanted;
+  };
+  for (const Case& each : {Case{1, 0660, 0755, "join group daemon: sudo usermod -aG daemon $USER"},
+                           Case{0, 0660, 0755, "it is for root alone: run the program as root (su"},
+                           Case{1, 0600, 0755, "it is for root alone"},
+                           Case{1, 0660, 0700, "its folder is closed to this user"}}) {
+    ASSERT_EQ(::chown(path.c_str(), 0, each.group), 0);
+    ASSERT_EQ(::chmod(path.c_str(), each.mode), 0);
+    ASSERT_EQ(::chmod(folder.c_str(), each.folder_mode), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(9);
+      Client client("test", options());
+      const Status status = client.connect();
+      ::_exit(status.code() == StatusCode::kNoPermission && has(status, each.wanted) ? 0 : 1);
+    }
+    int result = -1;
+    ::waitpid(child, &result, 0);
+    EXPECT_EQ(result, 0) << each.wanted;
   }
-  int result = -1;
-  ::waitpid(child, &result, 0);
   ::close(fd);
-  EXPECT_EQ(result, 0);
+  const Status standard = client::connect_error(EACCES, ipc::kDefaultSocketPath + std::string("?"));
+  EXPECT_TRUE(has(standard, "join group swarmtalk")) << standard.text();
 }
 
 TEST_F(ClientConnect, NamesBothVersionsWhenTheyDiffer) {

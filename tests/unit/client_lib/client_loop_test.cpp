@@ -190,7 +190,8 @@ TEST_F(ClientLoop, AProgramThatNeverRunsItsCallbacksIsTold) {
     auto subscriber = plain.channel("quiet").subscriber([](const Message&) {});
   }
   EXPECT_NE(testing::internal::GetCapturedStderr().find(
-                "channel quiet was subscribed to and nothing was heard: call run()"),
+                "channel quiet was subscribed to and nothing was heard: keep what subscribe() "
+                "returns, and call run() or process(): callbacks run only inside those"),
             std::string::npos);
 }
 

@@ -69,10 +69,11 @@ TEST_F(ClientPolicy, WhatHasGrownTooOldInTheSocketIsDroppedAndTold) {
 
 TEST_F(ClientPolicy, TheWholePolicyIsAskedOfTheDaemon) {
   auto subscriber = client.subscribe(
-      "hello", Policy::last(7).within(1.5F).known_distance_only().no_older_than(250ms), {});
+      "hello", Policy::last(7).within(1.5F).known_distance_only().no_older_than(250ms).looking_on(),
+      [](const Message&) {});
   const auto is_it = [](const ipc::Envelope& envelope) {
     const ipc::Subscribe& asked = envelope.subscribe();
-    return asked.keep_last() == 7 && asked.max_distance_m() == 1.5F &&
+    return asked.keep_last() == 7 && asked.max_distance_m() == 1.5F && asked.looks_on() &&
            asked.drop_unknown_distance() && asked.max_age_ms() == 250 && !asked.latest_of_each();
   };
   EXPECT_EQ(daemon.count(is_it), 1);

@@ -1,3 +1,5 @@
+#include <swarmtalk/swarmtalk.h>
+
 #include <cmath>
 #include <optional>
 
@@ -112,6 +114,29 @@ TEST_F(ClientPubSub, DeliveryKeepsExactBytesAndAllSensing) {
   EXPECT_EQ(heard->lost_before, (Loss{4, 0, 0, 0, 0}));
 }
 
+TEST_F(ClientPubSub, ProgramInCIsToldByWhomAMessageWasPassedOn) {
+  std::optional<swarmtalk_message> heard;
+  swarmtalk_client* const robot = swarmtalk_open("c", path.c_str());
+  ASSERT_EQ(swarmtalk_connect(robot), SWARMTALK_OK);
+  swarmtalk_subscriber* const subscriber = swarmtalk_subscribe(
+      robot, "hello", nullptr,
+      [](const swarmtalk_message* message, void* context) {
+        *static_cast<std::optional<swarmtalk_message>*>(context) = *message;
+      },
+      &heard);
+  ipc::Deliver deliver;
+  deliver.set_sender(3);
+  deliver.set_hops(1);
+  deliver.set_transmitter(4);
+  daemon.deliver(deliver);
+  for (int i = 0; i < 100 && !heard; ++i) swarmtalk_run_for(robot, 50);
+  ASSERT_TRUE(heard);
+  EXPECT_EQ(heard->sender, 3u);
+  EXPECT_EQ(heard->transmitter, 4u);
+  swarmtalk_unsubscribe(subscriber);
+  swarmtalk_close(robot);
+}
+
 TEST_F(ClientPubSub, UnknownSensingIsUnknownAlsoAfterAKnownOne) {
   std::vector<Message> heard;
   auto subscriber = client.channel(7).subscriber([&](const Message& m) { heard.push_back(m); });
@@ -138,8 +163,9 @@ TEST_F(ClientPubSub, OptionsReachTheDaemon) {
   EXPECT_EQ(daemon.received().back().advertise().channel().name(), "stars");
   EXPECT_EQ(daemon.received().back().advertise().ttl(), 3u);
   EXPECT_TRUE(daemon.received().back().advertise().timestamped());
-  auto subscriber = channel.subscriber(
-      {}, {.max_distance_m = 0.45F, .drop_unknown_distance = true, .keep_last = 1});
+  auto subscriber =
+      channel.subscriber([](const Message&) {},
+                         {.max_distance_m = 0.45F, .drop_unknown_distance = true, .keep_last = 1});
   const ipc::Subscribe body = daemon.received().back().subscribe();
   EXPECT_FLOAT_EQ(body.max_distance_m(), 0.45F);
   EXPECT_TRUE(body.drop_unknown_distance());
@@ -189,11 +215,37 @@ TEST_F(ClientPubSub, AnImpossibleChannelIsRefusedAtOnceAndTheRestGoesOn) {
   EXPECT_TRUE(losses.empty());
 }
 
+TEST_F(ClientPubSub, ASubscriberWithoutAFunctionIsRefusedWithASentence) {
+  const auto first = client.subscribe("hello", nullptr);
+  const auto second = client.subscribe("hello", Policy::latest(), ReceiveCallback());
+  const auto third = client.channel(7).subscriber({});
+  for (const auto* each : {&first, &second, &third}) {
+    EXPECT_EQ(each->status().code(), StatusCode::kBadArgument);
+  }
+  EXPECT_EQ(first.status().text(),
+            "the function that channel hello was subscribed to with is empty: give one that takes "
+            "each message");
+  ASSERT_TRUE(run_until(client, [&] { return errors.size() == 3; }));
+  EXPECT_EQ(daemon.count([](const auto& e) { return e.has_subscribe(); }), 0);
+}
+
+TEST_F(ClientPubSub, AProgramThatNeverRunsIsToldAtItsEndWhatWasRefused) {
+  testing::internal::CaptureStderr();
+  {
+    Client short_lived("test", options());
+    const auto deaf = short_lived.subscribe("hello", nullptr);
+    const auto impossible = short_lived.channel(65536).publisher();
+  }
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 2) << told;
+  EXPECT_NE(told.find("channel hello was subscribed to with is empty"), std::string::npos) << told;
+}
+
 TEST_F(ClientPubSub, ADistanceThatIsRefusedIsABadArgument) {
   daemon.refuse_channels.set_code(ipc::ERROR_BAD_DISTANCE);
   Policy options;
   options.max_distance_m = -1.0F;
-  auto subscriber = client.channel("hello").subscriber({}, options);
+  auto subscriber = client.channel("hello").subscriber([](const Message&) {}, options);
   EXPECT_EQ(subscriber.status().code(), StatusCode::kBadArgument);
 }
 

@@ -26,6 +26,13 @@ class ClientSending : public ClientTest {
     return plain;
   }
 
+  /// Messages that clients refused themselves, as the daemon was told.
+  std::uint32_t refused() {
+    std::uint32_t sum = 0;
+    for (const ipc::Envelope& each : daemon.received()) sum += each.client_loss().refused();
+    return sum;
+  }
+
   FakeDaemon daemon;
   Client client;
 };
@@ -56,8 +63,10 @@ TEST_F(ClientSending, ARefusalThatNobodyLooksAtIsToldOnceASecond) {
     for (int i = 0; i < 1000; ++i) static_cast<void>(publisher.send("x"));
   });
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
-  for (const char* words : {"swarmtalk: channel hello: a message was not sent",
-                            "1 message has not left yet", "longer queue", "drops the oldest"}) {
+  for (const char* words :
+       {"swarmtalk: channel hello: a message was not sent",
+        "nobody looked at what send() returned: 1 message is not confirmed yet",
+        "call run() or process() between sends", "longer queue", "drops the oldest"}) {
     EXPECT_NE(told.find(words), std::string::npos) << words << " is not in: " << told;
   }
 }
@@ -89,6 +98,55 @@ TEST_F(ClientSending, AnOnErrorOfTheProgramsOwnIsToldInsteadOfStderr) {
             "");
   ASSERT_TRUE(run_until(client, [&] { return !errors.empty(); }));
   EXPECT_EQ(errors[0].code(), StatusCode::kBusy);
+}
+
+TEST_F(ClientSending, TheDaemonLearnsHowManyMessagesWereRefusedHere) {
+  daemon.answers_publish = false;
+  {
+    auto publisher = client.advertise("hello", Sending::one_at_a_time());
+    EXPECT_TRUE(publisher.send("x"));
+    EXPECT_FALSE(publisher.send("x")) << "is told at once: this program may never run";
+    EXPECT_TRUE(run_until(client, [&] { return refused() == 1; }));
+    for (int i = 0; i < 10; ++i) EXPECT_FALSE(publisher.send("x"));
+    EXPECT_TRUE(run_until(client, [&] { return refused() == 11; }));
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(publisher.send("x"));
+  }
+  EXPECT_TRUE(run_until(client, [&] { return refused() == 16; })) << "at the publisher's end";
+}
+
+TEST_F(ClientSending, TheDaemonLearnsAtTheClientsEndWhatWasRefusedLast) {
+  daemon.answers_publish = false;
+  std::optional<Client> ending = plain_client();
+  auto publisher = ending->advertise("hello", Sending::one_at_a_time());
+  EXPECT_TRUE(publisher.send("x"));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(publisher.send("x"));
+  ending.reset();
+  EXPECT_EQ(refused(), 5u);
+}
+
+TEST_F(ClientSending, WhatAProgramThatNeverRunsDidWrongIsToldAtItsEnd) {
+  std::optional<Client> plain = plain_client();
+  const std::string told = stderr_of([&] {
+    auto publisher = plain->advertise("hello");
+    EXPECT_EQ(publisher.send(std::string(1000, 'x')).code(), StatusCode::kTooLong);
+    plain.reset();
+  });
+  EXPECT_EQ(told, "swarmtalk: the message has 1000 bytes; channel hello carries at most 100\n");
+}
+
+TEST_F(ClientSending, ADaemonThatDiesBeforeAProgramEndsIsToldWhicheverCallMeetsIt) {
+  std::optional<Client> plain = plain_client();
+  const std::string told = stderr_of([&] {
+    {
+      auto publisher = plain->advertise("hello");
+      EXPECT_TRUE(publisher.send("x"));
+      daemon.kill();
+    }
+    plain.reset();
+  });
+  EXPECT_EQ(told,
+            "swarmtalk: swarmtalkd was gone when this program ended: whether its last messages "
+            "left is not known\n");
 }
 
 TEST_F(ClientSending, ARefusalMayOutliveItsClientAndItsThread) {

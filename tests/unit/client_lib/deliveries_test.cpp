@@ -75,9 +75,25 @@ TEST_F(DeliveriesAlone, TellWhatOtherThreadsHadToReport) {
 
 TEST_F(DeliveriesAlone, TellNothingOnceClosed) {
   deliver("a");
-  deliveries_.close();
+  deliveries_.close(true);
   deliver("b");
   deliveries_.run();
+  EXPECT_TRUE(told_.empty());
+}
+
+TEST_F(DeliveriesAlone, PrintAtTheEndWhatFailedAndNobodyWasTold) {
+  const Status too_fast(StatusCode::kRate, "too fast");
+  deliveries_.tell_sent(publisher_, too_fast, false);
+  deliveries_.tell_sent(publisher_, too_fast, false);
+  deliveries_.report_untold(Status(StatusCode::kTooLong, "too long"));
+  deliveries_.tell_sent(publisher_, Status(), false);
+  deliveries_.tell_sent(publisher_, Status(StatusCode::kDropped, "as asked"), false);
+  deliveries_.tell_sent(publisher_, Status(StatusCode::kDisconnected, "told by itself"), false);
+  deliveries_.report(Status(StatusCode::kBadChannel, "answered already"));
+  testing::internal::CaptureStderr();
+  deliveries_.close(true);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "swarmtalk: a message was not sent: too fast (2 times)\nswarmtalk: too long\n");
   EXPECT_TRUE(told_.empty());
 }
 

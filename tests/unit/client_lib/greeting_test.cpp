@@ -28,6 +28,8 @@ TEST(Greeting, RefusesNamesThatNoDaemonWouldTake) {
   EXPECT_TRUE(check_name(std::string(1024, 'x')));
   EXPECT_EQ(check_name(std::string(1025, 'x')).code(), StatusCode::kBadArgument);
   EXPECT_EQ(check_name("\xff").code(), StatusCode::kBadArgument);
+  EXPECT_EQ(check_name("").text(),
+            "the name of this Client is empty; give it the name of your program");
 }
 
 TEST(Greeting, OfTheDaemonIsARefusalAVersionOrNeither) {

@@ -58,6 +58,26 @@ TEST_F(QuestionsAlone, BringTheAnswer) {
   EXPECT_EQ(pose->y_m, 2);
 }
 
+TEST_F(QuestionsAlone, BringWhatTheDaemonCountsByChannelAndProgram) {
+  while_waiting_ = [this] {
+    answer([](ipc::Envelope& envelope) {
+      ipc::ChannelStatus& channel = *envelope.mutable_status()->add_channels();
+      channel.set_subscribers(3);
+      channel.set_onlookers(2);
+      channel.set_refused(71);
+      envelope.mutable_status()->add_clients_served()->set_refused(72);
+    });
+  };
+  DaemonStatus status;
+  ASSERT_TRUE(questions_.get_status(status));
+  ASSERT_EQ(status.channels.size(), 1u);
+  EXPECT_EQ(status.channels[0].subscribers, 3u);
+  EXPECT_EQ(status.channels[0].onlookers, 2u);
+  EXPECT_EQ(status.channels[0].refused, 71u);
+  ASSERT_EQ(status.clients_served.size(), 1u);
+  EXPECT_EQ(status.clients_served[0].refused, 72u);
+}
+
 TEST_F(QuestionsAlone, AreNotAskedWithoutADaemon) {
   present_ = Status(StatusCode::kNoDaemon);
   DaemonStatus status;
@@ -100,8 +120,10 @@ class PoseUpdatesAlone : public AskedAlone {
   Reports reports_;
   Deliveries deliveries_{reports_, [] {}};
   std::vector<StatusCode> errors_;
+  std::vector<std::string> hints_;
   int waiting_ = 0;
-  PoseUpdates poses_{requests_, deliveries_, [this] { ++waiting_; }};
+  PoseUpdates poses_{requests_, deliveries_, [this] { ++waiting_; },
+                     [this](const std::string& text) { hints_.push_back(text); }};
 };
 
 TEST_F(PoseUpdatesAlone, SendTheNewestWhenTheAnswerHasCome) {
@@ -124,6 +146,17 @@ TEST_F(PoseUpdatesAlone, RefuseWhatIsNotAPlaceAndReportIt) {
   deliveries_.run();
   EXPECT_EQ(errors_.size(), 3u);
   EXPECT_TRUE(written_.empty());
+}
+
+TEST_F(PoseUpdatesAlone, TellOnceThatAHeadingLooksLikeDegrees) {
+  EXPECT_TRUE(poses_.set({0, 0, -6.2831855f}));
+  EXPECT_TRUE(hints_.empty()) << "a whole turn is none too many";
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(poses_.set({0, 0, 90}));
+  ASSERT_EQ(hints_.size(), 1u);
+  EXPECT_NE(hints_[0].find("in radians; 90 is more than a whole turn and looks like degrees, which "
+                           "are 1.5708 radians"),
+            std::string::npos)
+      << hints_[0];
 }
 
 TEST_F(PoseUpdatesAlone, ForgetWhatWaitedWithALostConnection) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "client_lib/wakeup.hpp"
+
 namespace swarmtalk::client {
 namespace {
 
@@ -43,6 +45,25 @@ TEST_F(SenderAlone, IsBusyWhileTheMessageBeforeIsOnItsWay) {
   EXPECT_FALSE(reports_.has_any());
   publisher_.in_flight.clear();
   EXPECT_EQ(send("y"), StatusCode::kOk);
+}
+
+TEST_F(SenderAlone, TellsTheDaemonOfRefusalsAtOnceAndLeavesTheRestToBeToldTogether) {
+  publisher_.sending = Sending::one_at_a_time();
+  EXPECT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_FALSE(sender_.take_has_refused());
+  const std::size_t before = connection_.outgoing_bytes();
+  EXPECT_EQ(send("y"), StatusCode::kBusy);
+  const std::size_t told = connection_.outgoing_bytes();
+  EXPECT_GT(told, before);
+  EXPECT_EQ(publisher_.untold_refusals, 0u);
+  publisher_.refusals_told_at = Wakeup::Clock::now() + std::chrono::hours(1);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(send("y"), StatusCode::kBusy);
+  EXPECT_EQ(connection_.outgoing_bytes(), told) << "once a second";
+  EXPECT_EQ(publisher_.untold_refusals, 3u);
+  EXPECT_TRUE(sender_.take_has_refused());
+  publisher_.refusals_told_at = Wakeup::Clock::now() - std::chrono::hours(1);
+  EXPECT_EQ(send("y"), StatusCode::kBusy);
+  EXPECT_EQ(publisher_.untold_refusals, 0u);
 }
 
 TEST_F(SenderAlone, SaysWhyAPublisherThatIsNotRegisteredCannotSend) {

@@ -1,5 +1,6 @@
 #include "ipc/framing.hpp"
 
+#include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -239,6 +240,25 @@ TEST(AppendFrame, RefusesAnEmptyEnvelope) {
   std::string buffer;
   EXPECT_FALSE(append_frame(Envelope(), buffer));
   EXPECT_TRUE(buffer.empty());
+}
+
+// In a lite build it does not name the message.
+TEST(Parse, CanBeToldFromOtherUsesOfProtobufByWhatProtobufLogs) {
+  static int inside, outside;
+  inside = outside = 0;
+  auto* const before = google::protobuf::SetLogHandler(
+      [](google::protobuf::LogLevel, const char*, int, const std::string&) {
+        ++(is_inside_protobuf() ? inside : outside);
+      });
+  const std::string no_text = "\x2a\x05\x0a\x03\x0a\x01\xff";  // as the name of a channel
+  Envelope envelope;
+  EXPECT_FALSE(parse(no_text, envelope));
+  EXPECT_GT(inside, 0);
+  EXPECT_EQ(outside, 0);
+  EXPECT_FALSE(envelope.ParseFromString(no_text));
+  EXPECT_GT(outside, 0);
+  google::protobuf::SetLogHandler(before);
+  EXPECT_FALSE(is_inside_protobuf());
 }
 
 TEST(CountBodies, CountsEverySubmessageButNotTheRequestId) {

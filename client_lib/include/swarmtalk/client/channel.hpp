@@ -124,7 +124,9 @@ class Channel {
   /// to Client::on_error.
   Publisher publisher(SentCallback sent = {}, Sending sending = {}) const;
 
-  /// The same for a subscriber. `receive` is called from Client::process() and run*() only.
+  /// The same for a subscriber.
+  /// @param receive  called from Client::process() and run*() only; an empty one is refused with
+  ///   kBadArgument
   Subscriber subscriber(ReceiveCallback receive, Policy policy = {}) const;
 
  private:

@@ -39,10 +39,12 @@ struct ChannelStatus {
   std::string name;
   std::uint32_t publishers = 0;
   std::uint32_t subscribers = 0;
+  std::uint32_t onlookers = 0;  // of these, those that look on (Policy::looking_on())
   bool timestamped = false;
   std::vector<std::string> links;  // that carry it
   std::uint64_t received = 0;      // from the air, while somebody on this robot subscribes
   Loss lost;                       // of these, before they came to any subscription's queue
+  std::uint64_t refused = 0;       // messages of programs here that send() could not take
 };
 
 /// A program that the daemon serves.
@@ -58,6 +60,7 @@ struct ClientStatus {
   std::uint64_t lost_daemon = 0;  // dropped by the daemon because they waited for this program
   std::uint64_t lost_client = 0;  // dropped in the program, as it says
   std::uint64_t messages_published = 0;
+  std::uint64_t refused = 0;  // messages of it that send() could not take
 };
 
 /// One of the things that programs share, as a user has it.

@@ -17,7 +17,8 @@ struct Policy {
       std::nullopt;             // messages that wait; unset: the daemon's default
   bool latest_of_each = false;  // of these only the newest of each sender
   std::optional<std::chrono::milliseconds> max_age =
-      std::nullopt;  // since reception, and in buffers before it
+      std::nullopt;       // since reception, and in buffers before it
+  bool looks_on = false;  // for people who look: it does not make a channel one in use
 
   /// Of what waits while the program is busy, only the newest message of the channel.
   static Policy latest() { return last(1); }
@@ -51,6 +52,12 @@ struct Policy {
   Policy no_older_than(std::chrono::milliseconds age) const {
     Policy policy = *this;
     policy.max_age = age;
+    return policy;
+  }
+  /// Of a viewer or a recorder, which listens to what others use: it does not count as use.
+  Policy looking_on() const {
+    Policy policy = *this;
+    policy.looks_on = true;
     return policy;
   }
 };

@@ -21,7 +21,7 @@ enum class StatusCode {
   kBusy,             // as many messages of this publisher wait as may
   kTooLong,          // message longer than the channel carries; the text names the limit
   kDisconnected,     // no connection to the daemon now; the library reconnects by itself
-  kNoDaemon,         // the socket does not exist
+  kNoDaemon,         // no socket of a daemon is there
   kDaemonDead,       // the socket exists, nobody listens on it
   kNoPermission,     // not in group swarmtalk
   kVersionMismatch,  // daemon and library speak different majors; the text names both

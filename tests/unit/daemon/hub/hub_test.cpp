@@ -227,7 +227,8 @@ TEST_F(HubTest, NobodyPublishesOnReservedChannelsUnlessTheyAreOn) {
   by_name.client = by_number.client = &a_;
   const auto refusal = hub_.advertise({"debug", std::nullopt, std::nullopt}, by_name);
   EXPECT_EQ(code_of(refusal), ipc::ERROR_BAD_CHANNEL);
-  EXPECT_THAT(refusal->text, HasSubstr("set debug = true under [reserved]"));
+  EXPECT_THAT(refusal->text, HasSubstr("put the line debug = true under [reserved] in "
+                                       "/etc/swarmtalk/swarmtalkd.toml; then: systemctl reload"));
   const std::uint32_t number = ChannelTable::hash("harvest");
   EXPECT_EQ(code_of(hub_.advertise({"", number, std::nullopt}, by_number)), ipc::ERROR_BAD_CHANNEL);
   Subscription listener;

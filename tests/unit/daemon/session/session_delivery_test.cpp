@@ -101,6 +101,51 @@ TEST_F(SessionTest, WhatWaitedForAClientThatLeavesIsCounted) {
   EXPECT_EQ(counters_.deliveries_dropped_closed, 2u);
 }
 
+TEST_F(SessionTest, MessagesRefusedInAClientAreCountedByProgramAndChannel) {
+  auto peer = greeted();
+  const auto id = advertised(*peer, "hello");
+  ipc::Envelope envelope;
+  envelope.mutable_client_loss()->set_publisher_id(id);
+  envelope.mutable_client_loss()->set_refused(7);
+  peer->send(envelope);
+  envelope.mutable_client_loss()->set_publisher_id(id + 1);  // of nobody
+  peer->send(envelope);
+  step();
+  EXPECT_TRUE(peer->receive().empty());
+  EXPECT_EQ(counters_.messages_busy_in_client, 7u);
+  EXPECT_EQ(counters_.deliveries_lost_in_client, 0u);
+  for (int i = 1; i <= 2; ++i) {  // and one that the daemon refuses itself
+    ipc::Envelope message;
+    message.mutable_publish()->set_publisher_id(id);
+    message.mutable_publish()->set_publish_number(static_cast<std::uint64_t>(i));
+    peer->send(message);
+  }
+  step();
+  EXPECT_EQ(counters_.messages_busy, 1u);
+  ipc::Status status;
+  status_.fill_status(status);
+  ASSERT_EQ(status.clients_served_size(), 1);
+  EXPECT_EQ(status.clients_served(0).refused(), 8u);
+  ASSERT_EQ(status.channels_size(), 1);
+  EXPECT_EQ(status.channels(0).refused(), 8u);
+}
+
+TEST_F(SessionTest, SubscriptionsThatLookOnAreCountedByThemselvesToo) {
+  auto peer = greeted();
+  subscribed(*peer, "hello");
+  ipc::Envelope looking;
+  looking.set_request_id(2);
+  looking.mutable_subscribe()->mutable_channel()->set_name("hello");
+  looking.mutable_subscribe()->set_looks_on(true);
+  peer->send(looking);
+  step();
+  ipc::Status status;
+  status_.fill_status(status);
+  ASSERT_EQ(status.channels_size(), 1);
+  EXPECT_EQ(status.channels(0).subscribers(), 2u);
+  EXPECT_EQ(status.channels(0).onlookers(), 1u);
+}
+
 TEST_F(SessionTest, LossInAClientIsCountedAsItSays) {
   auto peer = greeted();
   const auto id = subscribed(*peer, "hello");

@@ -348,6 +348,19 @@ TEST_F(SessionTest, LimitsOfAClientAreToldWithTheLimit) {
   ASSERT_EQ(replies.size(), 3u);
   for (const auto& reply : replies) EXPECT_EQ(reply.failure().code(), ipc::ERROR_LIMIT);
   EXPECT_EQ(replies[0].failure().limit(), 1u);
+  EXPECT_EQ(replies[0].failure().text(),
+            "a client's subscriptions are limited to 1 (subscriptions_per_client under [limits]); "
+            "close one first");
+}
+
+TEST_F(SessionTest, KeepLastIsToldWithTheKeyOfItsLimit) {
+  auto peer = greeted();
+  peer->subscribe(5, "hello", 100'000'000);
+  step();
+  const auto replies = peer->receive();
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].failure().text(),
+            "keep_last must be 1 to 1024 (queue_messages_max under [limits]), not 100000000");
 }
 
 TEST_F(SessionTest, OneClientTooManyIsToldWhyAndClosed) {

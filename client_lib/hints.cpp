@@ -1,0 +1,35 @@
+#include "client_lib/hints.hpp"
+
+#include <cstdio>
+
+namespace swarmtalk::client {
+
+void print_hint(const std::string& text) {
+  std::fprintf(stderr, "swarmtalk: %s\n", text.c_str());
+}
+
+/// swarmtalk-cli takes digits for a number, so that the two would never meet.
+void Hints::note_name(const ChannelKey& key) {
+  const bool is_digits =
+      !key.name.empty() && key.name.find_first_not_of("0123456789") == std::string::npos;
+  if (!is_digits || std::exchange(has_told_digits_, true)) return;
+  tell("channel \"" + key.name + "\" is a name here, and not channel number " + key.name +
+       "; for the number leave out the quotes");
+}
+
+void Hints::note_wildcard(const ChannelKey& key) {
+  if (key.name.find_first_of("#*?+") == std::string::npos) return;
+  if (std::exchange(has_told_wildcard_, true)) return;
+  tell("'" + key.name +
+       "' is heard as the name of one channel: there are no wildcards; subscribe to each channel, "
+       "swarmtalk-cli status lists those of this robot's programs");
+}
+
+void Hints::note_end(const std::string& label) const {
+  if (has_run_) return;
+  tell(label +
+       " was subscribed to and nothing was heard: keep what subscribe() returns, and call run() "
+       "or process(): callbacks run only inside those");
+}
+
+}  // namespace swarmtalk::client

@@ -1,0 +1,71 @@
+// What a programmer is told.
+#include "client_lib/hints.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace swarmtalk::client {
+namespace {
+
+ChannelKey named(const std::string& name) {
+  ChannelKey key;
+  key.name = name;
+  return key;
+}
+
+class HintsAlone : public testing::Test {
+ protected:
+  bool are_wanted_ = true;
+  std::vector<std::string> told_;
+  Hints hints_{[this] { return are_wanted_; },
+               [this](const std::string& text) { told_.push_back(text); }};
+};
+
+TEST_F(HintsAlone, TellOnceOfDigitsThatAreAName) {
+  hints_.note_name(named(""));
+  hints_.note_name(named("r2d2"));
+  EXPECT_TRUE(told_.empty());
+  hints_.note_name(named("5"));
+  hints_.note_name(named("6"));
+  ASSERT_EQ(told_.size(), 1u);
+  EXPECT_NE(told_[0].find("channel \"5\" is a name here"), std::string::npos);
+}
+
+TEST_F(HintsAlone, TellOnceThatThereAreNoWildcards) {
+  hints_.note_wildcard(named("robots"));
+  EXPECT_TRUE(told_.empty());
+  hints_.note_wildcard(named("robots/+"));
+  hints_.note_wildcard(named("#"));
+  ASSERT_EQ(told_.size(), 1u);
+  EXPECT_NE(told_[0].find("'robots/+' is heard as the name of one channel"), std::string::npos);
+}
+
+TEST_F(HintsAlone, TellOfASubscriptionThatEndsBeforeAnythingRan) {
+  hints_.note_end("channel hello");
+  ASSERT_EQ(told_.size(), 1u);
+  EXPECT_NE(told_[0].find("channel hello was subscribed to and nothing was heard"),
+            std::string::npos);
+  hints_.note_running();
+  hints_.note_end("channel hello");
+  EXPECT_EQ(told_.size(), 1u);
+}
+
+TEST_F(HintsAlone, AreNotToldToAProgramThatPrintsItsOwnErrors) {
+  are_wanted_ = false;
+  hints_.tell("anything");
+  hints_.note_name(named("5"));
+  hints_.note_wildcard(named("#"));
+  hints_.note_end("channel hello");
+  EXPECT_TRUE(told_.empty());
+}
+
+TEST(Hint, IsALineOnStderr) {
+  testing::internal::CaptureStderr();
+  print_hint("keep what subscribe() returns");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "swarmtalk: keep what subscribe() returns\n");
+}
+
+}  // namespace
+}  // namespace swarmtalk::client
