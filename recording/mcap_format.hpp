@@ -12,7 +12,8 @@ namespace swarmtalk::recording {
 
 inline constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 inline constexpr std::size_t kRecordHeadBytes =
-    1 + 8;                                         // number of the record, length of its content
+    1 + 8;  // number of the record, length of its content
+inline constexpr std::size_t kFooterBytes = kRecordHeadBytes + 8 + 8 + 4;
 inline constexpr std::string_view kZstd = "zstd";  // name of a chunk's compression
 
 enum class McapOp : std::uint8_t {

@@ -2,6 +2,7 @@
 
 #include "recording/compression.hpp"
 #include "recording/crc32.hpp"
+#include "text/counted.hpp"
 #include "text/plain.hpp"
 
 namespace swarmtalk::recording {
@@ -15,10 +16,11 @@ std::string McapReader::open() {
   in_.seekg(0, std::ios::end);
   const auto end = in_.tellg();
   size_bytes_ = end > 0 ? static_cast<std::uint64_t>(end) : 0;
+  index_ = read_mcap_index(in_, size_bytes_);
   rewind();
   if (at_ != 0) return {};
   return size_bytes_ < kMcapMagic.size()
-             ? "it is too short to be a recording: " + std::to_string(size_bytes_) + " bytes"
+             ? "it is too short to be a recording: " + text::counted(size_bytes_, "byte")
              : "it is not an MCAP file: its first bytes are others";
 }
 
@@ -30,7 +32,7 @@ void McapReader::rewind() {
   schemas_.clear();  // what comes late in the file is not known yet
   channels_.clear();
   kept_bytes_ = chunks_ = messages_ = damaged_chunks_ = unread_bytes_ = 0;
-  is_at_data_end_ = is_cut_ = false;
+  is_at_data_end_ = is_cut_ = is_index_read_ = false;
   damage_.clear();
   if (!read(kMcapMagic.size(), record_) || record_ != kMcapMagic) at_ = 0;
 }
@@ -82,36 +84,33 @@ McapReader::Step McapReader::step(McapMessage& message) {
     unread_bytes_ = size_bytes_ - record_at;
     return Step::kEnd;
   };
-  if (!read(kRecordHeadBytes, record_)) return cut();
-  ByteReader head(record_);
-  const auto op = static_cast<McapOp>(head.u8());
-  const std::uint64_t length = head.u64();
-  if (length > size_bytes_ - at_) return cut();
+  McapOp op{};
+  std::uint64_t length = 0;
+  const bool is_head_good = read_head(op, length);
+  if (const auto place = index_.behind_damage(record_at, is_head_good, op, length)) {
+    damage("the head of a record is damaged");
+    at_ = 0;
+    skip(*place);
+    return Step::kGoOn;
+  }
+  if (!is_head_good) return cut();
   switch (op) {
     case McapOp::kDataEnd:
-    case McapOp::kFooter: {
+    case McapOp::kFooter:
       is_at_data_end_ = true;
-      // Whole is what ends with the magic again; else the index was cut off, and no message.
-      in_.clear();
-      in_.seekg(-static_cast<std::streamoff>(kMcapMagic.size()), std::ios::end);
-      std::string end(kMcapMagic.size(), '\0');
-      in_.read(end.data(), static_cast<std::streamsize>(end.size()));
-      if (end != kMcapMagic) is_cut_ = true;
+      is_cut_ = !skip_index(op, length);  // the index, and no message
       return Step::kEnd;
-    }
     case McapOp::kSchema:
     case McapOp::kChannel:
     case McapOp::kMessage:
     case McapOp::kChunk:
       break;
     default:  // the header, indexes, attachments, and what later versions may add
-      at_ += length;
-      in_.seekg(static_cast<std::streamoff>(at_));
+      skip(length);
       return Step::kGoOn;
   }
   if (length > kMaxChunkBytes) {
-    at_ += length;
-    in_.seekg(static_cast<std::streamoff>(at_));
+    skip(length);
     damage("a chunk is longer than 64 MiB");
     return Step::kGoOn;
   }
@@ -128,6 +127,59 @@ McapReader::Step McapReader::step(McapMessage& message) {
     damage("a schema or a channel is not whole");
   }
   return Step::kGoOn;
+}
+
+void McapReader::skip(std::uint64_t size_bytes) {
+  at_ += size_bytes;
+  in_.clear();
+  in_.seekg(static_cast<std::streamoff>(at_));
+}
+
+/// From the content of the record `op` to the end of the recording, which need not be that of the
+/// file. @return false: the file ends before
+bool McapReader::skip_index(McapOp op, std::uint64_t length) {
+  skip(length);
+  while (op != McapOp::kFooter) {
+    if (!read_head(op, length)) return false;
+    skip(length);
+  }
+  if (!read(kMcapMagic.size(), record_) || record_ != kMcapMagic) return false;
+  unread_bytes_ = size_bytes_ - at_;
+  return true;
+}
+
+/// @return false: the file does not hold a record here
+bool McapReader::read_head(McapOp& op, std::uint64_t& length) {
+  if (!read(kRecordHeadBytes, record_)) return false;
+  ByteReader head(record_);
+  op = static_cast<McapOp>(head.u8());
+  length = head.u64();
+  return length <= size_bytes_ - at_;
+}
+
+/// Schemas and channels stand in the index once more: where a chunk cannot be read, those that only
+/// it held are taken from there.
+void McapReader::read_index() {
+  if (is_index_read_) return;
+  is_index_read_ = true;
+  const std::uint64_t back_at = at_;
+  std::string record;
+  const auto footer = read_mcap_footer(in_, size_bytes_);
+  at_ = 0;
+  if (footer) skip(std::min(footer->index_at, size_bytes_));
+  McapOp op{};
+  std::uint64_t length = 0;
+  while (at_ > 0 && read_head(op, length) && op != McapOp::kFooter) {
+    const bool is_wanted = op == McapOp::kSchema || op == McapOp::kChannel;
+    if (!is_wanted || length > kMaxChunkBytes) {
+      skip(length);
+    } else if (!read(length, record) ||
+               !(op == McapOp::kSchema ? take_schema(record) : take_channel(record))) {
+      break;
+    }
+  }
+  at_ = 0;
+  skip(back_at);
 }
 
 void McapReader::open_chunk(std::string_view content) {
@@ -176,6 +228,7 @@ bool McapReader::next_in_chunk(McapMessage& message) {
 
 void McapReader::damage(const std::string& cause) {
   if (damaged_chunks_++ == 0) damage_ = cause;
+  read_index();
 }
 
 bool McapReader::take_schema(std::string_view content) {
@@ -218,28 +271,35 @@ bool McapReader::take_channel(std::string_view content) {
   return true;
 }
 
-bool McapReader::take_message(std::string_view content, McapMessage& message) const {
+bool McapReader::take_message(std::string_view content, McapMessage& message) {
   ByteReader reader(content);
   message.channel = reader.u16();
   message.sequence = reader.u32();
   message.log_time_ns = reader.u64();
   message.publish_time_ns = reader.u64();
   message.bytes = reader.rest();
+  if (!channels_.contains(message.channel)) read_index();
   return reader.is_good() && channels_.contains(message.channel);
 }
 
 std::string McapReader::problem() const {
   std::string text;
   if (is_cut_ && is_at_data_end_) {
-    text = "its index is cut off; all " + std::to_string(messages_) + " messages are there";
+    text = "its index is cut off; " +
+           (damaged_chunks_ == 0 ? "all is there: " : std::string("the rest is there: ")) +
+           text::counted(messages_, "record");
   } else if (is_cut_) {
-    text = "it is cut off, as when a recorder is killed: " + std::to_string(messages_) +
-           " messages in " + std::to_string(chunks_) + " whole chunks were read, and " +
-           std::to_string(unread_bytes_) + " bytes behind them are lost";
+    text = "it is cut off, as when a recorder is killed, or damaged there: " +
+           text::counted(messages_, "record") + " in " + text::counted(chunks_, "whole chunk") +
+           " could be read, and " + text::counted(unread_bytes_, "byte") + " behind them could not";
+  }
+  if (!is_cut_ && unread_bytes_ > 0) {
+    text = text::counted(unread_bytes_, "byte") +
+           " behind its end could not be read, as when two recordings are put into one file";
   }
   if (damaged_chunks_ > 0) {
-    text += (text.empty() ? "" : "; ") + std::to_string(damaged_chunks_) +
-            " damaged places were left out: " + damage_;
+    text += (text.empty() ? "" : "; ") + text::counted(damaged_chunks_, "damaged place") +
+            " left out: " + damage_;
   }
   return text;
 }

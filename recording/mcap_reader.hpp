@@ -1,6 +1,7 @@
 // McapReader: reads an MCAP file from its beginning, message by message, whoever wrote it and
 // however it ended. Any bytes are safe; a chunk counts when it is whole and its CRC is right. The
-// index is not needed. Reads one chunk at a time; not thread-safe.
+// index is not needed; where it is whole, it tells where to go on behind a damaged record. Reads
+// one chunk at a time; not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "recording/bytes.hpp"
 #include "recording/mcap_format.hpp"
+#include "recording/mcap_index.hpp"
 
 namespace swarmtalk::recording {
 
@@ -58,18 +60,23 @@ class McapReader {
 
   bool read(std::uint64_t size_bytes, std::string& bytes);
   Step step(McapMessage& message);
+  bool read_head(McapOp& op, std::uint64_t& length);
+  void skip(std::uint64_t size_bytes);
+  bool skip_index(McapOp op, std::uint64_t length);
+  void read_index();
   void open_chunk(std::string_view content);
   bool next_in_chunk(McapMessage& message);
   void damage(const std::string& cause);
   bool take_schema(std::string_view content);
   bool take_channel(std::string_view content);
   bool keep(std::size_t size_bytes, std::size_t values = 0);
-  bool take_message(std::string_view content, McapMessage& message) const;
+  bool take_message(std::string_view content, McapMessage& message);
 
   std::istream& in_;
   std::uint64_t size_bytes_ = 0;
   std::uint64_t at_ = 0;
   std::uint64_t place_ = 0;
+  McapIndex index_;
   std::string record_;
   std::string chunk_;
   ByteReader in_chunk_{{}};
@@ -79,10 +86,11 @@ class McapReader {
   std::uint64_t chunks_ = 0;
   std::uint64_t messages_ = 0;
   std::uint64_t damaged_chunks_ = 0;
-  std::uint64_t unread_bytes_ = 0;
-  std::string damage_;  // of the first damaged chunk
+  std::uint64_t unread_bytes_ = 0;  // behind what was read
+  std::string damage_;              // of the first damaged chunk
   bool is_at_data_end_ = false;
   bool is_cut_ = false;
+  bool is_index_read_ = false;
 };
 
 }  // namespace swarmtalk::recording

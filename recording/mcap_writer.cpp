@@ -1,6 +1,8 @@
 #include "recording/mcap_writer.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,10 +45,40 @@ void McapWriter::close() {
   fd_ = -1;
 }
 
+// The old file goes, and who reads it keeps it as it was: one that is written over under its
+// readers is neither recording.
+std::string McapWriter::make_room() {
+  const int old = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
+  if (old < 0) return {};
+  struct stat status {};
+  if (::fstat(old, &status) == 0 && !S_ISREG(status.st_mode)) {
+    fd_ = old;  // a device or a pipe stays
+    return {};
+  }
+  const bool is_in_use = ::flock(old, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  const bool is_gone = !is_in_use && ::unlink(path_.c_str()) == 0;
+  const int error = errno;
+  ::close(old);
+  if (is_in_use)
+    return path_ + " is being recorded by another program: end it, or name another file";
+  if (!is_gone) return "cannot replace " + path_ + ": " + std::strerror(error);
+  return {};
+}
+
 std::string McapWriter::open(const std::string& path, std::string_view library, bool replaces) {
   path_ = path;
-  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (replaces ? O_TRUNC : O_EXCL), 0666);
-  if (fd_ < 0) return "cannot make " + path + ": " + std::strerror(errno);
+  if (replaces) {
+    if (std::string problem = make_room(); !problem.empty()) return problem;
+  }
+  if (fd_ < 0) fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_EXCL, 0666);
+  if (fd_ < 0) {
+    const int error = errno;
+    struct stat status {};
+    const bool is_folder = ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+    return "cannot make " + path + ": " + std::strerror(is_folder ? EISDIR : error) +
+           (error == EEXIST && !is_folder && !replaces ? "; --replace overwrites it" : "");
+  }
+  ::flock(fd_, LOCK_EX | LOCK_NB);  // who would replace the file sees that it is being written
   ByteWriter header;
   header.counted("");  // no profile of somebody's
   header.counted(library);

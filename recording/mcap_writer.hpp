@@ -70,6 +70,8 @@ class McapWriter {
     std::uint64_t index_length, compressed, uncompressed;
   };
 
+  /// Takes an older file of this name away. @return why not; empty: done, or there is none
+  std::string make_room();
   static void record(ByteWriter& out, McapOp op, std::string_view content);
   void schema_record(ByteWriter& out, std::uint16_t id) const;
   void channel_record(ByteWriter& out, std::uint16_t id) const;

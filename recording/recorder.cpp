@@ -122,6 +122,11 @@ bool Recorder::losses(const swarmtalk::ChannelStatus& channel, Clock::time_point
   return topics_.write(std::string(kLossesTopic), record, clock_.ns(at));
 }
 
+bool Recorder::encoded(const std::string& topic, const McapSchema& schema, std::string_view bytes,
+                       Clock::time_point at) {
+  return topics_.write_encoded(topic, schema, bytes, clock_.ns(at));
+}
+
 bool Recorder::tick(Clock::time_point now) {
   if (now < next_close_) return problem().empty();
   next_close_ = now + kChunkPeriod;

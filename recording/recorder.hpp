@@ -18,7 +18,7 @@
 namespace swarmtalk::recording {
 
 inline constexpr std::string_view kChannelTopics = "/channel/";  // and the channel's name
-inline constexpr std::string_view kLogTopic = "/log";
+inline constexpr std::string_view kLogTopic = "/log_lines";
 inline constexpr std::string_view kPoseTopic = "/pose";
 inline constexpr std::string_view kLossesTopic = "/losses";
 inline constexpr std::string_view kValuesTopic = "/values";
@@ -55,6 +55,9 @@ class Recorder {
                 Clock::time_point at);
   bool neighbour(const swarmtalk::Neighbour& neighbour, Clock::time_point at);
   bool losses(const swarmtalk::ChannelStatus& channel, Clock::time_point at);
+  /// A message of somebody's schema, encoded.
+  bool encoded(const std::string& topic, const McapSchema& schema, std::string_view bytes,
+               Clock::time_point at);
 
   /// Closes the chunk when its second is over. Call at least at next_close().
   bool tick(Clock::time_point now);
@@ -65,6 +68,7 @@ class Recorder {
 
   const std::string& problem() const { return topics_.writer().problem(); }
   const McapWriter& writer() const { return topics_.writer(); }
+  const RecordClock& clock() const { return clock_; }
 
  private:
   RecordClock clock_;

@@ -1,4 +1,5 @@
 #include "recording/recording_reader.hpp"
+#include "text/counted.hpp"
 
 #include <sys/stat.h>
 
@@ -53,8 +54,8 @@ bool RecordingReader::next(Record& record) {
 std::string RecordingReader::problem() const {
   std::string text = mcap_.problem();
   if (unreadable_ > 0) {
-    text += (text.empty() ? "" : "; ") + std::to_string(unreadable_) +
-            " messages do not fit their schema";
+    text += (text.empty() ? "" : "; ") + text::counted(unreadable_, "record does", "records do") +
+            " not fit their schema";
   }
   return text;
 }

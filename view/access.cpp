@@ -26,10 +26,9 @@ bool has_token(const AccessRules& rules, const Visitor& visitor) {
 }
 
 bool is_origin_good(const AccessRules& rules, const Visitor& visitor) {
-  if (visitor.origin.empty()) return true;
-  if (visitor.origin == "http://" + std::string(visitor.host)) return true;
+  if (!visitor.origin || *visitor.origin == "http://" + std::string(visitor.host)) return true;
   const auto& allowed = rules.allowed_origins;
-  return std::find(allowed.begin(), allowed.end(), visitor.origin) != allowed.end();
+  return std::find(allowed.begin(), allowed.end(), *visitor.origin) != allowed.end();
 }
 
 }  // namespace

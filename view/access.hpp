@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,10 +18,10 @@ struct AccessRules {
 };
 
 struct Visitor {
-  bool is_this_machine = false;  // by the address of its socket
-  std::string_view host;         // header Host
-  std::string_view origin;       // header Origin; empty: none, so it is not a page
-  std::string_view target;       // "/?token=abc"
+  bool is_this_machine = false;            // by the address of its socket
+  std::string_view host;                   // header Host
+  std::optional<std::string_view> origin;  // header Origin; none: it is not a page
+  std::string_view target;                 // "/?token=abc"
   std::string_view authorization;
 };
 

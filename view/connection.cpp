@@ -90,7 +90,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void on_request(beast::error_code error) {
     if (error == http::error::end_of_stream || error == beast::error::timeout ||
-        error == boost::asio::error::connection_reset) {
+        error == boost::asio::error::connection_reset ||
+        error == boost::asio::error::operation_aborted) {
       return;
     }
     request_ = parser_.release();
@@ -102,10 +103,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const auto peer = tcp().socket().remote_endpoint(gone);
     if (gone) return;
     const std::string_view target = view_of(request_.target());
-    const std::string why = refusal(
-        server_.rules(), {peer.address().is_loopback(), view_of(request_[http::field::host]),
-                          view_of(request_[http::field::origin]), target,
-                          view_of(request_[http::field::authorization])});
+    Visitor visitor;
+    visitor.is_this_machine = peer.address().is_loopback();
+    visitor.host = view_of(request_[http::field::host]);
+    if (const auto origin = request_.find(http::field::origin); origin != request_.end()) {
+      visitor.origin = view_of(origin->value());
+    }
+    visitor.target = target;
+    visitor.authorization = view_of(request_[http::field::authorization]);
+    const std::string why = refusal(server_.rules(), visitor);
     if (!why.empty()) return respond(http::status::forbidden, "text/plain", why + "\n");
     if (websocket::is_upgrade(request_)) return accept_websocket();
     const std::string_view path = target.substr(0, target.find('?'));
@@ -114,6 +120,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     if (path != "/" && path != "/index.html") {
       return respond(http::status::not_found, "text/plain", "there is one page, at /\n");
+    }
+    if (!server_.has_place_for_viewer()) {
+      return respond(http::status::service_unavailable, "text/plain",
+                     Server::no_place_text() + "\n");
     }
     respond(http::status::ok, "text/html; charset=utf-8",
             request_.method() == http::verb::head ? std::string() : std::string(page()));
@@ -147,7 +157,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         websocket::stream_base::decorator([chosen](websocket::response_type& response) {
           if (!chosen.empty()) response.set(http::field::sec_websocket_protocol, chosen);
         }));
-    stream_.read_message_max(kMostMessageBytes);
+    stream_.read_message_max(0);  // on_read() holds the limit, and says so
     stream_.async_accept(request_, [self = shared_from_this(), chosen](beast::error_code error) {
       if (!error) self->begin(chosen);
     });
@@ -155,23 +165,34 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void begin(const std::string& subprotocol) {
     buffer_.clear();
+    if (!server_.has_place_for_viewer()) return turn_away();
     viewer_ = server_.stage().make_viewer(subprotocol);
     viewer_->wake = [this] { write(); };
     viewer_->leave = [this](std::string why) { leave(std::move(why)); };
     server_.stage().add(*viewer_);
+    server_.connection_is_let_in(this);
     viewer_->begin();
     read();
   }
 
   void read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-      self->on_read(error);
-    });
+    stream_.async_read_some(buffer_, kMostMessageBytes + 1 - buffer_.size(),
+                            [self = shared_from_this()](beast::error_code error, std::size_t) {
+                              self->on_read(error);
+                            });
   }
 
   void on_read(beast::error_code error) {
     if (error) return close();
     if (is_leaving_) return;  // what still comes is read by the closing
+    // What its frame announces counts: who waits for it would keep a place for nothing.
+    const std::size_t to_come = stream_.is_message_done() ? 0 : stream_.read_size_hint(1);
+    if (buffer_.size() > kMostMessageBytes || to_come > kMostMessageBytes - buffer_.size()) {
+      server_.tell_message_too_long(kMostMessageBytes);
+      return leave("a message may have " + std::to_string(kMostMessageBytes) + " bytes at most",
+                   websocket::close_code::too_big);
+    }
+    if (!stream_.is_message_done()) return read();
     const auto bytes = buffer_.cdata();
     const std::string_view message(static_cast<const char*>(bytes.data()), bytes.size());
     if (stream_.got_text()) {
@@ -199,16 +220,26 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   // The reason goes into the closing frame, where browsers show it.
-  void leave(std::string why) {
+  void leave(std::string why, websocket::close_code code = websocket::close_code::policy_error) {
     if (std::exchange(is_leaving_, true)) return;
+    server_.connection_leaves(this);
     why_ = std::move(why);
+    close_code_ = code;
     if (!writing_) send_close();
+  }
+
+  // A browser does not show what answers a handshake, but why it was closed.
+  void turn_away() {
+    is_leaving_ = true;
+    why_ = Server::no_place_text();
+    close_code_ = websocket::close_code::try_again_later;
+    send_close();
   }
 
   void send_close() {
     if (std::exchange(is_close_sent_, true)) return;
     why_.resize(std::min<std::size_t>(why_.size(), 120));  // a closing frame holds no more
-    const websocket::close_reason reason(websocket::close_code::policy_error, why_);
+    const websocket::close_reason reason(close_code_, why_);
     stream_.async_close(reason, [self = shared_from_this()](beast::error_code) {});
   }
 
@@ -227,6 +258,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::unique_ptr<Viewer> viewer_;
   std::shared_ptr<const std::string> writing_;
   std::string why_;
+  websocket::close_code close_code_ = websocket::close_code::policy_error;
   bool is_leaving_ = false;
   bool is_close_sent_ = false;
 };

@@ -4,7 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "view/foxglove_scene.hpp"
+#include "text/counted.hpp"
+#include "view/scene/foxglove_scene.hpp"
 
 namespace swarmtalk::view {
 namespace {
@@ -166,10 +167,22 @@ void FoxgloveViewer::show(const Scene& scene) {
     const auto& picture = scene.pictures[subscriptions_[i]->topic];
     if (picture) queue.put_state(i, message_data(subscriptions_[i]->id, scene.wall_ns, *picture));
   }
+  if (scene.info) tell_left_out();
   if (!scene.info || queue.events_dropped() == told_dropped_) return;
   told_dropped_ = queue.events_dropped();
-  tell(status_json(kWarning, std::to_string(told_dropped_) + " log lines were dropped: this viewer "
-                                                             "reads too slowly"));
+  tell(status_json(kWarning, text::counted(told_dropped_, "log line was", "log lines were") +
+                                 " dropped: this viewer reads too slowly"));
+}
+
+// Each once, until it is heard again.
+void FoxgloveViewer::tell_left_out() {
+  const LeftOut& left_out = source_.left_out();
+  if (left_out == told_left_out_) return;
+  for (const auto& [channel, why] : left_out) {
+    if (told_left_out_.contains(channel)) continue;
+    tell(status_json(kWarning, "channel " + channel + " is left out: " + why));
+  }
+  told_left_out_ = left_out;
 }
 
 void FoxgloveViewer::on_line(const LogLine& line) {

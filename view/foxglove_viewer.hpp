@@ -37,11 +37,13 @@ class FoxgloveViewer final : public Viewer {
   std::string subscribe(std::uint64_t id, std::uint64_t channel);
   void refuse(const std::string& why);
   void tell(std::string json);
+  void tell_left_out();
   void tell_line(std::uint32_t subscription, const LogLine& line);
 
   Source& source_;
   std::array<std::optional<Subscription>, kMostSubscriptions> subscriptions_;
   std::uint64_t told_dropped_ = 0;
+  LeftOut told_left_out_;
   unsigned bad_requests_ = 0;
 };
 

@@ -137,7 +137,7 @@ int serve(const Arguments& arguments) {
   if (arguments.recording.empty()) {
     observer.emplace(io, arguments.observer);
     if (const Status status = observer->start(); !status) {
-      return fail(std::string(status.text()), kExitNoDaemon);
+      return fail(std::string(status.text()), is_refused(status) ? kExitFailure : kExitNoDaemon);
     }
   } else {
     playback.emplace(io);

@@ -14,6 +14,7 @@ constexpr auto kAskPeriod = std::chrono::seconds(10);  // less than what is aske
 constexpr auto kAskPeriodOfDetails = std::chrono::seconds(2);
 constexpr auto kStatusPeriod = std::chrono::seconds(1);
 constexpr auto kAnswerWithin = std::chrono::milliseconds(300);
+constexpr auto kLongReading = std::chrono::milliseconds(10);
 constexpr std::uint32_t kMessagesThatWait = 256;  // of one channel, while we are busy
 
 ClientOptions client_options(const ObserverOptions& options) {
@@ -29,13 +30,19 @@ Observer::Observer(boost::asio::io_context& io, ObserverOptions options)
     : options_(std::move(options)),
       client_("swarmtalk-view", client_options(options_)),
       readable_(io, client_.fd()),
-      timer_(io) {
+      timer_(io),
+      pause_(io),
+      listening_(client_, [this](const Message& message) { take_message(message, now()); }) {
   client_.on_disconnect([this](const Status& status) {
     lost_daemon_at_ = Clock::now();
-    std::fprintf(stderr, "swarmtalk-view: %s; trying again\n", std::string(status.text()).c_str());
+    std::fprintf(stderr, "swarmtalk-view: %s\n", std::string(status.text()).c_str());
   });
   client_.on_error([](const Status& status) {
-    if (status.code() == StatusCode::kBadChannel) return;  // the page says so
+    // Listening tells which channels are refused, and the page.
+    if (status.code() == StatusCode::kBadChannel || status.code() == StatusCode::kLimit ||
+        status.code() == StatusCode::kChannelConflict) {
+      return;
+    }
     std::fprintf(stderr, "swarmtalk-view: %s\n", std::string(status.text()).c_str());
   });
   client_.on_reconnect([this] {
@@ -51,13 +58,22 @@ Observer::~Observer() {
 Status Observer::start() {
   if (Status status = client_.connect(); !status) return status;
   debug_ = client_.channel("debug").subscriber(
-      [this](const Message& m) { take_line(m.sender, m.payload, now()); },
+      [this](const Message& m) {
+        traffic_.note_message(m, now());
+        take_line(m.sender, m.payload, now());
+      },
       Policy::last(kMessagesThatWait));
   harvest_ = client_.channel("harvest").subscriber(
-      [this](const Message& m) { take_harvest(m, now()); }, Policy::last(kMessagesThatWait));
+      [this](const Message& m) {
+        traffic_.note_message(m, now());
+        take_harvest(m, now());
+      },
+      Policy::last(kMessagesThatWait));
   asker_ = client_.channel("harvest").publisher([](const Status&) {}, Sending::newest(1));
   for (const std::string& name : options_.channels) {
-    if (!listen(name)) return Status(StatusCode::kBadChannel, "cannot listen to channel " + name);
+    if (const Status status = listening_.keep(name); !status) {
+      return Status(status.code(), "--channel " + name + ": " + std::string(status.text()));
+    }
   }
   tick();
   wait_readable();
@@ -74,25 +90,38 @@ void Observer::wait_readable() {
   readable_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                        [this](const boost::system::error_code& error) {
                          if (error) return;
+                         if (Clock::now() < rest_until_) return rest();
+                         const Time begin = Clock::now();
                          static_cast<void>(client_.process());
+                         note_reading(begin);
                          wait_readable();
                        });
 }
 
+// A flood is read at most half the time: the pages are written in the other half.
+void Observer::note_reading(Time begin) {
+  const Time end = Clock::now();
+  if (end - begin >= kLongReading) rest_until_ = end + (end - begin);
+}
+
+void Observer::rest() {
+  pause_.expires_at(rest_until_);
+  pause_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) wait_readable();
+  });
+}
+
 void Observer::wait_tick() {
-  if (is_watched_) {
-    timer_.expires_after(kLookPeriod);
-  } else {
-    timer_.expires_after(kIdlePeriod);
-  }
+  const Clock::duration period = is_watched_ ? Clock::duration(kLookPeriod) : kIdlePeriod;
+  timer_.expires_at(std::max(Clock::now() + period, rest_until_));
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) tick();
   });
 }
 
 void Observer::tick() {
-  static_cast<void>(client_.process());
   const Time now = Clock::now();
+  static_cast<void>(client_.process());
   if (client_.is_connected()) {
     if (now - status_asked_at_ >= kStatusPeriod) ask_status(now);
     look(now);
@@ -101,6 +130,7 @@ void Observer::tick() {
     static_cast<void>(client_.process());
   }
   swarm_.forget_old(now);
+  note_reading(now);
   wait_tick();
 }
 
@@ -119,63 +149,43 @@ void Observer::ask_status(Time now) {
   status_ = std::move(status);
   swarm_.note_self(status_, Clock::now());
   traffic_.note_status(status_);
-  for (const ChannelStatus& channel : status_.channels) listen_to_number(channel.number);
+  std::set<std::uint16_t> own;
+  for (const auto& [name, sender] : senders_) {
+    if (const auto number = sender.publisher.channel_number()) own.insert(*number);
+  }
+  std::set<std::uint16_t> reserved;
+  for (const Subscriber* each : {&debug_, &harvest_}) {
+    if (const auto number = each->channel_number()) reserved.insert(*number);
+  }
+  listening_.note_status(status_, own, reserved, now);
+  for (const auto& [name, subscriber] :
+       {std::pair("debug", &debug_), std::pair("harvest", &harvest_)}) {
+    if (is_refused(subscriber->status())) listening_.leave_out(name, subscriber->status());
+  }
 }
 
-Channel Observer::channel_called(const std::string& name) {
-  return is_channel_number(name) ? client_.channel(std::atoi(name.c_str())) : client_.channel(name);
-}
-
-std::optional<std::uint16_t> Observer::listen(const std::string& name) {
-  if (const auto found = named_.find(name); found != named_.end()) {
-    return found->second.channel_number();
+Status Observer::make_publisher(const std::string& channel) {
+  if (senders_.size() >= kMostPublishers) {
+    const auto is_older = [](const auto& one, const auto& other) {
+      return one.second.used_at < other.second.used_at;
+    };
+    senders_.erase(std::min_element(senders_.begin(), senders_.end(), is_older));
   }
-  if (named_.size() + by_number_.size() >= Traffic::kMostChannels) return std::nullopt;
-  Subscriber subscriber = channel_called(name).subscriber(
-      [this](const Message& message) { take_message(message, now()); },
-      Policy::last(kMessagesThatWait));
-  const std::optional<std::uint16_t> number = subscriber.channel_number();
-  const Status status = subscriber.status();
-  if (!status && status.code() != StatusCode::kDisconnected) return std::nullopt;
-  if (number) {
-    by_number_.erase(*number);  // each channel once
-    for (const auto& [other, held] : named_) {
-      if (held.channel_number() == number) return number;
-    }
-    if (ChannelTraffic* const known = traffic_.channel(*number);
-        known != nullptr && !is_channel_number(name)) {
-      known->name = name;
-    }
-  }
-  named_.emplace(name, std::move(subscriber));
-  return number;
-}
-
-void Observer::listen_to_number(std::uint16_t number) {
-  if (number == debug_.channel_number() || number == harvest_.channel_number()) return;
-  if (by_number_.contains(number)) return;
-  if (named_.size() + by_number_.size() >= Traffic::kMostChannels) return;
-  for (const auto& [name, held] : named_) {
-    if (held.channel_number() == number) return;
-  }
-  by_number_.emplace(
-      number, client_.channel(static_cast<int>(number))
-                  .subscriber([this](const Message& message) { take_message(message, now()); },
-                              Policy::last(kMessagesThatWait)));
+  const Channel opened = is_channel_number(channel) ? client_.channel(std::atoi(channel.c_str()))
+                                                    : client_.channel(channel);
+  Publisher publisher = opened.publisher([](const Status&) {});
+  if (const Status status = publisher.status(); !status) return status;
+  senders_[channel].publisher = std::move(publisher);
+  return Status();
 }
 
 Status Observer::publish(const std::string& channel, const std::string& payload) {
-  auto found = publishers_.find(channel);
-  if (found == publishers_.end()) {
-    if (publishers_.size() >= kMostPublishers) {
-      return Status(StatusCode::kLimit, "at most " + std::to_string(kMostPublishers) +
-                                            " channels can be sent on; start swarmtalk-view again");
-    }
-    Publisher publisher = channel_called(channel).publisher([](const Status&) {});
-    if (const Status status = publisher.status(); !status) return status;
-    found = publishers_.emplace(channel, std::move(publisher)).first;
+  if (!senders_.contains(channel)) {
+    if (const Status status = make_publisher(channel); !status) return status;
   }
-  return found->second.send(payload);
+  Sender& sender = senders_[channel];
+  sender.used_at = Clock::now();
+  return sender.publisher.send(payload);
 }
 
 }  // namespace swarmtalk::view

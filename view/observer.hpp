@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "view/listening.hpp"
 #include "view/source.hpp"
 
 namespace swarmtalk::view {
@@ -22,7 +23,7 @@ struct ObserverOptions {
 
 class Observer final : public Source {
  public:
-  static constexpr std::size_t kMostPublishers = 16;
+  static constexpr std::size_t kMostPublishers = 16;  // the longest unused gives way
 
   Observer(boost::asio::io_context& io, ObserverOptions options);
   ~Observer() override;
@@ -36,8 +37,12 @@ class Observer final : public Source {
   void set_watched(bool is_watched) override { is_watched_ = is_watched; }
   void want_details(std::uint32_t robot) override { reports_.want(robot); }
   Status questions() const override { return asker_.status(); }
-  /// @return none: the daemon does not take it, or kMostChannels are listened to
-  std::optional<std::uint16_t> listen(const std::string& name) override;
+  Status open_channel(const std::string& name) override { return listening_.open(name); }
+  void close_channel(const std::string& name) override { listening_.close(name); }
+  std::optional<std::uint16_t> number_of(const std::string& name) const override {
+    return listening_.number_of(name);
+  }
+  const LeftOut& left_out() const override { return listening_.left_out(); }
   Status publish(const std::string& channel, const std::string& payload) override;
   std::optional<Time> lost_daemon_at() const override { return lost_daemon_at_; }
   std::string daemon_name() const override { return client_.daemon_name(); }
@@ -45,24 +50,31 @@ class Observer final : public Source {
 
  private:
   void wait_readable();
+  void note_reading(Time begin);
+  void rest();
   void wait_tick();
   void tick();
   void ask_status(Time now);
   void look(Time now);
-  Channel channel_called(const std::string& name);
-  void listen_to_number(std::uint16_t number);
+  Status make_publisher(const std::string& channel);
+
+  struct Sender {
+    Publisher publisher;
+    Time used_at{};
+  };
 
   ObserverOptions options_;
   Client client_;
   boost::asio::posix::stream_descriptor readable_;
   boost::asio::steady_timer timer_;
+  boost::asio::steady_timer pause_;
   DaemonStatus status_;
-  std::map<std::string, Subscriber> named_;        // by the name that was asked for
-  std::map<std::uint16_t, Subscriber> by_number_;  // found in the daemon's status
-  std::map<std::string, Publisher> publishers_;
+  Listening listening_;
+  std::map<std::string, Sender> senders_;  // by channel
   Subscriber debug_, harvest_;
   Publisher asker_;  // on harvest
   Time looked_at_{};
+  Time rest_until_{};
   std::optional<Time> lost_daemon_at_;
   Time status_asked_at_{};
   bool is_watched_ = false;

@@ -26,6 +26,13 @@ std::string channel_name(const Json& request) {
   return found->is_string() ? found->get<std::string>() : std::string();
 }
 
+/// Digits, with a sign or without, that are not the number of a channel.
+bool is_no_channel(const std::string& name) {
+  const std::size_t sign = name.starts_with('-') || name.starts_with('+') ? 1 : 0;
+  return name.size() > sign && name.find_first_not_of("0123456789", sign) == std::string::npos &&
+         !is_channel_number(name);
+}
+
 /// Requests of who looks at a recording. @return none: it is none of them; else as answer()
 std::optional<std::string> move_time(Playback* playback, const Json& request) {
   const Json& op = request["op"];
@@ -66,7 +73,15 @@ void PageViewer::tell_lines() {
 
 void PageViewer::on_jump() {
   tell(jump_json(source_));
+  tell_recent_messages();
   tell_lines();
+}
+
+// As one event, so that the queue's limit never parts them from their jump.
+void PageViewer::tell_recent_messages() {
+  if (watched_ && source_.playback() != nullptr) {
+    tell(messages_json(source_.recent_messages(*watched_)));
+  }
 }
 
 void PageViewer::tell(std::string json) {
@@ -88,6 +103,25 @@ void PageViewer::refuse(const std::string& why) {
   tell(notice_json(why));
 }
 
+void PageViewer::unwatch() {
+  if (opened_) source_.close_channel(*opened_);
+  opened_.reset();
+  watched_.reset();
+}
+
+std::string PageViewer::watch(const std::string& channel) {
+  unwatch();
+  const Status status = source_.open_channel(channel);
+  if (!status) {
+    return "channel " + channel.substr(0, 80) +
+           " cannot be listened to: " + std::string(status.text());
+  }
+  opened_ = channel;
+  watched_ = source_.number_of(channel);
+  tell_recent_messages();
+  return {};
+}
+
 /// @return why not; empty: done
 std::string PageViewer::answer(std::string_view bytes) {
   const Json request = Json::parse(bytes, nullptr, false);
@@ -95,7 +129,7 @@ std::string PageViewer::answer(std::string_view bytes) {
   const auto op = request.find("op");
   if (op == request.end() || !op->is_string()) return "a request is a JSON object with \"op\"";
   if (*op == "unwatch") {
-    watched_.reset();
+    unwatch();
     return {};
   }
   if (*op == "card") {
@@ -108,13 +142,15 @@ std::string PageViewer::answer(std::string_view bytes) {
     return {};
   }
   const std::string channel = channel_name(request);
+  if (is_no_channel(channel)) return "a channel is a name, or a number from 0 to 65535";
   if (*op == "watch") {
     if (channel.empty()) return "\"watch\" takes \"channel\", a name or a number";
-    watched_ = source_.listen(channel);
-    return watched_ ? "" : "channel " + channel.substr(0, 80) + " cannot be listened to";
+    return watch(channel);
   }
   if (*op == "publish") {
-    if (!may_operate_) return "this viewer only looks: start swarmtalk-view with --operate";
+    if (!may_operate_ && source_.playback() == nullptr) {
+      return "this viewer only looks: start swarmtalk-view with --operate";
+    }
     const auto payload = request.find("text");
     if (channel.empty() || payload == request.end() || !payload->is_string()) {
       return "\"publish\" takes \"channel\" and \"text\"";
@@ -128,6 +164,7 @@ std::string PageViewer::answer(std::string_view bytes) {
 }
 
 void PageViewer::show(const Scene& scene) {
+  if (opened_ && !watched_) watched_ = source_.number_of(*opened_);
   if (scene.state) queue.put_state(kState, {scene.state, false});
   if (!scene.info) return;
   queue.put_state(kInfo, {scene.info, false});

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "view/viewer.hpp"
 
@@ -13,6 +14,9 @@ class PageViewer final : public Viewer {
   static constexpr unsigned kMostBadRequests = 16;  // then the connection is closed
 
   PageViewer(Source& source, bool may_operate) : source_(source), may_operate_(may_operate) {}
+  PageViewer(const PageViewer&) = delete;
+  PageViewer& operator=(const PageViewer&) = delete;
+  ~PageViewer() override { unwatch(); }
 
   void begin() override;
   void on_text(std::string_view text) override;
@@ -24,13 +28,17 @@ class PageViewer final : public Viewer {
 
  private:
   std::string answer(std::string_view text);
+  std::string watch(const std::string& channel);
+  void unwatch();
   void tell_lines();
+  void tell_recent_messages();
   void tell(std::string json);
   void refuse(const std::string& why);
 
   Source& source_;
   bool may_operate_;
-  std::optional<std::uint16_t> watched_;  // channel whose messages are shown
+  std::optional<std::string> opened_;     // channel whose messages are shown
+  std::optional<std::uint16_t> watched_;  // its number, once it is known
   std::uint32_t card_ = 0;                // robot whose card is open; 0: none
   std::uint64_t told_dropped_ = 0;
   unsigned bad_requests_ = 0;

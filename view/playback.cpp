@@ -1,8 +1,9 @@
 #include "view/playback.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+
+#include "text/counted.hpp"
 
 namespace swarmtalk::view {
 namespace {
@@ -16,9 +17,6 @@ constexpr nanoseconds kMostPass = std::chrono::seconds(1);  // of real time, as 
 constexpr std::uint64_t kMemoryNs = nanoseconds(Swarm::kForgetAfter).count();
 constexpr std::uint64_t kTrailNs = nanoseconds(Playback::kTrail).count();
 constexpr std::uint64_t kTrailStepNs = nanoseconds(Playback::kTrailStep).count();
-constexpr std::uint64_t kMostTimeNs = std::uint64_t{1} << 62;  // in the year 2116
-constexpr std::uint64_t kMarkNs = 500'000'000;                 // where there are no chunks
-constexpr std::uint64_t kSecondNs = 1'000'000'000;
 
 Time time_of(std::uint64_t ns) {
   return Time(nanoseconds(static_cast<std::int64_t>(ns)));
@@ -60,68 +58,41 @@ Message message_of(const recording::HeardMessage& heard) {
 std::string Playback::open(const std::string& path) {
   if (std::string problem = reader_.open(path); !problem.empty()) return problem;
   file_ = path.substr(path.find_last_of('/') + 1);
-  scan();
-  if (records_ == 0) {
+  index_.scan(reader_);
+  if (index_.records() == 0) {
     const std::string why = reader_.problem();
     return path + ": it holds no records of swarmtalk-cli record" + (why.empty() ? "" : "; " + why);
   }
   problem_ = reader_.problem();
-  if (bad_times_ > 0) {
-    problem_ += (problem_.empty() ? "" : "; ") + std::to_string(bad_times_) +
-                " records have impossible times";
+  if (index_.bad_times() > 0) {
+    problem_ += (problem_.empty() ? "" : "; ") + text::counted(index_.bad_times(),
+                                                               "record has an impossible time",
+                                                               "records have impossible times");
   }
-  count_bars();
-  jump_to(first_ns_);
+  jump_to(index_.first_ns());
   return {};
 }
 
 /// The next record that can be shown.
 bool Playback::next(Record& record) {
   while (reader_.next(record)) {
-    if (record.kind == Record::Kind::kOther || record.time_ns >= kMostTimeNs) continue;
-    return true;
+    if (RecordingIndex::is_shown(record)) return true;
   }
   return false;
 }
 
-void Playback::scan() {
-  Record record;
-  std::uint64_t latest_ns = 0;
-  while (reader_.next(record)) {
-    if (record.kind == Record::Kind::kOther) continue;
-    if (record.time_ns >= kMostTimeNs) {
-      ++bad_times_;
-      continue;
-    }
-    const bool is_place_new = marks_.empty() || marks_.back().place != reader_.place();
-    if (is_place_new && (marks_.empty() || latest_ns - marks_.back().latest_before_ns >= kMarkNs)) {
-      marks_.push_back({reader_.place(), latest_ns, records_});
-    }
-    first_ns_ = records_ == 0 ? record.time_ns : std::min(first_ns_, record.time_ns);
-    latest_ns = std::max(latest_ns, record.time_ns);
-    ++records_;
-    if (record.kind == Record::Kind::kHeard) ++messages_by_second_[record.time_ns / kSecondNs];
-  }
-  last_ns_ = latest_ns;
-}
-
-void Playback::count_bars() {
-  bars_.assign(kBars, 0);
-  const double length_s = static_cast<double>(last_ns_ - first_ns_) / 1e9;
-  for (const auto& [second, count] : messages_by_second_) {
-    const double at_s = static_cast<double>(second) - static_cast<double>(first_ns_) / 1e9 + 0.5;
-    const double part = length_s > 0 ? std::clamp(at_s / length_s, 0.0, 1.0) : 0.0;
-    bars_[std::min(static_cast<std::size_t>(part * kBars), kBars - 1)] += count;
-  }
-  messages_by_second_.clear();
-}
-
 Playback::Milliseconds Playback::length() const {
-  return duration_cast<Milliseconds>(time_of(last_ns_) - time_of(first_ns_));
+  return duration_cast<Milliseconds>(time_of(index_.last_ns()) - time_of(index_.first_ns()));
 }
 
 Playback::Milliseconds Playback::at() const {
-  return duration_cast<Milliseconds>(time_of(at_ns_) - time_of(first_ns_));
+  return duration_cast<Milliseconds>(time_of(at_ns_) - time_of(index_.first_ns()));
+}
+
+Playback::Milliseconds Playback::known_since() const {
+  const std::uint64_t first_ns = index_.first_ns();
+  return duration_cast<Milliseconds>(time_of(std::max(known_since_ns_, first_ns)) -
+                                     time_of(first_ns));
 }
 
 Time Playback::now() const {
@@ -129,12 +100,13 @@ Time Playback::now() const {
 }
 
 void Playback::play() {
-  if (!jump_ns_ && at_ns_ >= last_ns_) jump_ns_ = first_ns_;
+  if (!jump_ns_ && at_ns_ >= index_.last_ns()) jump_ns_ = index_.first_ns();
   is_playing_ = true;
 }
 
 void Playback::seek(Milliseconds at) {
-  jump_ns_ = first_ns_ + ns_of(std::min(at, length()));
+  jump_ns_ = at < length() ? index_.first_ns() + ns_of(at)
+                           : index_.last_ns();  // its end is no whole millisecond
 }
 
 void Playback::set_speed(double speed) {
@@ -168,25 +140,8 @@ void Playback::pass(nanoseconds real_time) {
   if (!is_playing_) return;
   const nanoseconds passed = std::clamp(real_time, nanoseconds(0), kMostPass);
   const auto step = static_cast<std::uint64_t>(static_cast<double>(passed.count()) * speed_);
-  run_to(std::min(at_ns_ + step, last_ns_));
-  if (at_ns_ >= last_ns_) is_playing_ = false;
-}
-
-/// From where the records of the time before `time_ns` are read.
-const Playback::Mark& Playback::mark_before(std::uint64_t time_ns) const {
-  const auto is_later = [](std::uint64_t ns, const Mark& mark) {
-    return ns < mark.latest_before_ns;
-  };
-  const std::uint64_t from_ns = time_ns > kMemoryNs ? time_ns - kMemoryNs : 0;
-  auto mark = std::upper_bound(marks_.begin(), marks_.end(), from_ns, is_later);
-  if (mark != marks_.begin()) --mark;
-  const auto target = std::upper_bound(marks_.begin(), marks_.end(), time_ns, is_later);
-  const std::uint64_t last = target == marks_.end() ? records_ : target->records_before;
-  while (mark + 1 != marks_.end() && (mark + 1)->latest_before_ns <= time_ns &&
-         last - mark->records_before > kMostRecordsOfAJump) {
-    ++mark;
-  }
-  return *mark;
+  run_to(std::min(at_ns_ + step, index_.last_ns()));
+  if (at_ns_ >= index_.last_ns()) is_playing_ = false;
 }
 
 void Playback::jump_to(std::uint64_t time_ns) {
@@ -194,11 +149,14 @@ void Playback::jump_to(std::uint64_t time_ns) {
   const auto tell_line = std::exchange(on_line, [](const LogLine&) {});
   swarm_ = Swarm();
   traffic_ = Traffic();
+  recent_.clear();
   held_.reset();
   trail_.clear();
-  reader_.go_to(mark_before(time_ns).place);
+  const RecordingIndex::Start start = index_.start_before(time_ns, kMemoryNs, kMostRecordsOfAJump);
+  known_since_ns_ = start.known_since_ns;
+  reader_.go_to(start.place);
   for (std::uint64_t back_ns = kTrailNs; back_ns > 0; back_ns -= kTrailStepNs) {
-    if (time_ns < first_ns_ + back_ns) continue;
+    if (time_ns < index_.first_ns() + back_ns) continue;
     run_to(time_ns - back_ns);
     add_step();
   }
@@ -286,6 +244,7 @@ void Playback::take_pose(const recording::RobotPose& pose, Time at) {
 }
 
 void Playback::take_losses(const recording::ChannelLosses& losses) {
+  if (losses.channel() == "debug") return;  // its messages are the log's lines
   ChannelTraffic* const known =
       traffic_.channel(static_cast<std::uint16_t>(losses.channel_number()));
   if (known == nullptr) return;
@@ -301,11 +260,16 @@ void Playback::take_reception(const recording::Reception& reception, Time at) {
   swarm_.note_hearing(*receiver, reception.sender(), loss_after(loss, reception.lost_before()), at);
 }
 
-std::optional<std::uint16_t> Playback::listen(const std::string& name) {
+Status Playback::open_channel(const std::string& name) {
+  if (number_of(name)) return Status();
+  return Status(StatusCode::kBadChannel, "the recording has no messages of it");
+}
+
+std::optional<std::uint16_t> Playback::number_of(const std::string& name) const {
   for (const auto& [number, channel] : traffic_.channels()) {
     if (channel.name == name || std::to_string(number) == name) return number;
   }
-  return std::nullopt;
+  return index_.number_of(name);  // at other times
 }
 
 Status Playback::publish(const std::string&, const std::string&) {

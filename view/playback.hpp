@@ -8,12 +8,13 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "recording/recording_reader.hpp"
+#include "view/recent_messages.hpp"
+#include "view/recording_index.hpp"
 #include "view/source.hpp"
 
 namespace swarmtalk::view {
@@ -25,7 +26,6 @@ class Playback final : public Source {
   static constexpr std::uint64_t kMostRecordsOfAJump = 200'000;  // rather less of the time before
   static constexpr double kLeastSpeed = 0.1;
   static constexpr double kMostSpeed = 100;
-  static constexpr std::size_t kBars = 200;  // of the picture of messages over time
 
   static constexpr auto kTrail = std::chrono::seconds(12);  // before a jump's end
   static constexpr auto kTrailStep = std::chrono::milliseconds(500);
@@ -50,10 +50,12 @@ class Playback final : public Source {
   /// What of the file cannot be shown, one sentence; empty: nothing.
   const std::string& problem() const { return problem_; }
   Milliseconds length() const;
-  /// Messages in each of kBars equal parts of the time.
-  const std::vector<std::uint32_t>& bars() const { return bars_; }
+  /// Messages in each of equal parts of the time.
+  const std::vector<std::uint32_t>& bars() const { return index_.bars(); }
 
   Milliseconds at() const;
+  /// From when on what was heard is known: a jump reads only some of the time before it. 0: all.
+  Milliseconds known_since() const;
   /// What led to the time of the last jump.
   const std::vector<Step>& trail() const { return trail_; }
   bool is_playing() const { return is_playing_; }
@@ -77,22 +79,19 @@ class Playback final : public Source {
   void set_watched(bool is_watched) override;
   void want_details(std::uint32_t) override {}
   Status questions() const override { return Status(); }
-  std::optional<std::uint16_t> listen(const std::string& name) override;
+  Status open_channel(const std::string& name) override;
+  void close_channel(const std::string&) override {}
+  std::optional<std::uint16_t> number_of(const std::string& name) const override;
+  const LeftOut& left_out() const override { return left_out_; }
+  const std::deque<HeardMessage>& recent_messages(std::uint16_t channel) const override {
+    return recent_.of(channel);
+  }
   Status publish(const std::string& channel, const std::string& payload) override;
   const DaemonStatus& status() const override { return status_; }
 
  private:
-  /// A place in the file from which it can be read on.
-  struct Mark {
-    std::uint64_t place = 0;
-    std::uint64_t latest_before_ns = 0;  // of all records before it
-    std::uint64_t records_before = 0;
-  };
-
+  void keep(const HeardMessage& message) override { recent_.add(message); }
   bool next(recording::Record& record);
-  void scan();
-  void count_bars();
-  const Mark& mark_before(std::uint64_t time_ns) const;
   void wait_turn();
   void jump_to(std::uint64_t time_ns);
   void run_to(std::uint64_t time_ns);
@@ -107,21 +106,20 @@ class Playback final : public Source {
   std::string file_;
   std::string problem_;
   recording::RecordingReader reader_;
-  std::vector<Mark> marks_;
-  std::map<std::uint64_t, std::uint32_t> messages_by_second_;  // while it is scanned
-  std::vector<std::uint32_t> bars_;
+  RecordingIndex index_;
+  RecentMessages recent_;
   std::vector<Step> trail_;
-  std::uint64_t records_ = 0;  // that can be shown
-  std::uint64_t first_ns_ = 0, last_ns_ = 0, at_ns_ = 0;
+  std::uint64_t at_ns_ = 0;
+  std::uint64_t known_since_ns_ = 0;       // at or before the first: from the beginning
   std::optional<recording::Record> held_;  // read already, and its time has not come
   std::optional<std::uint64_t> jump_ns_;
-  std::uint64_t bad_times_ = 0;
   Clock::time_point turned_at_{};
   double speed_ = 1;
   bool is_playing_ = true;
   bool is_watched_ = false;
   bool is_waiting_ = false;
   DaemonStatus status_;
+  LeftOut left_out_;  // none
 };
 
 }  // namespace swarmtalk::view

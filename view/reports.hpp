@@ -6,7 +6,7 @@
 #include <deque>
 #include <string>
 
-#include "view/swarm.hpp"
+#include "view/scene/swarm.hpp"
 
 namespace swarmtalk::view {
 

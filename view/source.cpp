@@ -12,9 +12,24 @@ void Source::take_message(const Message& message, Time at, std::size_t size_byte
   if (message.hops == 0 && !message.local && !message.origin && message.sender_pose) {
     swarm_.note_place(message.sender, *message.sender_pose, at);
   }
-  on_message({number, message.channel, message.sender, message.hops, message.local,
-              message.distance_m, message.bearing_rad, message.lost_before, message.payload, at,
-              size_bytes});
+  const HeardMessage heard{number,
+                           message.channel,
+                           message.sender,
+                           message.hops,
+                           message.local,
+                           message.distance_m,
+                           message.bearing_rad,
+                           message.lost_before,
+                           message.payload,
+                           at,
+                           size_bytes};
+  keep(heard);
+  on_message(heard);
+}
+
+const std::deque<HeardMessage>& Source::recent_messages(std::uint16_t /*channel*/) const {
+  static const std::deque<HeardMessage> kNone;
+  return kNone;
 }
 
 void Source::take_line(std::uint32_t robot, const std::string& text, Time at) {

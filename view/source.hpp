@@ -4,17 +4,22 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "view/reports.hpp"
-#include "view/swarm.hpp"
+#include "view/scene/swarm.hpp"
 #include "view/traffic.hpp"
 
 namespace swarmtalk::view {
 
 class Playback;
+
+/// Channels that are not heard, by their names or numbers in digits, and why.
+using LeftOut = std::map<std::string, std::string>;
 
 class Source {
  public:
@@ -39,9 +44,18 @@ class Source {
   /// Whether robots farther away can be asked; else why not.
   virtual Status questions() const = 0;
 
-  /// Begins to listen to a channel. @param name  a name, or digits
-  /// @return its number; none: it cannot be listened to
-  virtual std::optional<std::uint16_t> listen(const std::string& name) = 0;
+  /// A viewer opens a channel, and listens until it has closed it. @param name  a name, or digits
+  /// @return why it cannot be listened to
+  virtual Status open_channel(const std::string& name) = 0;
+  /// As many times as open_channel() has said yes.
+  virtual void close_channel(const std::string& name) = 0;
+  /// Of a channel that is open; none: it is not known yet.
+  virtual std::optional<std::uint16_t> number_of(const std::string& name) const = 0;
+  /// Channels that cannot be listened to.
+  virtual const LeftOut& left_out() const = 0;
+
+  /// What was heard of a channel up to now(), the oldest first; only a recording knows.
+  virtual const std::deque<HeardMessage>& recent_messages(std::uint16_t channel) const;
 
   /// Sends one message. @param channel  a name, or digits
   virtual Status publish(const std::string& channel, const std::string& payload) = 0;
@@ -60,6 +74,8 @@ class Source {
  protected:
   /// @param size_bytes  of a payload that is not there
   void take_message(const Message& message, Time at, std::size_t size_bytes = 0);
+  /// Each message before it is told.
+  virtual void keep(const HeardMessage& /*message*/) {}
   void take_line(std::uint32_t robot, const std::string& text, Time at);
   /// A message of the channel harvest: a report, or values that somebody asked for.
   void take_harvest(const Message& message, Time at);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "view/playback.hpp"
@@ -113,6 +114,19 @@ Json traffic_list(const Traffic& traffic, Time now) {
   return channels;
 }
 
+/// Channels that robots report to publish on, and that are not in the list: nobody here listens.
+void add_reported(const Swarm& swarm, const Traffic& traffic, Json& channels) {
+  std::map<std::uint16_t, unsigned> publishing;
+  for (const auto& [id, robot] : swarm.robots()) {
+    for (const auto& [number, use] : robot.channels) {
+      if (use.publishers > 0 && !traffic.channels().contains(number)) ++publishing[number];
+    }
+  }
+  for (const auto& [number, robots] : publishing) {
+    channels.push_back({{"n", number}, {"name", ""}, {"publishing", robots}});
+  }
+}
+
 }  // namespace
 
 std::string swarm_state_json(const Swarm& swarm, Time now) {
@@ -125,6 +139,7 @@ std::string state_json(Source& source) {
   if (const auto lost_at = source.lost_daemon_at()) json["no_daemon_age"] = age_ms(now, *lost_at);
   if (const Playback* const playback = source.playback()) {
     json["play"] = {{"at", playback->at().count()},
+                    {"since", playback->known_since().count()},
                     {"playing", playback->is_playing()},
                     {"speed", playback->speed()}};
   }
@@ -138,6 +153,8 @@ std::string traffic_json(const Traffic& traffic, Time now) {
 std::string info_json(const Source& source) {
   const DaemonStatus& status = source.status();
   const Status questions = source.questions();
+  Json channels = traffic_list(source.traffic(), source.now());
+  add_reported(source.swarm(), source.traffic(), channels);
   Json links = Json::array();
   for (const LinkStatus& link : status.links) {
     links.push_back({{"name", link.name},
@@ -152,7 +169,8 @@ std::string info_json(const Source& source) {
                   {"uptime_ms", status.uptime.count()},
                   {"links", links},
                   {"questions", questions ? "" : std::string(questions.text())},
-                  {"channels", traffic_list(source.traffic(), source.now())}});
+                  {"channels", channels},
+                  {"left_out", source.left_out()}});
 }
 
 std::string card_json(const Swarm& swarm, std::uint32_t id, Time now) {
@@ -181,16 +199,33 @@ std::string card_json(const Swarm& swarm, std::uint32_t id, Time now) {
   return text_of(json);
 }
 
-std::string message_json(const HeardMessage& message) {
-  Json json{{"t", "msg"},           {"k", message.number},
-            {"n", message.channel}, {"from", message.sender},
-            {"hops", message.hops}, {"hex", hex_of(message.payload)}};
+namespace {
+
+Json message_of(const HeardMessage& message) {
+  Json json{{"t", "msg"},
+            {"k", message.number},
+            {"n", message.channel},
+            {"from", message.sender},
+            {"hex", hex_of(message.payload)}};
   if (message.unknown_bytes != 0) json["size"] = message.unknown_bytes;
+  if (message.hops != Message::kHopsUnknown) json["hops"] = message.hops;
   if (message.is_local) json["local"] = true;
   put_known(json, "d", message.distance_m);
   put_known(json, "b", message.bearing_rad);
   if (message.lost_before) json["lost"] = message.lost_before.total();
-  return text_of(json);
+  return json;
+}
+
+}  // namespace
+
+std::string message_json(const HeardMessage& message) {
+  return text_of(message_of(message));
+}
+
+std::string messages_json(const std::deque<HeardMessage>& messages) {
+  Json list = Json::array();
+  for (const HeardMessage& each : messages) list.push_back(message_of(each));
+  return text_of({{"t", "msgs"}, {"list", std::move(list)}});
 }
 
 std::string line_json(const LogLine& line, Time now) {

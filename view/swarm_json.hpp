@@ -2,6 +2,7 @@
 // or null, never 0. Ages are in milliseconds at the time of the text.
 #pragma once
 
+#include <deque>
 #include <string>
 
 #include "view/source.hpp"
@@ -21,6 +22,8 @@ std::string traffic_json(const Traffic& traffic, Time now);
 std::string card_json(const Swarm& swarm, std::uint32_t robot, Time now);
 
 std::string message_json(const HeardMessage& message);
+/// All that a window shows of its channel at first.
+std::string messages_json(const std::deque<HeardMessage>& messages);
 std::string line_json(const LogLine& line, Time now);
 std::string notice_json(const std::string& text);
 std::string dropped_json(std::uint64_t events, std::uint64_t states);

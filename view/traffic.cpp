@@ -20,6 +20,7 @@ void Rate::count(Time now) {
     in_[static_cast<std::size_t>(each % slots)] = 0;
   }
   second_ = std::max(second, second_);
+  if (!first_) first_ = second;
   ++in_[static_cast<std::size_t>(second % slots)];
 }
 
@@ -32,16 +33,30 @@ double Rate::per_second(Time now) const {
     const bool is_kept = each <= second_ && each > second_ - slots;
     if (is_kept) sum += in_[static_cast<std::size_t>(each % slots)];
   }
-  return static_cast<double>(sum) / static_cast<double>(kSeconds);
+  const auto counted =
+      std::clamp<std::int64_t>(second - first_.value_or(0), 1, static_cast<std::int64_t>(kSeconds));
+  return static_cast<double>(sum) / static_cast<double>(counted);
 }
 
 ChannelTraffic* Traffic::channel(std::uint16_t number) {
   const auto found = channels_.find(number);
   if (found != channels_.end()) return &found->second;
-  if (channels_.size() >= kMostChannels) return nullptr;
+  if (channels_.size() >= kMostChannels && !forget_one_unused()) return nullptr;
   ChannelTraffic& made = channels_[number];
   made.number = number;
   return &made;
+}
+
+// The one that has been silent for longest.
+bool Traffic::forget_one_unused() {
+  auto oldest = channels_.end();
+  for (auto each = channels_.begin(); each != channels_.end(); ++each) {
+    if (each->second.publishers + each->second.subscribers > 0) continue;
+    if (oldest == channels_.end() || each->second.last < oldest->second.last) oldest = each;
+  }
+  if (oldest == channels_.end()) return false;
+  channels_.erase(oldest);
+  return true;
 }
 
 void Traffic::note_status(const DaemonStatus& status) {
@@ -54,6 +69,11 @@ void Traffic::note_status(const DaemonStatus& status) {
     known->subscribers = each.subscribers;
     known->lost = each.lost;
   }
+  // A window on it was open, and it was never heard.
+  std::erase_if(channels_, [](const auto& each) {
+    const ChannelTraffic& known = each.second;
+    return known.publishers + known.subscribers == 0 && known.messages == 0 && !known.lost;
+  });
 }
 
 std::uint64_t Traffic::note_message(const Message& message, Time now) {

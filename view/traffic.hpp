@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "view/swarm.hpp"
+#include "view/scene/log_line.hpp"
+#include "view/scene/swarm.hpp"
 
 namespace swarmtalk::view {
 
@@ -21,11 +22,12 @@ class Rate {
   static constexpr std::size_t kSeconds = 5;
 
   void count(Time now);
-  /// Mean over the kSeconds seconds before the present one.
+  /// Mean over the kSeconds seconds before the present one, or those since the first event.
   double per_second(Time now) const;
 
  private:
   std::int64_t second_ = 0;                       // of the newest slot
+  std::optional<std::int64_t> first_;             // second of the first event
   std::array<std::uint32_t, kSeconds + 1> in_{};  // a ring, one for each second
 };
 
@@ -42,13 +44,6 @@ struct HeardMessage {
   std::string payload;
   Time at{};
   std::size_t unknown_bytes = 0;  // size of a payload that was not recorded
-};
-
-struct LogLine {
-  std::uint64_t number = 0;
-  std::uint32_t robot = 0;
-  std::string text;
-  Time at{};
 };
 
 struct ChannelTraffic {
@@ -69,7 +64,8 @@ class Traffic {
   static constexpr std::size_t kMostLines = 500;       // of the log
   static constexpr std::size_t kMostLineBytes = 1000;  // the rest of a longer one is cut
 
-  /// @return null: kMostChannels are known
+  /// Of more than kMostChannels, one that nobody here uses is forgotten. @return null: there is
+  /// none
   ChannelTraffic* channel(std::uint16_t number);
   void note_status(const DaemonStatus& status);
   /// @return its number of all messages
@@ -81,6 +77,8 @@ class Traffic {
   std::uint64_t messages() const { return messages_; }
 
  private:
+  bool forget_one_unused();
+
   std::map<std::uint16_t, ChannelTraffic> channels_;
   std::deque<LogLine> lines_;
   std::uint64_t messages_ = 0;

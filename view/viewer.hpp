@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "view/foxglove_scene.hpp"
+#include "view/scene/foxglove_scene.hpp"
 #include "view/send_queue.hpp"
 #include "view/source.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <vector>
 
 #include "cli/common/commands.hpp"
 #include "cli/common/link_watch.hpp"
@@ -53,14 +54,17 @@ int sub_all(const Common& common, const SubArguments& arguments, const MessageTe
     all.look();
     const auto next = std::min({end, links.next(), all.next()});
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()).count();
-    pollfd descriptors[] = {{client.fd(), POLLIN, 0}, {all.fd(), POLLIN, 0}, {STDOUT_FILENO, 0, 0}};
-    ::poll(descriptors, 3, static_cast<int>(std::clamp<std::int64_t>(left, 0, 3'600'000)));
-    if ((descriptors[2].revents & POLLERR) != 0) {
+    std::vector<pollfd> descriptors{{STDOUT_FILENO, 0, 0}, {client.fd(), POLLIN, 0}};
+    for (const int fd : all.fds()) descriptors.push_back({fd, POLLIN, 0});
+    ::poll(descriptors.data(), descriptors.size(),
+           static_cast<int>(std::clamp<std::int64_t>(left, 0, 3'600'000)));
+    if ((descriptors[0].revents & POLLERR) != 0) {
       ::raise(SIGPIPE);  // as a write into the pipe would end
       return kExitFailure;
     }
     client.process();
   }
+  if (const std::string left_out = all.left_out_text(); !left_out.empty()) fail(left_out);
   if (lost) fail("heard " + text::counted(heard, "message") + ", lost " + loss_text(lost));
   if (caught_signal() != 0) return kExitSignal + caught_signal();
   if (written != kExitOk) return written;

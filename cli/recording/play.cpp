@@ -1,11 +1,14 @@
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "cli/common/checks.hpp"
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
 #include "cli/recording/recording.hpp"
 #include "recording/recording_reader.hpp"
+#include "recording/time_order.hpp"
+#include "text/nearest.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -14,7 +17,11 @@ using recording::Record;
 using recording::RecordingReader;
 
 constexpr std::chrono::milliseconds kAskPeriod{200};
+constexpr std::chrono::seconds kQuietWait{3};  // then it is told what is waited for
 constexpr std::chrono::milliseconds kBusyPause{2};
+// What robots say on it is of that moment: their reports, and questions that would be answered.
+constexpr const char* kHarvest = "harvest";
+constexpr const char* kDebug = "debug";
 
 /// Publishes the messages of one recording, each at its time.
 class Player {
@@ -24,17 +31,27 @@ class Player {
   /// Looks through the recording for the channels that it has, and opens them.
   /// @return why not, or that there is nothing to play
   Status prepare(RecordingReader& reader) {
+    find_numbers();
     Record record;
     while (reader.next(record)) {
+      if (is_left_out(record)) ++harvested_;
+      if (record.kind == Record::Kind::kHeard) names_.insert(record.heard.channel());
       if (!wants(record)) continue;
       ++messages_;
       bool& is_timestamped = channels_[record.heard.channel()];
       is_timestamped = is_timestamped || record.heard.has_buffering_delay_us();
     }
+    if (harvested_ > 0) {
+      fail(arguments_.file + ": " + std::to_string(harvested_) +
+           (harvested_ == 1 ? " message of the channel harvest is"
+                            : " messages of the channel harvest are") +
+           " left out, since robots answer there for themselves; -c harvest plays them");
+    }
     if (messages_ == 0) {
       return Status(StatusCode::kBadArgument,
                     arguments_.file + " has no messages" +
-                        (arguments_.channels.empty() ? "" : " of these channels"));
+                        (arguments_.channels.empty() ? "" : " of these channels") +
+                        (harvested_ > 0 ? " but those" : "") + nearest_text());
     }
     for (const auto& [name, is_timestamped] : channels_) {
       if (is_digits(name) && name.size() > 5) {
@@ -49,7 +66,14 @@ class Player {
         if (!status) note(status);
       };
       Publisher publisher = open_channel(client_, name, options).publisher(sent, Sending());
-      if (!publisher.status()) return publisher.status();
+      if (const Status status = publisher.status(); !status) {
+        const bool is_off = status.code() == StatusCode::kBadChannel && name == kDebug;
+        if (!is_off || !arguments_.channels.empty()) return status;
+        fail(arguments_.file +
+             ": lines of the channel debug are left out: " + std::string(status.text()));
+        is_debug_off_ = true;
+        continue;
+      }
       publishers_.emplace(name, std::move(publisher));
     }
     return Status();
@@ -57,7 +81,14 @@ class Player {
 
   /// Until somebody is there. @return false: a signal came first
   bool wait_for_listener() {
-    for (;;) {
+    const auto patience = Clock::now() + kQuietWait;
+    for (bool is_told = false;;) {
+      if (!is_told && Clock::now() >= patience) {
+        is_told = true;
+        fail(
+            "waiting: no other robot is heard, and no program here subscribes to what is played; a "
+            "robot whose programs send nothing is heard only with beacon_ms in its configuration");
+      }
       if (caught_signal() != 0) return false;
       std::vector<Neighbour> neighbours;
       DaemonStatus daemon;
@@ -66,7 +97,7 @@ class Player {
         for (const ChannelStatus& channel : daemon.channels) {
           const bool is_ours = publishers_.contains(channel.name) ||
                                publishers_.contains(std::to_string(channel.number));
-          if (is_ours && channel.subscribers > 0) return true;
+          if (is_ours && channel.subscribers > channel.onlookers) return true;
         }
       }
       client_.run_for(kAskPeriod);
@@ -75,16 +106,16 @@ class Player {
 
   /// Once through. @return false: a signal came, or it cannot go on
   bool play(RecordingReader& reader) {
+    recording::TimeOrder records(reader, [this](const Record& each) { return wants(each); });
     Record record;
     std::optional<std::uint64_t> first_ns;
     const auto start = Clock::now();
-    while (reader.next(record)) {
-      if (!wants(record)) continue;
+    while (records.next(record)) {
       if (!first_ns) first_ns = record.time_ns;
       const auto offset_ns =
           static_cast<double>(record.time_ns - std::min(*first_ns, record.time_ns));
       const auto due = after(start, seconds(offset_ns / 1e9 / arguments_.rate));
-      if (!run_until(due) || !publish(record)) return false;
+      if (!run_until(due) || !keep_order(record) || !publish(record)) return false;
     }
     return true;
   }
@@ -103,11 +134,35 @@ class Player {
   const Status& failure() const { return failure_; }
 
  private:
+  bool is_left_out(const Record& record) const {
+    return record.kind == Record::Kind::kHeard && arguments_.channels.empty() &&
+           record.heard.channel() == kHarvest;
+  }
+
+  /// Numbers of the chosen names: what no program there had named is recorded by its number.
+  void find_numbers() {
+    for (const std::string& word : arguments_.channels) {
+      if (is_digits(word)) continue;
+      const Publisher asking = client_.channel(word).publisher();
+      if (const auto number = asking.channel_number()) numbers_.insert(*number);
+    }
+  }
+
+  /// What the first misspelt of the chosen channels may have been, to be put behind a sentence.
+  std::string nearest_text() const {
+    for (const std::string& word : arguments_.channels) {
+      const std::string near = text::nearest_channel(word, {names_.begin(), names_.end()});
+      if (!near.empty()) return "; did you mean '" + near + "'?";
+    }
+    return {};
+  }
+
   bool wants(const Record& record) const {
-    if (record.kind != Record::Kind::kHeard) return false;
+    if (record.kind != Record::Kind::kHeard || is_left_out(record)) return false;
+    if (is_debug_off_ && record.heard.channel() == kDebug) return false;
     const auto& chosen = arguments_.channels;
     const std::string number = std::to_string(record.heard.channel_number());
-    return chosen.empty() ||
+    return chosen.empty() || numbers_.contains(record.heard.channel_number()) ||
            std::any_of(chosen.begin(), chosen.end(), [&](const std::string& word) {
              return word == record.heard.channel() || word == number;
            });
@@ -115,6 +170,18 @@ class Player {
 
   bool run_until(Clock::time_point due) {
     while (caught_signal() == 0 && Clock::now() < due) client_.run_once(due - Clock::now());
+    return caught_signal() == 0;
+  }
+
+  /// Channels take turns in the daemon: another one's message goes when those before it have left.
+  /// Waits for that at most 5 s, since a link may be down. @return false: a signal came
+  bool keep_order(const Record& record) {
+    const auto end = Clock::now() + std::chrono::seconds(5);
+    const bool is_another = record.heard.channel() != last_channel_;
+    last_channel_ = record.heard.channel();
+    while (is_another && waiting_ > 0 && caught_signal() == 0 && Clock::now() < end) {
+      client_.run_once(end - Clock::now());
+    }
     return caught_signal() == 0;
   }
 
@@ -146,11 +213,16 @@ class Player {
 
   Client& client_;
   const PlayArguments& arguments_;
+  std::set<std::string> names_;           // of all channels in the file
+  std::set<std::uint32_t> numbers_;       // of the channels chosen by name
   std::map<std::string, bool> channels_;  // and whether they are timestamped
   std::map<std::string, Publisher> publishers_;
   std::uint64_t messages_ = 0;
+  std::uint64_t harvested_ = 0;  // left out
+  bool is_debug_off_ = false;    // its lines are left out
   std::uint64_t played_ = 0;
   std::uint64_t waiting_ = 0;
+  std::string last_channel_;
   std::uint64_t not_sent_ = 0;
   Status failure_;
 };
@@ -181,8 +253,9 @@ int play(const Common& common, const PlayArguments& arguments) {
   if (player.not_sent() > 0) {
     const std::string why(player.failure().ok() ? "they have not left in time"
                                                 : player.failure().text());
-    return fail(std::to_string(player.not_sent()) + " of " + std::to_string(player.played()) +
-                " messages were not sent: " + why);
+    fail(std::to_string(player.not_sent()) + " of " + std::to_string(player.played()) +
+         (player.played() == 1 ? " message was" : " messages were") + " not sent: " + why);
+    if (caught_signal() == 0) return kExitFailure;
   }
   return caught_signal() == 0 ? kExitOk : kExitSignal + caught_signal();
 }

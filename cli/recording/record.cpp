@@ -4,14 +4,18 @@
 #include <algorithm>
 #include <csignal>
 #include <memory>
+#include <vector>
 
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
 #include "cli/common/link_watch.hpp"
+#include "cli/common/quiet_watch.hpp"
 #include "cli/look/all_channels.hpp"
 #include "cli/recording/recording.hpp"
+#include "cli/recording/scene.hpp"
 #include "cli/text/format.hpp"
 #include "recording/recorder.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -32,6 +36,7 @@ class Output {
     const auto at = message.received_at.value_or(Clock::now());
     if (recorder_) {
       recorder_->heard(channel, message, at);
+      scene_.note(message, at);
     } else {
       line("message", at, to_json(channel, message));
     }
@@ -40,6 +45,7 @@ class Output {
     const auto at = message.received_at.value_or(Clock::now());
     if (recorder_) {
       recorder_->log_line(message, at);
+      Scene::write_log(*recorder_, message, at);
     } else {
       line("log", at, to_json(kLogChannel, message));
     }
@@ -50,6 +56,8 @@ class Output {
       recorder_->own_pose(daemon.node_id, daemon.pose, now);
       for (const Neighbour& each : neighbours) recorder_->neighbour(each, now);
       for (const ChannelStatus& each : daemon.channels) recorder_->losses(each, now);
+      scene_.note(daemon, neighbours, now);
+      scene_.draw(*recorder_, now);
       return;
     }
     line("pose", now, {{"node_id", daemon.node_id}, {"pose", to_json(daemon.pose)}});
@@ -64,6 +72,13 @@ class Output {
     line("losses", now, {{"channels", channels}});
   }
 
+  bool has_scene() const { return recorder_.has_value(); }
+  void look(const std::vector<Neighbour>& neighbours) {
+    const auto now = Clock::now();
+    scene_.note(neighbours, now);
+    scene_.draw(*recorder_, now);
+  }
+
   void tick() {
     if (recorder_) recorder_->tick(Clock::now());
   }
@@ -75,12 +90,13 @@ class Output {
   /// Ends the recording. @return the exit code: of a failure that has been told
   int finish(const std::string& path, const std::string& summary) {
     if (!recorder_) return written_;
+    scene_.draw_last(*recorder_, Clock::now());
     recorder_->finish();
     const auto& writer = recorder_->writer();
     if (!recorder_->problem().empty()) {
       return fail(recorder_->problem() +
                   "; the recording is readable up to its last whole chunk, " +
-                  std::to_string(writer.messages()) + " records, and " +
+                  text::counted(writer.messages(), "record") + ", and " +
                   std::to_string(writer.lost_messages()) + " behind it are lost");
     }
     return print(path + ": " + summary + ", " + std::to_string(writer.size_bytes()) + " bytes\n");
@@ -96,13 +112,20 @@ class Output {
 
   std::optional<recording::Recorder> recorder_;
   recording::RecordClock clock_;
+  Scene scene_;
   int written_ = kExitOk;
 };
 
 class Recording {
  public:
   Recording(Client& client, const Common& common, const RecordArguments& arguments, Output& output)
-      : client_(client), common_(common), arguments_(arguments), output_(output) {}
+      : client_(client),
+        common_(common),
+        arguments_(arguments),
+        output_(output),
+        quiet_(client, arguments.channels) {
+    if (arguments.channels.empty()) quiet_.stop();  // of all channels none is misspelt
+  }
 
   /// @return why nothing can be recorded
   Status start() {
@@ -113,15 +136,17 @@ class Recording {
     log_ = client_.subscribe(kLogChannel, policy, [this](const Message& message) {
       if (!is_enough()) output_.log_line(message);
     });
+    if (const Status status = log_.status(); !status) return status;
     if (arguments_.channels.empty()) {
       all_ = std::make_unique<AllChannels>(client_, common_.socket_path, policy, receive);
       return all_->start();
     }
     for (const std::string& word : arguments_.channels) {
-      subscribers_.push_back(
+      Subscriber subscriber =
           open_channel(client_, word, {})
-              .subscriber([receive, word](const Message& m) { receive(word, m); }, policy));
-      if (const Status status = subscribers_.back().status(); !status) return status;
+              .subscriber([receive, word](const Message& m) { receive(word, m); }, policy);
+      if (const Status status = subscriber.status(); !status) return status;
+      if (is_new(subscriber, subscribers_)) subscribers_.push_back(std::move(subscriber));
     }
     return Status();
   }
@@ -133,10 +158,17 @@ class Recording {
                                               : Clock::time_point::max();
     while (!is_enough() && output_.is_good() && caught_signal() == 0 && Clock::now() < end) {
       links.look();
+      if (links.has_told()) quiet_.stop();
+      quiet_.look();
       if (all_) all_->look();
-      if (Clock::now() >= next_survey_) survey();
+      if (Clock::now() >= next_survey_) {
+        survey();
+      } else if (Clock::now() >= next_look_) {
+        look();
+      }
       output_.tick();
-      auto next = std::min({end, links.next(), next_survey_, output_.next()});
+      auto next =
+          std::min({end, links.next(), quiet_.next(), next_survey_, next_look_, output_.next()});
       if (all_) next = std::min(next, all_->next());
       if (!wait(next)) return false;
       client_.process();
@@ -145,8 +177,9 @@ class Recording {
   }
 
   std::string summary() const {
-    std::string text = std::to_string(heard_) + " messages on " + std::to_string(names_.size()) +
-                       (names_.size() == 1 ? " channel" : " channels");
+    std::string text =
+        text::counted(heard_, "message") + " on " + text::counted(names_.size(), "channel");
+    if (all_ && !all_->left_out_text().empty()) text += ", " + all_->left_out_text();
     return lost_ ? text + ", lost " + loss_text(lost_) : text;
   }
   bool is_enough() const { return arguments_.count != 0 && heard_ == arguments_.count; }
@@ -154,6 +187,7 @@ class Recording {
 
  private:
   void heard(const std::string& channel, const Message& message) {
+    quiet_.heard(channel);
     if (is_enough() || !output_.is_good()) return;
     ++heard_;
     lost_ += message.lost_before;
@@ -163,6 +197,7 @@ class Recording {
 
   void survey() {
     next_survey_ = Clock::now() + kSurveyPeriod;
+    if (output_.has_scene()) next_look_ = Clock::now() + Scene::kPeriod;
     DaemonStatus daemon;
     std::vector<Neighbour> neighbours;
     if (client_.get_status(daemon) && client_.get_neighbours(neighbours)) {
@@ -170,21 +205,31 @@ class Recording {
     }
   }
 
+  void look() {
+    next_look_ = Clock::now() + Scene::kPeriod;
+    std::vector<Neighbour> neighbours;
+    if (client_.get_neighbours(neighbours)) output_.look(neighbours);
+  }
+
   bool wait(Clock::time_point until) const {
     using std::chrono::milliseconds;
     const auto left = std::chrono::ceil<milliseconds>(until - Clock::now());
     const auto wait = std::clamp<milliseconds>(left, milliseconds(0), std::chrono::hours(1));
     const int out = arguments_.is_jsonl ? STDOUT_FILENO : -1;
-    pollfd descriptors[] = {
-        {client_.fd(), POLLIN, 0}, {all_ ? all_->fd() : -1, POLLIN, 0}, {out, 0, 0}};
-    const int count = ::poll(descriptors, 3, static_cast<int>(wait.count()));
-    return count <= 0 || (descriptors[2].revents & POLLERR) == 0;
+    std::vector<pollfd> descriptors{{out, 0, 0}, {client_.fd(), POLLIN, 0}};
+    for (const int fd : all_ ? all_->fds() : std::vector<int>()) {
+      descriptors.push_back({fd, POLLIN, 0});
+    }
+    const int count =
+        ::poll(descriptors.data(), descriptors.size(), static_cast<int>(wait.count()));
+    return count <= 0 || (descriptors[0].revents & POLLERR) == 0;
   }
 
   Client& client_;
   const Common& common_;
   const RecordArguments& arguments_;
   Output& output_;
+  QuietWatch quiet_;
   Subscriber log_;
   std::vector<Subscriber> subscribers_;
   std::unique_ptr<AllChannels> all_;
@@ -192,6 +237,7 @@ class Recording {
   std::uint64_t heard_ = 0;
   Loss lost_;
   Clock::time_point next_survey_ = Clock::time_point::min();
+  Clock::time_point next_look_ = Clock::time_point::max();
 };
 
 }  // namespace
@@ -204,8 +250,12 @@ int record(const Common& common, const RecordArguments& arguments) {
   if (const std::string problem = output.open(arguments); !problem.empty()) return fail(problem);
   stop_on_signals(client);
   tell_connection(client);
-  client.on_error([](const Status& status) {
-    if (status.code() != StatusCode::kLinkDown) fail(status.text());  // LinkWatch tells that
+  client.on_error([is_all = arguments.channels.empty()](const Status& status) {
+    if (status.code() == StatusCode::kLinkDown) return;  // LinkWatch tells that
+    const bool is_refusal = status.code() == StatusCode::kLimit ||
+                            status.code() == StatusCode::kChannelConflict ||
+                            status.code() == StatusCode::kBadChannel;
+    if (!is_all || !is_refusal) fail(status.text());  // AllChannels tells those
   });
   Recording recording(client, common, arguments, output);
   const Status started = recording.start();

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "recording/recorder.hpp"
-#include "view/foxglove_scene.hpp"
+#include "view/scene/foxglove_scene.hpp"
 
 namespace swarmtalk::suite {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "recording/recorded.pb.h"
 #include "recording/topic_writer.hpp"
-#include "view/swarm.hpp"
+#include "view/scene/swarm.hpp"
 
 namespace swarmtalk::suite {
 

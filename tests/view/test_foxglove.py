@@ -168,7 +168,7 @@ def test_the_official_client_decodes_every_channel(lab_and_view, packages, subpr
 
 @pytest.mark.long
 def test_our_schemas_are_those_of_foxglove(packages):
-    done = node(packages, "foxglove_schemas.js", ROOT / "view/foxglove.proto")
+    done = node(packages, "foxglove_schemas.js", ROOT / "view/scene/foxglove.proto")
     assert done.returncode == 0, done.stderr
     lines = done.stdout.strip().splitlines()
     assert len(lines) == 1 and int(lines[0].split()[0]) > 50, done.stdout

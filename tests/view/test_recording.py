@@ -92,6 +92,7 @@ def test_time_passes_as_fast_as_is_asked(followers):
         state_where(viewer, lambda m: m["play"]["at"] > 100)
         viewer.send(json.dumps({"op": "speed", "times": 50}))
         state_where(viewer, lambda m: m["play"]["at"] == 60000 and not m["play"]["playing"])
+        viewer.send(json.dumps({"op": "speed", "times": 1}))
         viewer.send(json.dumps({"op": "play"}))  # from the beginning again
         state_where(viewer, lambda m: m["play"]["at"] < 50000 and m["play"]["playing"])
 
@@ -146,7 +147,7 @@ def test_a_file_that_is_cut_or_broken_is_told_in_one_line(followers, tmp_path):
             assert "cut off" in hello["recording"]["problem"]
             assert 10_000 < hello["recording"]["length"] < 59_000
             state_where(viewer, lambda m: len(m["robots"]) == 6)
-        one_line(view.end()[1], "cut.mcap", "cut off", "whole chunks")
+        one_line(view.end()[1], "cut.mcap", "cut off", "whole chunks could be read")
     for bytes_, words in ((b"", ("too short",)), (b"x" * 100, ("not an MCAP file",)),
                           (whole[:200], ("no records",))):
         cut.write_bytes(bytes_)
@@ -156,6 +157,80 @@ def test_a_file_that_is_cut_or_broken_is_told_in_one_line(followers, tmp_path):
     done = run(program("swarmtalk-view"), file, "--socket", "/nowhere")
     assert done.returncode == 2
     one_line(done.stderr, "--socket", "leave one of them out")
+
+
+@needs_browser
+def test_every_press_of_a_key_counts_however_fast_they_come(followers):
+    """States of before the first of them come between."""
+    file, _, _ = followers
+    with Player(file) as view, Browser(f"http://localhost:{view.port}/", 1280, 760) as page:
+        page.wait_for("window.swarmtalk && swarmtalk.shown() && swarmtalk.shown().robots.length")
+
+        def press(name, times):
+            page.ask("""((name, times) => { const old = state;
+                for (let i = 0; i < times; ++i) {
+                    document.dispatchEvent(new KeyboardEvent('keydown', {key: name}));
+                    take(JSON.parse(JSON.stringify(old)));
+                } })(%s, %d)""" % (json.dumps(name), times))
+
+        press(" ", 3)
+        page.wait_for("!swarmtalk.shown().play.playing")
+        press("Home", 1)
+        page.wait_for("swarmtalk.shown().play.at === 0")
+        press("ArrowRight", 5)
+        page.wait_for("swarmtalk.shown().play.at === 25000")
+        press("ArrowLeft", 2)
+        page.wait_for("swarmtalk.shown().play.at === 15000")
+        press(">", 3)
+        page.wait_for("swarmtalk.shown().play.speed === 10")
+        press("ArrowRight", 15)
+        page.wait_for("swarmtalk.shown().play.at === 60000")
+
+
+@needs_browser
+def test_a_window_of_messages_is_not_empty_after_a_jump(followers):
+    file, _, _ = followers
+    with Player(file) as view, Browser(f"http://localhost:{view.port}/", 1280, 760) as page:
+        page.wait_for("window.swarmtalk && swarmtalk.shown() && info")
+        page.ask("document.querySelector('[data-pane=channels]').click()")
+        page.ask("ask({op: 'pause'}); ask({op: 'seek', at: 30000})")
+        page.wait_for("swarmtalk.shown().play.at === 30000 && info.channels.length")
+        page.ask("document.querySelector('#channel-list tbody tr').click()")
+        page.wait_for("document.querySelectorAll('#messages div').length > 0")
+        page.ask("seek(recording.length)")
+        page.wait_for("swarmtalk.shown().play.at === 60000")
+        page.wait_for("document.querySelectorAll('#messages div').length > 1")
+        page.ask("seek(0)")
+        page.wait_for("swarmtalk.shown().play.at === 0")
+        page.wait_for("document.querySelectorAll('#messages div').length < 2")
+        told = page.ask("(info = {...info, channels: []}, drawChannels(), "
+                        "document.getElementById('channel-list').textContent)")
+        assert told == "No channel was heard up to this time."
+
+
+@needs_browser
+def test_what_a_jump_has_not_read_is_not_called_silence(followers):
+    file, _, _ = followers
+    with Player(file) as view, Browser(f"http://localhost:{view.port}/", 1280, 760) as page:
+        page.wait_for("window.swarmtalk && swarmtalk.shown() && info")
+        page.ask("ask({op: 'pause'})")
+        page.wait_for("!state.play.playing")
+        assert page.ask("state.play.since") == 0
+        page.ask("socket.onmessage = null")
+        for since, told in ((0, " up to this time."),
+                            (180000, " from 3:00.0 to this time. What was before is not read after "
+                             "a jump: go there to see it.")):
+            page.ask(f"state.play.since = {since}; take({{t: 'jump', at: 0, trail: []}});"
+                     "take({t: 'msgs', list: []}); info = {...info, channels: []}; drawChannels()")
+            for box, what in (("messages", "Nothing was heard on it"),
+                              ("log-lines", "There is no line"),
+                              ("channel-list", "No channel was heard")):
+                assert page.ask(f"document.getElementById('{box}').textContent") == what + told
+        page.ask("watched = 7; take({t: 'msg', n: 7, from: 1, hops: 0, hex: '61'});"
+                 "take({t: 'log', from: 1, text: 'a line', age: 0})")
+        for box in ("messages", "log-lines"):
+            text = page.ask(f"document.getElementById('{box}').textContent")
+            assert "a" in text and "is not read" not in text
 
 
 @needs_browser

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "recording/recorder.hpp"
 #include "recording/recording_reader.hpp"
+#include "recording/time_order.hpp"
 
 namespace swarmtalk::recording {
 namespace {
@@ -68,6 +71,70 @@ TEST_F(Recording, KeepsAMessageWithAllThatWasSensed) {
   EXPECT_EQ(record.time_ns - first_ns, 5'000'000u);
   EXPECT_FALSE(reader.next(record));
   EXPECT_EQ(reader.problem(), "");
+}
+
+// Two channels' messages of one moment are handed out channel by channel.
+TEST_F(Recording, TimeOrderPutsWhatCameInOneMomentBackInOrder) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  const auto hear = [&](const char* channel, const char* text, int ms) {
+    ASSERT_TRUE(recorder.heard(channel, message_of(text), now + milliseconds(ms)));
+  };
+  hear("a", "1", 10);
+  hear("b", "3", 30);
+  hear("a", "2", 20);
+  hear("b", "3 too", 30);
+  hear("c", "left out", 30);
+  hear("b", "5", 2000);
+  hear("a", "4", 1001);
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  TimeOrder records(reader, [](const Record& each) { return each.topic != "/channel/c"; });
+  std::vector<std::string> told;
+  for (Record record; records.next(record);) told.push_back(record.heard.payload());
+  EXPECT_EQ(told, (std::vector<std::string>{"1", "2", "3", "3 too", "4", "5"}));
+}
+
+TEST_F(Recording, TimeOrderKeepsAnHourOfMessagesWithoutWaitingForItsEnd) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  constexpr int kMessages = 3600;
+  for (int i = 0; i < kMessages; ++i) {
+    ASSERT_TRUE(recorder.heard("a", message_of(std::to_string(i)), now + std::chrono::seconds(i)));
+  }
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  int read = 0;
+  TimeOrder records(reader, [&](const Record&) { return ++read > 0; });
+  Record record;
+  for (int i = 0; i < kMessages; ++i) {
+    ASSERT_TRUE(records.next(record));
+    ASSERT_EQ(record.heard.payload(), std::to_string(i));
+    ASSERT_LE(read, i + 2);
+  }
+  EXPECT_FALSE(records.next(record));
+}
+
+TEST_F(Recording, TimeOrderHoldsFewLargeMessages) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  const std::string large(1024 * 1024, '\xff');  // packs well
+  constexpr int kMessages = 40;
+  for (int i = 0; i < kMessages; ++i) ASSERT_TRUE(recorder.heard("a", message_of(large), now));
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  int read = 0;
+  TimeOrder records(reader, [&](const Record&) { return ++read > 0; });
+  Record record;
+  for (int i = 0; i < kMessages; ++i) {
+    ASSERT_TRUE(records.next(record));
+    EXPECT_EQ(record.heard.payload(), large);
+    EXPECT_LE(read, i + 4);
+  }
+  EXPECT_FALSE(records.next(record));
 }
 
 TEST_F(Recording, KeepsLogLinesPosesAndLosses) {

@@ -38,7 +38,7 @@ TEST(Access, APageOfOurOwnIsLetIn) {
 
 TEST(Access, APageFromElsewhereInTheSameBrowserIsRefused) {
   for (const char* origin :
-       {"http://evil.example", "http://localhost:8081", "https://localhost:8080", "null",
+       {"", "http://evil.example", "http://localhost:8081", "https://localhost:8080", "null",
         "http://localhost:80801", "http://localhost"}) {
     Visitor visitor = from_here();
     visitor.origin = origin;

@@ -1,4 +1,4 @@
-#include "view/foxglove_scene.hpp"
+#include "view/scene/foxglove_scene.hpp"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "view/foxglove.pb.h"
-#include "view/robots.pb.h"
+#include "view/scene/foxglove.pb.h"
+#include "view/scene/robots.pb.h"
 
 namespace swarmtalk::view {
 namespace {

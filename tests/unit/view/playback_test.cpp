@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "recording/topic_writer.hpp"
 #include "view/page_viewer.hpp"
@@ -61,7 +62,7 @@ class PlaybackOfAFile : public ::testing::Test {
       recording::LogLine line;
       line.set_robot(2);
       line.set_text("second " + std::to_string(second));
-      topics.write("/log", line, at_ns + 1);
+      topics.write("/log_lines", line, at_ns + 1);
       if (second % 5 == 4) {
         ASSERT_TRUE(topics.writer().close_chunk());
       }
@@ -120,6 +121,105 @@ TEST_F(PlaybackOfAFile, AJumpShowsTheSameAsTheWayThere) {
   EXPECT_FLOAT_EQ(x_of(jumped, 2), 25.0F);
   EXPECT_EQ(jumped.traffic().lines().back().text, "second 249");  // 250's is a moment later
   EXPECT_EQ(walked.traffic().lines().back().text, "second 249");
+}
+
+TEST_F(PlaybackOfAFile, AJumpToItsEndShowsTheLastRecord) {
+  write_run();
+  Playback playback(io);
+  ASSERT_EQ(playback.open(path), "");
+  go_to(playback, playback.length());
+  EXPECT_EQ(playback.traffic().lines().back().text, "second 300");  // 1 ns behind the last second
+}
+
+/// Texts that a page's window of messages is told all at once, the last time that it is.
+std::vector<std::string> window_of(PageViewer& page) {
+  std::vector<std::string> texts;
+  while (const auto told = page.queue.take()) {
+    const auto json = nlohmann::json::parse(*told->bytes);
+    if (json["t"] != "msgs") continue;
+    texts.clear();
+    for (const auto& each : json["list"]) {
+      const std::string hex = each["hex"];
+      texts.emplace_back();
+      for (std::size_t i = 0; i < hex.size(); i += 2) {
+        texts.back() += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+      }
+    }
+  }
+  return texts;
+}
+
+TEST_F(PlaybackOfAFile, AWindowOfMessagesShowsAfterAJumpWhatLedThere) {
+  write_run();
+  Playback playback(io);
+  ASSERT_EQ(playback.open(path), "");
+  PageViewer page(playback, false);
+  playback.on_jump = [&] { page.on_jump(); };
+  page.on_text(R"({"op":"watch","channel":"alarm"})");
+  EXPECT_EQ(window_of(page), std::vector<std::string>{"fire 0"});
+  go_to(playback, playback.length());
+  const auto at_end = window_of(page);
+  ASSERT_GE(at_end.size(), 100u);
+  EXPECT_EQ(at_end.back(), "fire 300");
+  EXPECT_EQ(at_end[at_end.size() - 100], "fire 201");
+  go_to(playback, seconds(3));
+  EXPECT_EQ(window_of(page), (std::vector<std::string>{"fire 0", "fire 1", "fire 2", "fire 3"}));
+  PageViewer later(playback, false);  // opens its window while the time stands still
+  later.on_text(R"({"op":"watch","channel":700})");
+  EXPECT_EQ(window_of(later).size(), 4u);
+}
+
+TEST_F(PlaybackOfAFile, AfterAJumpItIsSaidFromWhenOnItIsKnown) {
+  write_run();
+  Playback playback(io);
+  ASSERT_EQ(playback.open(path), "");
+  EXPECT_EQ(playback.known_since(), milliseconds(0));
+  go_to(playback, seconds(280));
+  const milliseconds since = playback.known_since();
+  EXPECT_GT(since, seconds(150));
+  EXPECT_LE(since, seconds(160)) << "two minutes at least";
+  EXPECT_EQ(nlohmann::json::parse(state_json(playback))["play"]["since"], since.count());
+  playback.pass(seconds(1));
+  EXPECT_EQ(playback.known_since(), since) << "nothing is forgotten";
+  go_to(playback, seconds(100));
+  EXPECT_EQ(playback.known_since(), milliseconds(0)) << "it is read from its beginning";
+}
+
+TEST_F(PlaybackOfAFile, AChannelCanBeOpenedBeforeItsFirstMessage) {
+  recording::TopicWriter topics;
+  ASSERT_EQ(topics.writer().open(path, "test", true), "");
+  recording::RobotPose pose;
+  pose.set_robot(2);
+  topics.write("/pose", pose, kBeginNs);
+  recording::HeardMessage heard;
+  heard.set_channel("late");
+  heard.set_channel_number(900);
+  topics.write("/channel/late", heard, kBeginNs + 1'000'000'000);
+  ASSERT_TRUE(topics.writer().finish());
+  Playback playback(io);
+  ASSERT_EQ(playback.open(path), "");
+  PageViewer page(playback, false);
+  playback.on_message = [&](const HeardMessage& message) { page.on_message(message); };
+  page.on_text(R"({"op":"watch","channel":"late"})");
+  page.queue.take();  // an empty window
+  playback.pass(seconds(1));
+  const auto told = nlohmann::json::parse(*page.queue.take()->bytes);
+  EXPECT_EQ(told["n"], 900);
+  EXPECT_FALSE(told.contains("hops"));  // are not known
+  EXPECT_TRUE(playback.open_channel("late"));
+  EXPECT_TRUE(playback.open_channel("900"));
+  EXPECT_FALSE(playback.open_channel("never"));
+}
+
+TEST_F(PlaybackOfAFile, WhoWantsToSendIntoItIsToldWhatItIs) {
+  write_run();
+  Playback playback(io);
+  ASSERT_EQ(playback.open(path), "");
+  PageViewer page(playback, false);
+  page.on_text(R"({"op":"publish","channel":"alarm","text":"fire"})");
+  const auto told = page.queue.take();
+  ASSERT_TRUE(told);
+  EXPECT_NE(told->bytes->find("this is a recording"), std::string::npos) << *told->bytes;
 }
 
 TEST_F(PlaybackOfAFile, ARobotThatFellSilentIsOlderAndThenForgotten) {
@@ -246,7 +346,7 @@ TEST_F(PlaybackOfAFile, TimesThatCannotBeAreLeftOutAndCounted) {
   ASSERT_TRUE(topics.writer().finish());
   Playback playback(io);
   ASSERT_EQ(playback.open(path), "");
-  EXPECT_EQ(playback.problem(), "1 records have impossible times");
+  EXPECT_EQ(playback.problem(), "1 record has an impossible time");
   EXPECT_EQ(playback.length(), milliseconds(1));
 }
 

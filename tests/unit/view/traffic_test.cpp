@@ -27,7 +27,7 @@ TEST(Rate, IsTheMeanOfTheWholeSecondsBefore) {
 TEST(Rate, FallsToNothingInSilence) {
   Rate rate;
   for (int i = 0; i < 50; ++i) rate.count(kBegin);
-  EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(1)), 10.0);
+  EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(1)), 50.0);
   EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(5)), 10.0);
   EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(6)), 0.0);
   EXPECT_DOUBLE_EQ(rate.per_second(kBegin + seconds(1000)), 0.0);
@@ -44,7 +44,17 @@ TEST(Rate, IsKnownInTheFirstSecondsOfARecordingThatBeginsAtZero) {
   Rate rate;
   for (int i = 0; i < 50; ++i) rate.count(Time{} + milliseconds(20 * i));
   EXPECT_DOUBLE_EQ(rate.per_second(Time{}), 0.0);
-  EXPECT_DOUBLE_EQ(rate.per_second(Time{} + seconds(1)), 10.0);
+  EXPECT_DOUBLE_EQ(rate.per_second(Time{} + seconds(1)), 50.0);
+}
+
+TEST(Rate, IsNotTooLowInItsFirstSeconds) {
+  Rate rate;
+  for (int ms = 0; ms < 7000; ms += 100) {
+    if (ms % 1000 == 0 && ms > 0) {
+      EXPECT_DOUBLE_EQ(rate.per_second(kBegin + milliseconds(ms)), 10.0) << ms;
+    }
+    rate.count(kBegin + milliseconds(ms));
+  }
 }
 
 TEST(Traffic, KnowsWhoSpeaksOnAChannel) {
@@ -64,6 +74,24 @@ TEST(Traffic, MessagesOfChannelsBeyondTheMostAreCountedAllTheSame) {
   }
   EXPECT_EQ(traffic.channels().size(), Traffic::kMostChannels);
   EXPECT_EQ(traffic.messages(), Traffic::kMostChannels + 10);
+}
+
+TEST(Traffic, AChannelInUseTakesThePlaceOfOneThatIsSilentForLongest) {
+  Traffic traffic;
+  for (unsigned i = 0; i < Traffic::kMostChannels; ++i) {
+    traffic.note_message(message(static_cast<std::uint16_t>(i), 1), kBegin + milliseconds(i));
+  }
+  DaemonStatus status;
+  status.channels.resize(1);
+  status.channels[0].number = 500;
+  status.channels[0].subscribers = 1;
+  traffic.note_status(status);
+  EXPECT_EQ(traffic.channels().size(), Traffic::kMostChannels);
+  EXPECT_TRUE(traffic.channels().contains(500));
+  EXPECT_FALSE(traffic.channels().contains(0));
+  status.channels.clear();
+  traffic.note_status(status);
+  EXPECT_FALSE(traffic.channels().contains(500)) << "nobody uses it, and it was never heard";
 }
 
 TEST(Traffic, KeepsTheNewestLinesAndCutsLongOnes) {

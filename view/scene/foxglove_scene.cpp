@@ -1,4 +1,4 @@
-#include "view/foxglove_scene.hpp"
+#include "view/scene/foxglove_scene.hpp"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
@@ -9,14 +9,14 @@
 #include <cstdio>
 #include <set>
 
-#include "view/foxglove.pb.h"
-#include "view/robots.pb.h"
+#include "view/scene/foxglove.pb.h"
+#include "view/scene/robots.pb.h"
 
 namespace swarmtalk::view {
 namespace {
 
 constexpr const char* kMap = "map";
-constexpr auto kGoneAfter = std::chrono::seconds(3);
+constexpr auto kGoneAfter = std::chrono::milliseconds(2500);  // as on the page
 constexpr int kLifetimeSeconds = 2;  // entities that are not sent again disappear
 constexpr double kBodyM = 0.11;      // a Coachbot's diameter
 constexpr double kNameM = 0.09;
@@ -108,12 +108,14 @@ void add_robot(foxglove::SceneUpdate& update, const SwarmRobot& robot, Time now,
   arrow.set_head_diameter(kBodyM * 0.8);
   set_body_color(*arrow.mutable_color(), robot, now);
   foxglove::TextPrimitive& name = *entity.add_texts();
-  *name.mutable_pose()->mutable_position() = arrow.pose().position();
-  name.mutable_pose()->mutable_position()->set_z(kBodyM * 1.5);
+  foxglove::Vector3& above = *name.mutable_pose()->mutable_position();
+  above = arrow.pose().position();
+  above.set_y(above.y() + kBodyM);  // seen from above the arrow stays free
+  above.set_z(kBodyM * 1.5);
   name.mutable_pose()->mutable_orientation()->set_w(1);
   name.set_billboard(true);
   name.set_font_size(kNameM);
-  *name.mutable_color() = arrow.color();
+  set_color(*name.mutable_color(), 0.1, 0.15, 0.2, 1);
   name.set_text(name_of(robot));
   add_fact(entity, "pose age", std::to_string(seconds_between(robot.place->at, now)) + " s");
 }

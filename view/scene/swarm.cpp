@@ -1,4 +1,4 @@
-#include "view/swarm.hpp"
+#include "view/scene/swarm.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "view/swarm.hpp"
-#include "view/traffic.hpp"
+#include "view/scene/log_line.hpp"
+#include "view/scene/swarm.hpp"
 
 namespace swarmtalk::view {
 

@@ -1,0 +1,224 @@
+"""swarmtalk-view as a server: whom it lets in, and how it bears what goes wrong."""
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+from conftest import one_line, program, run, wait_for
+from viewers import PAGE, message_where, page
+from websocket import Refused, WebSocket, get
+
+
+def test_a_page_from_elsewhere_reads_nothing_unless_it_is_allowed(make_lab, make_view):
+    lab = make_lab(1)
+    view = make_view(lab.socket(1))
+    own = f"http://localhost:{view.port}"
+    with page(view, origin=own) as viewer:
+        message_where(viewer, lambda m: m["t"] == "state")
+    for options in ({"origin": "http://evil.example"}, {"origin": "null"},
+                    {"host": f"evil.example:{view.port}"},
+                    {"host": f"evil.example:{view.port}",
+                     "origin": f"http://evil.example:{view.port}"}):
+        with pytest.raises(Refused) as refused:
+            page(view, **options)
+        assert refused.value.status == 403
+    assert get(view.port, host=f"evil.example:{view.port}")[0] == 403
+    assert "Access-Control-Allow-Origin" not in get(view.port)[1]
+    allowing = make_view(lab.socket(1), "--allow-origin", "http://lab:8081")
+    with page(allowing, origin="http://lab:8081") as viewer:
+        message_where(viewer, lambda m: m["t"] == "state")
+
+
+def test_it_listens_on_this_machine_alone_unless_told_otherwise(make_lab, make_view):
+    lab = make_lab(1)
+    view = make_view(lab.socket(1))
+    listening = run("cat", "/proc/net/tcp", "/proc/net/tcp6").stdout
+    ours = [line.split()[1] for line in listening.splitlines()
+            if line.split()[1].endswith(f":{view.port:04X}") and line.split()[3] == "0A"]
+    assert ours == [f"0100007F:{view.port:04X}"]
+    everywhere = make_view(lab.socket(1), "--listen", "0.0.0.0")
+    assert "/?token=" in everywhere.address
+
+
+def test_another_subprotocol_is_refused_with_those_that_it_speaks(make_lab, make_view):
+    view = make_view(make_lab(1).socket(1))
+    with pytest.raises(Refused) as refused:
+        WebSocket(view.port, protocol="mqtt")
+    assert refused.value.status == 400 and PAGE in refused.value.text
+
+
+def test_garbage_is_answered_and_harms_nobody(make_lab, make_view):
+    view = make_view(make_lab(1).socket(1))
+    for garbage in (b"\x00\xff" * 3000, b"GET / HTTP/9.9\r\n\r\n",
+                    b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
+                    b"GET / HTTP/1.1\r\n" + b"x: y\r\n" * 5000):
+        with socket.create_connection(("127.0.0.1", view.port), timeout=10) as connection:
+            with contextlib.suppress(OSError):
+                connection.sendall(garbage)
+                connection.shutdown(socket.SHUT_WR)
+                assert not connection.recv(100).startswith(b"HTTP/1.1 200")
+    with page(view) as other:
+        with page(view) as viewer:
+            for text in ("", "nonsense", "[]", "{}", '{"op":7}', '{"op":"card"}',
+                         '{"op":"card","robot":-1}', '{"op":"card","robot":1e99}',
+                         '{"op":"watch","channel":[]}', '{"op":"watch","channel":"99999999"}',
+                         "[" * 20000, b"\x00\x01"):
+                viewer.send(text)
+            message_where(viewer, lambda m: m["t"] == "notice")
+        with page(view) as viewer:
+            with pytest.raises((EOFError, OSError)) as closed:
+                for _ in range(40):
+                    viewer.send("nonsense")
+                while True:
+                    viewer.receive()
+            assert closed.type is not EOFError or "too many bad requests" in str(closed.value)
+        message_where(other, lambda m: m["t"] == "state")
+    assert view.end() == (128 + signal.SIGTERM, "")
+
+
+def test_a_thousand_connections_leave_nothing_behind(make_lab, make_view):
+    view = make_view(make_lab(1).socket(1))
+    before = view.descriptors()
+    with page(view) as viewer, contextlib.ExitStack() as stack:
+        for _ in range(1000):
+            stack.enter_context(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+        message_where(viewer, lambda m: m["t"] == "state")
+        assert view.descriptors() < before + 200
+    wait_for(lambda: view.descriptors() <= before, what="closed connections")
+    with page(view) as viewer:
+        message_where(viewer, lambda m: m["t"] == "state")
+    code, errors = view.end()
+    assert code == 128 + signal.SIGTERM
+    assert all("close some pages" in line for line in errors.splitlines())
+    assert 1 <= len(errors.splitlines()) <= 5
+    assert "1 was turned away so far" in errors.splitlines()[0]
+
+
+def take_messages(viewer, number, lives):
+    """Reads messages of a channel. The page `lives` sends meanwhile: who says nothing for 30 s is
+    taken for gone."""
+    deadline = time.monotonic() + 120
+    said = 0.0
+    while number > 0:
+        assert time.monotonic() < deadline, f"timed out waiting for {number} messages"
+        if time.monotonic() > said + 2:
+            said = time.monotonic()
+            lives.send(json.dumps({"op": "card", "robot": 0}))
+        number -= json.loads(viewer.receive())["t"] == "msg"
+
+
+def test_a_browser_that_stops_reading_holds_up_nobody_and_is_told(make_lab, make_view):
+    lab = make_lab(2)
+    view = make_view(lab.socket(1))
+    with page(view) as slow, page(view) as quick:
+        for viewer in (slow, quick):
+            viewer.send(json.dumps({"op": "watch", "channel": "much"}))
+        message_where(quick, lambda m: m["t"] == "info" and
+                      any(c["name"] == "much" for c in m["channels"]))
+        flood = lab.start_cli(2, "pub", "much", "x" * 1300, "--repeat", "0", "--rate", "400")
+        try:
+            take_messages(quick, 3000, lives=slow)  # more than is kept for a page
+        finally:
+            flood.kill()
+            flood.wait()
+        told = message_where(slow, lambda m: m["t"] == "dropped", 60.0, "what was dropped")
+        assert told["events"] > 0
+        message_where(slow, lambda m: m["t"] == "state")
+
+
+def test_a_port_in_use_is_told_in_one_line(make_lab, make_view):
+    lab = make_lab(1)
+    view = make_view(lab.socket(1))
+    done = run(program("swarmtalk-view"), "--socket", lab.socket(1), "--port", view.port)
+    assert done.returncode == 1
+    one_line(done.stderr, str(view.port), "--port")
+
+
+@pytest.mark.parametrize("options, code, word", [
+    (["--socket", "/nonexistent/daemon.sock"], 3, "/nonexistent/daemon.sock"),
+    (["--listen", "nowhere"], 2, "--listen"),
+    (["--port", "99999"], 2, "port"),
+    (["--port", "-1"], 2, "0 to 65535"),
+    (["--channel", "70000"], 2, "70000"),
+    (["--channel", ""], 2, "channel"),
+    ([""], 2, "FILE: must not be empty"),
+    (["--socket", ""], 2, "--socket: must not be empty"),
+    (["--token-file", ""], 2, "--token-file: must not be empty"),
+    (["--listen", ""], 2, "--listen: must not be empty"),
+    (["--allow-origin", "nonsense"], 2, "nonsense"),
+    (["--allow-origin", "http://lab:8081/"], 2, "without a path"),
+    (["--allow-origin", "*"], 2, "http://lab:8081"),
+    (["--no-such-option"], 2, "; see swarmtalk-view --help"),
+    (["--sokcet", "x"], 2, "no option '--sokcet'; did you mean '--socket'? See swarmtalk-view"),
+])
+def test_what_cannot_start_says_why_in_one_line(options, code, word):
+    done = run(program("swarmtalk-view"), *options)
+    assert done.returncode == code, done.stderr
+    one_line(done.stderr, word)
+
+
+def test_a_token_file_that_is_no_good_is_told_in_one_line(make_lab, tmp_path):
+    lab = make_lab(1)
+    short = tmp_path / "token"
+    short.write_text("abc\n")
+    for path in (short, tmp_path / "none"):
+        done = run(program("swarmtalk-view"), "--socket", lab.socket(1), "--token-file", path)
+        assert done.returncode == 1
+        one_line(done.stderr, str(path))
+
+
+def test_ctrl_c_ends_it_at_once(make_lab, make_view):
+    view = make_view(make_lab(1).socket(1))
+    with page(view):
+        assert view.end(signal.SIGINT) == (128 + signal.SIGINT, "")
+
+
+def test_an_address_that_cannot_be_written_is_told_elsewhere(make_lab):
+    lab = make_lab(1)
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        process = subprocess.Popen(
+            [program("swarmtalk-view"), "--socket", lab.socket(1), "--port", "0"],
+            stdin=subprocess.DEVNULL, stdout=full, stderr=subprocess.PIPE, text=True)
+    try:
+        line = process.stderr.readline()
+        assert "http://localhost:" in line and "No space left on device" in line, line
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+ELSEWHERE = """
+import json
+from conftest import View
+from viewers import message_where, page
+from websocket import Refused, WebSocket
+view = View({socket!r}, "--listen", "10.231.78.1", "--token-file", {token!r})
+address = {{"address": "10.231.78.1", "host": f"10.231.78.1:{{view.port}}"}}
+for path in ("/", "/?token=", "/?token=wrong-one"):
+    try:
+        page(view, path=path, **address)
+    except Refused as refused:
+        print(path, refused.status)
+with page(view, path="/?token=the-right-one", **address) as viewer:
+    message_where(viewer, lambda m: m["t"] == "state")
+    print("let in")
+view.end()
+"""
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="a network namespace needs root")
+def test_another_machine_needs_the_token(make_lab, tmp_path):
+    """In a namespace of its own, with an address that is not this machine's loopback."""
+    lab = make_lab(1)
+    token = tmp_path / "token"
+    token.write_text("the-right-one\n")
+    code = ELSEWHERE.format(socket=lab.socket(1), token=str(token))
+    done = run("unshare", "--net", "sh", "-c", "ip link set lo up && "
+               "ip address add 10.231.78.1/24 dev lo && exec /usr/bin/python3 -c \"$0\"", code,
+               cwd=os.path.dirname(os.path.abspath(__file__)))
+    assert done.stdout.splitlines() == ["/ 403", "/?token= 403", "/?token=wrong-one 403",
+                                        "let in"], done.stderr
