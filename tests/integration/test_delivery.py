@@ -82,7 +82,7 @@ def test_a_stopped_subscriber_disturbs_nobody_and_its_losses_are_counted(daemon)
                          for each in status(daemon)["clients_served"]) == 0, what="the rest read")
     time.sleep(0.2)
     stopped.send_signal(signal.SIGINT)
-    out, errors = stopped.communicate(timeout=10)
+    out, errors = stopped.communicate(timeout=30)
     messages = [json.loads(line) for line in out.splitlines()]
     lost = sum(sum(message["lost_before"].values()) for message in messages)
     print(f"stopped: {len(messages)} heard, {lost} lost: {errors.strip()}")
@@ -101,7 +101,7 @@ def test_a_latest_subscriber_that_was_stopped_gets_the_newest_only(daemon):
     stopped.send_signal(signal.SIGCONT)
     time.sleep(0.3)
     stopped.send_signal(signal.SIGINT)
-    out, _ = stopped.communicate(timeout=10)
+    out, _ = stopped.communicate(timeout=30)
     messages = [json.loads(line) for line in out.splitlines()]
     assert messages[-1]["message_number"] == 50
     assert len(messages) <= 3, [message["message_number"] for message in messages]

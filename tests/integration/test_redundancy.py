@@ -36,7 +36,7 @@ def publish(sender, hearers, *words, rate=40):
         wait_a_moment(sender)
     for listener in listeners:
         listener.send_signal(signal.SIGTERM)
-        listener.wait(timeout=20)
+        listener.wait(timeout=60)
     after = sender.link("air")["counters"]
     return ([written(listener) for listener in listeners],
             {name: value - before[name] for name, value in after.items()})

@@ -41,7 +41,7 @@ class Wires:
         for process in self._processes:
             if process.poll() is None:
                 process.kill()
-            process.communicate(timeout=10)
+            process.communicate(timeout=30)
         for name in self._namespaces:
             run("ip", "netns", "del", name)
         self._folder.cleanup()
@@ -79,6 +79,19 @@ class Wires:
         _ip("-n", full, "link", "set", port, "master", "hub0")
         _ip("-n", full, "link", "set", port, "up")
         _ip("-n", robot.namespace, "link", "set", f"{wire}0", "up")
+        robot.ports[wire] = port
+        self.wait_for_wire(robot, wire)
+
+    def wait_for_wire(self, robot, wire):
+        """Until the robot, whose interface has come up, hears what others send on the wire: the
+        bridge notices some time after the robot does."""
+        port, full = robot.ports[wire], f"{self._prefix}{wire}"
+
+        def forwards():
+            return " state forwarding " in run("bridge", "-n", full, "link", "show", "dev",
+                                               port).stdout
+
+        wait_for(forwards, what=f"the bridge's port of wire {wire}")
 
     def lose(self, wire, share, seed=1):
         """From now on each frame on this wire is lost at each receiver by itself, so often."""
@@ -90,7 +103,7 @@ class Wires:
         relay = self.keep(subprocess.Popen(
             ["ip", "netns", "exec", full, sys.executable, LOSSY, str(share), str(seed), *ports],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=10)[1]
+        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=30)[1]
 
     def file(self, name):
         """Path of a file that goes with the wires."""
@@ -113,6 +126,7 @@ class Robot:
         self._config = wires.file(f"{number}.toml")
         self.log = wires.file(f"{number}.log")
         self.daemon = None
+        self.ports = {}  # of the bridges, by wire
 
     def configure(self, config):
         """Writes the daemon's file; one that runs reads it when it is told to reload."""
@@ -140,7 +154,7 @@ class Robot:
     def stop(self):
         """Ends the daemon."""
         self.daemon.terminate()
-        self.daemon.wait(timeout=10)
+        self.daemon.wait(timeout=30)
 
     def logged(self):
         with open(self.log, encoding="utf-8") as file:
@@ -200,7 +214,7 @@ class Robot:
         assert done.returncode == 0, done.stderr
 
 
-def heard(process, timeout=20):
+def heard(process, timeout=60):
     """What a subscriber printed until its end."""
     out, _ = process.communicate(timeout=timeout)
     return [json.loads(line) for line in out.splitlines()]
