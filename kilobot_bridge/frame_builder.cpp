@@ -45,6 +45,10 @@ OverheadFrame led_toggle_frame() {
   return make_frame(OverheadType::kLedToggle);
 }
 
+OverheadFrame version_question_frame() {
+  return make_frame(OverheadType::kVersion);
+}
+
 OverheadFrame forward_frame(std::uint8_t ir_type, const IrData& data) {
   return message_frame(OverheadType::kForward, ir_type, data);
 }

@@ -29,6 +29,8 @@ struct GpsRecord {
 
 OverheadFrame stop_frame();
 OverheadFrame led_toggle_frame();
+/// Our controller answers with a version report (gateway_frame.hpp), others do nothing.
+OverheadFrame version_question_frame();
 /// Repeated by the controller until its next frame.
 OverheadFrame forward_frame(std::uint8_t ir_type, const IrData& data = {});
 /// The same with the checksum given, right or wrong.

@@ -72,11 +72,13 @@ void GatewayReader::take(std::span<const std::uint8_t> payload) {
   const bool is_reception = kind == GatewayKind::kReception && payload.size() == kReceptionBytes;
   const bool is_hello = kind == GatewayKind::kHello && payload.size() == kHelloBytes;
   const bool is_text = kind == GatewayKind::kText && payload.size() <= kHeadBytes + kTextBytes;
-  if (!is_reception && !is_hello && !is_text) {
+  const bool is_version = kind == GatewayKind::kVersion && payload.size() == kVersionBytes;
+  if (!is_reception && !is_hello && !is_text && !is_version) {
     ++counters_.unreadable_frames;
     return;
   }
   ++counters_.frames;
+  if (is_version) return take_version(payload);  // the controller has numbers of its own
   if (!is_text) take_ticks(read16(payload, kHeadBytes));
   count_sequence(payload[1]);
   if (is_reception) return take_reception(payload);
@@ -110,6 +112,10 @@ void GatewayReader::take_reception(std::span<const std::uint8_t> payload) {
   reception.high_gain = read16(payload, 16);
   if (payload[18] != kGatewayNoDistance) reception.distance_mm = payload[18];
   user_.on_reception(reception);
+}
+
+void GatewayReader::take_version(std::span<const std::uint8_t> payload) {
+  user_.on_version({payload[2], payload[3], read16(payload, 4), payload[6]});
 }
 
 void GatewayReader::take_hello(std::span<const std::uint8_t> payload) {

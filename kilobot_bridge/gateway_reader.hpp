@@ -31,11 +31,20 @@ struct GatewayHello {
   std::uint16_t battery = 0;  // converter reading
 };
 
+/// Our overhead controller's answer when it was asked.
+struct ControllerVersion {
+  std::uint8_t product = 0;
+  std::uint8_t version = 0;
+  std::uint16_t frame_types = 0;  // bit n: it knows frames of type n
+  std::uint8_t flags = 0;
+};
+
 class GatewayUser {
  public:
   virtual ~GatewayUser() = default;
   virtual void on_reception(const GatewayReception& reception) = 0;
   virtual void on_hello(const GatewayHello& hello) = 0;
+  virtual void on_version(const ControllerVersion& version) = 0;
   /// Text from the gateway's program; valid during the call, any bytes.
   virtual void on_text(std::string_view text) = 0;
 };
@@ -67,6 +76,7 @@ class GatewayReader {
   void count_sequence(std::uint8_t sequence);
   void take_ticks(std::uint16_t ticks);
   void take_reception(std::span<const std::uint8_t> payload);
+  void take_version(std::span<const std::uint8_t> payload);
   void take_hello(std::span<const std::uint8_t> payload);
 
   GatewayUser& user_;

@@ -3,11 +3,13 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <utility>
 
 #include "drivers/link/link_error.hpp"
 #include "drivers/link/link_log.hpp"
+#include "kilobot_wire/battery.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {
@@ -45,6 +47,15 @@ std::string seconds_text(Duration time) {
   const auto seconds = std::chrono::ceil<std::chrono::seconds>(time).count();
   std::string rest = std::to_string(seconds % 60);
   return std::to_string(seconds / 60) + ":" + (rest.size() < 2 ? "0" : "") + rest;
+}
+
+/// As the LED of a robot shows it that is told VOLTAGE.
+std::string battery_colour(std::uint16_t reading) {
+  if (reading == 0) return "not measured yet";
+  return reading > kilobot::kBatteryFull   ? "green"
+         : reading > kilobot::kBatteryGood ? "blue"
+         : reading > kilobot::kBatteryLow  ? "yellow"
+                                           : "red";
 }
 
 }  // namespace
@@ -197,7 +208,12 @@ std::optional<TimedFrame> KilobotLink::next_packet() {
 
 void KilobotLink::on_port_open(ReconnectingPort& port) {
   if (&port == downlink_.get()) {
-    sender_.open(Clock::now(), config_.settle);
+    // Lines of text would be spoilt by the answer.
+    const bool is_text = is_one_device() && config_.uplink_form == UplinkForm::kText;
+    controller_.version.reset();
+    controller_reader_.on_interrupted();
+    controller_reader_.put(std::array<std::uint8_t, 1>{0});  // it answers once: no frame before
+    sender_.open(Clock::now(), config_.settle, !is_text);
     wake();
   }
   if (&port == uplink()) {
@@ -207,7 +223,8 @@ void KilobotLink::on_port_open(ReconnectingPort& port) {
 }
 
 void KilobotLink::on_port_bytes(ReconnectingPort& port, std::span<const std::uint8_t> bytes) {
-  if (&port != uplink()) return;  // the stock controller never says anything
+  if (&port == downlink_.get()) controller_reader_.put(bytes);  // the stock one never says anything
+  if (&port != uplink()) return;
   if (config_.uplink_form == UplinkForm::kText) return lines_.put(bytes);
   reader_.put(bytes);
   const std::uint64_t unreadable = reader_.counters().unreadable_frames - unreadable_told_;
@@ -267,14 +284,19 @@ void KilobotLink::on_text(std::string_view text) {
 
 std::string KilobotLink::downlink_state() const {
   if (!downlink_) return "nothing is sent: no downlink is configured";
-  const std::string device = "overhead controller at " + downlink_->path();
+  std::string device = "overhead controller at " + downlink_->path();
   if (!downlink_->is_open()) return "no " + device + ": " + downlink_->problem();
   if (!sender_.is_ready()) return device + " is given time to start";
+  if (controller_.version && controller_.version->product == kProductOverhead) {
+    device += " (version " + std::to_string(controller_.version->version) + ")";
+  }
   if (!player_) return device;
   std::string text = device + " sends '" + player_->sequence().name + "'";
-  if (player_->pass() > 0) text += ", pass " + std::to_string(player_->pass());
-  if (player_->sequence().passes > 0) {
-    text += " of " + std::to_string(player_->sequence().passes);
+  const Sequence& sequence = player_->sequence();
+  if (!sequence.is_program && player_->frames() == 0) return text + " until it is stopped";
+  if (sequence.is_program && player_->pass() > 0) {
+    text += ", pass " + std::to_string(player_->pass());
+    if (sequence.passes > 0) text += " of " + std::to_string(sequence.passes);
   }
   return text + ", " + seconds_text(left()) + " left";
 }
@@ -287,7 +309,10 @@ std::string KilobotLink::uplink_state() const {
       heard_at_ != drivers::MonotonicTime{} && Clock::now() - heard_at_ < kGatewaySilence;
   if (config_.uplink_form == UplinkForm::kText) return "text at " + config_.uplink;
   if (!is_recent) return device + " is silent";
-  return gateway_ ? device + " has uid " + std::to_string(gateway_->uid) : device;
+  if (!gateway_) return device;
+  return device + " has uid " + std::to_string(gateway_->uid) + ", version " +
+         std::to_string(gateway_->version) + ", battery " + std::to_string(gateway_->battery) +
+         " (" + battery_colour(gateway_->battery) + ")";
 }
 
 std::string KilobotLink::state() const {

@@ -55,6 +55,17 @@ class SequenceUser {
   virtual void on_sequence_end(const Player& player, SequenceEnd end, const std::string& text) = 0;
 };
 
+/// What an overhead controller of ours says of itself on the downlink. All else there is noise.
+class ControllerListener final : public GatewayUser {
+ public:
+  void on_reception(const GatewayReception&) override {}
+  void on_hello(const GatewayHello&) override {}
+  void on_version(const ControllerVersion& said) override { version = said; }
+  void on_text(std::string_view) override {}
+
+  std::optional<ControllerVersion> version;
+};
+
 class KilobotLink final : public drivers::Link,
                           private OverheadLine,
                           private FrameSource,
@@ -103,6 +114,7 @@ class KilobotLink final : public drivers::Link,
   void on_port_lost(ReconnectingPort& port) override;
   void on_reception(const GatewayReception& reception) override;
   void on_hello(const GatewayHello& hello) override;
+  void on_version(const ControllerVersion& version) override { controller_.version = version; }
   void on_text(std::string_view text) override;
 
   bool is_one_device() const { return config_.downlink == config_.uplink; }
@@ -124,6 +136,8 @@ class KilobotLink final : public drivers::Link,
   std::optional<Player> player_;
   SequenceUser* sequence_user_ = nullptr;  // none: abandoned
 
+  ControllerListener controller_;
+  GatewayReader controller_reader_{controller_};  // of a downlink that is not the uplink
   GatewayReader reader_;
   LineReader lines_;
   std::function<void(const std::string&)> on_line_;

@@ -1,6 +1,7 @@
 #include "kilobot_bridge/overhead_sender.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace swarmtalk::kilobot_bridge {
 namespace {
@@ -17,8 +18,9 @@ constexpr auto kStallLimit = std::chrono::milliseconds(500);  // beyond the time
 OverheadSender::OverheadSender(const Pacing& pacing, OverheadLine& line, FrameSource& source)
     : pacing_(pacing), line_(line), source_(source) {}
 
-void OverheadSender::open(Time now, Duration settle) {
+void OverheadSender::open(Time now, Duration settle, bool asks_version) {
   close();
+  asks_version_ = asks_version;
   padding_.on_reopened();
   state_ = State::kSettling;
   due_ = now + settle;
@@ -46,6 +48,10 @@ OverheadSender::Time OverheadSender::poll(Time now) {
         break;
       case State::kSilent:
         if (now < due_) return due_;
+        if (std::exchange(asks_version_, false)) {
+          put_on_line({version_question_frame(), Duration(0)}, now);
+          break;
+        }
         state_ = State::kFree;
         is_ready_ = true;
         break;

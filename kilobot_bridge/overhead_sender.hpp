@@ -49,7 +49,8 @@ class OverheadSender {
 
   /// The line has been opened. Nothing is sent for `settle` (ours, unscaled by the pacing), then a
   /// STOP, so that the controller's state is known.
-  void open(Time now, Duration settle);
+  /// @param asks_version  and then kVersion, which a stock controller takes for another STOP
+  void open(Time now, Duration settle, bool asks_version = false);
   /// The line is gone; what was on it is lost.
   void close();
 
@@ -94,6 +95,7 @@ class OverheadSender {
   std::vector<std::uint8_t> bytes_;  // on the line
   std::size_t handed_over_ = 0;      // of them
   unsigned stops_owed_ = 0;          // until a repetition counts as ended
+  bool asks_version_ = false;        // still to be asked
   bool is_ready_ = false;
   bool has_stalled_ = false;
 };

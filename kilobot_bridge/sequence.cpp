@@ -14,6 +14,7 @@ constexpr Duration kReadUidHold = milliseconds(2000);    // an operator looks
 constexpr Duration kSleeperHold = milliseconds(12'000);  // robots listen every 8 s, +-10 %
 constexpr Duration kBootHold = milliseconds(2000);
 constexpr Duration kBootRest = milliseconds(50);
+constexpr Duration kHoldSlice = milliseconds(1000);
 
 constexpr std::uint8_t kCalibrationSave = 0;
 constexpr std::uint8_t kCalibrationUid = 1;
@@ -64,6 +65,24 @@ Sequence command_sequence(Command command) {
   return then_stop("voltage", {message(kilobot::kIrVoltage, kVoltageHold)});
 }
 
+Sequence bootload_sequence(bool may_sleep) {
+  return then_stop("bootload",
+                   {message(kilobot::kIrWakeup, may_sleep ? kSleeperHold : kCommandHold),
+                    message(kilobot::kIrBoot, kBootHold)});
+}
+
+Sequence held(Sequence sequence, Duration hold) {
+  const auto slices = static_cast<std::uint32_t>((hold + kHoldSlice - Duration(1)) / kHoldSlice);
+  auto& frames = sequence.before;
+  // What comes before a message, as WAKEUP before BOOT, is said once; positions are said anew.
+  const auto first = is_repeated(frames.back().frame) ? frames.end() - 1 : frames.begin();
+  sequence.repeated.assign(first, frames.end());
+  frames.erase(first, frames.end());
+  sequence.repeated.back().hold = slices == 0 ? kHoldSlice : hold / slices;
+  sequence.passes = slices;
+  return sequence;
+}
+
 Sequence stop_sequence() {
   return then_stop("stop", {});
 }
@@ -111,6 +130,19 @@ Sequence message_sequence(std::uint8_t ir_type, const IrData& data, bool is_sing
     return sequence;
   }
   return then_stop("send", {message(ir_type, Duration(0), data)});
+}
+
+Sequence raw_message_sequence(std::uint8_t ir_type, const IrData& data, std::uint16_t checksum) {
+  return then_stop("send", {{forward_raw_frame(ir_type, data, checksum), Duration(0)}});
+}
+
+Sequence position_sequence(std::span<const GpsRecord> records) {
+  Sequence sequence = then_stop("position", {});
+  for (; !records.empty();
+       records = records.subspan(std::min<std::size_t>(records.size(), kGpsRecords))) {
+    sequence.before.push_back({gps_frame(records), Duration(0)});
+  }
+  return sequence;
 }
 
 std::size_t program_pages(std::size_t image_bytes) {

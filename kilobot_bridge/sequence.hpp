@@ -37,6 +37,8 @@ inline constexpr std::size_t kLeastPages = 2;  // the stock bootloader can spoil
 inline constexpr std::size_t kSafePages = 192;
 inline constexpr std::size_t kMostProgramBytes = std::size_t{kProgramPages} * kProgramPageBytes;
 inline constexpr std::uint8_t kMostMotorDuty = 120;  // above it motors wear out
+inline constexpr std::size_t kMostPositions = 256;
+inline constexpr Duration kMostHold = std::chrono::hours(1);  // longer: until it is stopped
 
 /// The simple commands: one infrared message, held, then STOP.
 enum class Command : std::uint8_t {
@@ -52,6 +54,14 @@ enum class Command : std::uint8_t {
 enum class Calibration : std::uint8_t { kTurnLeft = 2, kTurnRight = 3, kStraight = 4 };
 
 Sequence command_sequence(Command command);
+/// Every robot that hears it waits in its bootloader for a program.
+/// @param may_sleep  as with program_sequence()
+Sequence bootload_sequence(bool may_sleep);
+/// The same command with its message held for another time: told anew each second, so that our
+/// controller, which ends a repetition by itself, goes on, and ends soon when its host is dead.
+/// @param sequence  with one frame that is held: of a Command, BOOT, a message or positions
+/// @param hold  at most kMostHold; 0: until it is stopped
+Sequence held(Sequence sequence, Duration hold);
 /// STOP alone.
 Sequence stop_sequence();
 /// Toggles the controller's own LED, no more: a test of the line.
@@ -67,6 +77,10 @@ Sequence calibrate_sequence(Calibration mode, std::uint8_t left, std::uint8_t ri
 /// One message of a program's own, types 0 to 0x7F, then STOP.
 /// @param is_single  the controller knows kForwardSingle
 Sequence message_sequence(std::uint8_t ir_type, const IrData& data, bool is_single);
+/// The same with a checksum of the caller's own, right or wrong; never single.
+Sequence raw_message_sequence(std::uint8_t ir_type, const IrData& data, std::uint16_t checksum);
+/// Where robots are, each told once. @param records  1 to kMostPositions, none all zero
+Sequence position_sequence(std::span<const GpsRecord> records);
 /// A program for all robots in the controller's light.
 /// @param image  1 to kMostProgramBytes bytes from address 0 on; padded with 0xFF
 /// @param passes  0: until stopped

@@ -25,6 +25,8 @@ PYTHON = {"swarmtalk-suite": ("suite/swarmtalk-suite", "parse", 1),
           "swarmtalk-run": ("client_lib/python/swarmtalk.py", "main", 1)}
 SECTIONS = {**{name: section for name, (_, section) in PROGRAMS.items()},
             **{name: section for name, (_, _, section) in PYTHON.items()}}
+# Groups of commands that do something without a further word, too.
+ALONE = {"kilobot calibrate"}
 # Behind the options of a program, what its page says.
 TRAILERS = {"swarmtalk-lab": "I -- COMMAND", "exec": "-- COMMAND", "run": "-- COMMAND"}
 
@@ -154,6 +156,8 @@ def subcommand_sections(command, before):
     lines = []
     for each in command["commands"]:
         words = " ".join(filter(None, [before + each["name"], ""]))
+        if words in ALONE:
+            lines += [f".SS \"{troff(words)}\"", troff(each["text"]) + "."]
         if each["commands"]:
             lines += subcommand_sections(each, words + " ")
             continue

@@ -2,16 +2,22 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <optional>
+#include <sstream>
 
 #include "cli/common/daemon_requests.hpp"
+#include "cli/kilobot/calibration_screen.hpp"
 #include "cli/kilobot/hex_file.hpp"
 #include "cli/kilobot/kilobot_progress.hpp"
 #include "cli/text/hex.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -85,9 +91,13 @@ int CommandRun::begin() {
   if (answer->has_failure()) return fail(answer->failure().text());
   started_ = answer->kilobot_started();
   for (const std::string& warning : started_.warnings()) fail("warning: " + warning);
+  if (command_.has_hold_ms() && started_.frames() == 0) {
+    std::fprintf(stderr, "swarmtalk-cli: sending until Ctrl-C\n");
+  }
   if (command_.action() == ipc::KILOBOT_PROGRAM) {
-    std::fprintf(stderr, "swarmtalk-cli: sending %u pages, %s%s; keep the robots in the light\n",
-                 started_.pages(), minutes_text(started_.duration_ms()).c_str(),
+    std::fprintf(stderr, "swarmtalk-cli: sending %s, %s%s; keep the robots in the light\n",
+                 text::counted(started_.pages(), "page").c_str(),
+                 minutes_text(started_.duration_ms()).c_str(),
                  started_.frames() > 0 ? " in all" : " each pass, until Ctrl-C");
   }
   return kExitOk;
@@ -147,11 +157,45 @@ int CommandRun::end() {
         "; robots with a part of the program stay in their bootloader until the same file is "
         "sent whole";
   }
+  if (command_.action() == ipc::KILOBOT_BOOTLOAD) {
+    text += "; robots that heard it wait in their bootloader for a program, or for run to leave it";
+  }
   if (command_.action() == ipc::KILOBOT_READ_UID || command_.action() == ipc::KILOBOT_CALIBRATE) {
     text += "; a robot that moves goes on until pause";
   }
   fail(text);
   return is_cancelled_ ? kExitSignal + g_signal : kExitFailure;
+}
+
+/// A whole number with or without a sign, as far as positions go.
+std::optional<int> signed_number(const std::string& word) {
+  const std::string digits = word.starts_with('-') ? word.substr(1) : word;
+  if (digits.empty() || digits.size() > 6) return std::nullopt;
+  if (digits.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
+  return std::stoi(word);
+}
+
+std::string add_positions(KilobotArguments& arguments) {
+  for (const std::string& robot : arguments.positions) {
+    std::vector<int> numbers;
+    std::istringstream words(robot);
+    for (std::string word; std::getline(words, word, ',');) {
+      const auto each = signed_number(word);
+      if (!each) break;
+      numbers.push_back(*each);
+    }
+    // The daemon knows which numbers fit.
+    const bool is_whole = numbers.size() == 4 && robot.back() != ',' &&
+                          std::count(robot.begin(), robot.end(), ',') == 3 && numbers[0] >= 0;
+    if (!is_whole)
+      return "ROBOT is ID,X,Y,THETA in whole numbers, as in 7,120,-45,90, not " + robot;
+    ipc::KilobotPosition& position = *arguments.command.add_positions();
+    position.set_id(static_cast<std::uint32_t>(numbers[0]));
+    position.set_x(numbers[1]);
+    position.set_y(numbers[2]);
+    position.set_theta(numbers[3]);
+  }
+  return "";
 }
 
 /// Fills in what only some commands have. @return a problem, or ""
@@ -164,6 +208,11 @@ std::string complete(KilobotArguments& arguments) {
   if (arguments.saves) command.set_save(true);
   if (arguments.stops) command.set_stop(true);
   if (arguments.is_forced) command.set_force(true);
+  if (arguments.may_sleep) command.set_asleep(true);
+  if (!arguments.hold_s.empty()) {
+    command.set_hold_ms(static_cast<std::uint32_t>(std::lround(std::stod(arguments.hold_s) * 1e3)));
+  }
+  if (command.action() == ipc::KILOBOT_POSITION) return add_positions(arguments);
   if (command.action() != ipc::KILOBOT_SEND) return "";
   const std::string& type = arguments.message_type;
   const bool is_number = !type.empty() && type.size() <= 3 &&
@@ -173,6 +222,13 @@ std::string complete(KilobotArguments& arguments) {
   if (!data) return "HEX is pairs of hexadecimal digits, as in 01:02:ff";
   command.set_message_type(number(type));
   command.set_data(*data);
+  if (arguments.checksum.empty()) return "";
+  const auto checksum = from_hex(arguments.checksum);
+  if (!checksum || checksum->size() != 2) {
+    return "--checksum is four hexadecimal digits, as in 0xa718, not " + arguments.checksum;
+  }
+  command.set_checksum(static_cast<std::uint8_t>((*checksum)[0]) * 256u +
+                       static_cast<std::uint8_t>((*checksum)[1]));
   return "";
 }
 
@@ -193,18 +249,21 @@ std::string load_program(KilobotArguments& arguments) {
   if (!image.problem.empty()) return arguments.hex_path + ": " + image.problem;
   arguments.command.set_image(image.bytes.data(), image.bytes.size());
   arguments.command.set_passes(arguments.passes);
-  if (arguments.may_sleep) arguments.command.set_asleep(true);
   return "";
 }
 
 std::string sent_text(const ipc::KilobotCommand& command, const ipc::KilobotEnded& ended,
                       const std::string& name) {
   if (command.action() == ipc::KILOBOT_PROGRAM) {
-    return "sent " + std::to_string(ended.passes_sent()) +
-           " passes; robots that have all pages start the program by themselves and wait for run";
+    return "sent " + text::counted(ended.passes_sent(), "pass", "passes") +
+           "; robots that have all pages start the program by themselves and wait for run";
   }
   if (command.action() == ipc::KILOBOT_LED) {
     return "sent led: the overhead controller's LED toggles, unless it is sending";
+  }
+  if (command.action() == ipc::KILOBOT_BOOTLOAD) {
+    return "sent bootload; robots that flash blue wait for a program; any other message, also of a "
+           "running robot nearby, starts their old one";
   }
   return "sent " + name;
 }
@@ -260,6 +319,7 @@ int kilobot(const Common& common, KilobotArguments& arguments) {
   catch_signals();
   DaemonRequests daemon;
   if (const Status status = daemon.connect(common.socket_path); !status) return fail(status);
+  if (arguments.is_on_screen) return calibrate_on_screen(daemon, arguments.link, g_signal);
   if (command.action() == ipc::KILOBOT_READ_UID && ::isatty(STDIN_FILENO) != 0) {
     return read_uid(daemon, command);
   }

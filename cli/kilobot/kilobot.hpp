@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "cli/common/commands.hpp"
 #include "ipc/framing.hpp"
@@ -16,11 +17,14 @@ struct KilobotArguments {
   std::string name;  // of the command, as typed
   std::string link;
   std::string uid;
-  std::string message_type, data_hex;
+  std::string message_type, data_hex, checksum;
+  std::vector<std::string> positions;  // ID,X,Y,THETA
+  std::string hold_s;                  // seconds; 0: until it is stopped
   std::string left, right;
   std::string hex_path;
   std::uint32_t passes = 6;
   bool saves = false, stops = false, is_forced = false, may_sleep = false;
+  bool is_on_screen = false;  // calibrate
 };
 
 /// Adds the subcommand and its own to `app`.

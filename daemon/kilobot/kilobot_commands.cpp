@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -12,6 +14,7 @@ using namespace kilobot_bridge;
 constexpr std::uint32_t kMostUid = 65535;
 constexpr std::uint32_t kUidBits = 16;
 constexpr std::uint32_t kMostDuty = 255;
+constexpr std::uint32_t kMostChecksum = 65535;
 
 Refusal bad(std::string text) {
   return {ipc::ERROR_BAD_COMMAND, std::move(text), std::nullopt};
@@ -75,8 +78,50 @@ std::optional<Refusal> plan_send(const ipc::KilobotCommand& command, bool has_si
     return bad("a message has at most 9 bytes, not " + std::to_string(command.data().size()));
   }
   std::copy(command.data().begin(), command.data().end(), data.begin());
-  plan.sequence =
-      message_sequence(static_cast<std::uint8_t>(command.message_type()), data, has_single);
+  const auto type = static_cast<std::uint8_t>(command.message_type());
+  if (!command.has_checksum()) {
+    plan.sequence = message_sequence(type, data, has_single && !command.has_hold_ms());
+    return std::nullopt;
+  }
+  if (command.checksum() > kMostChecksum) {
+    return bad("a checksum has 16 bits: 0 to 65535, not " + std::to_string(command.checksum()));
+  }
+  plan.sequence = raw_message_sequence(type, data, static_cast<std::uint16_t>(command.checksum()));
+  return std::nullopt;
+}
+
+template <class Number>
+bool fits(std::int64_t number) {
+  return number >= std::numeric_limits<Number>::min() &&
+         number <= std::numeric_limits<Number>::max();
+}
+
+std::optional<Refusal> plan_position(const ipc::KilobotCommand& command, KilobotPlan& plan) {
+  if (command.positions().empty() ||
+      static_cast<std::size_t>(command.positions_size()) > kMostPositions) {
+    return bad("position takes 1 to " + std::to_string(kMostPositions) + " robots, not " +
+               std::to_string(command.positions_size()));
+  }
+  std::vector<GpsRecord> records;
+  for (const ipc::KilobotPosition& each : command.positions()) {
+    const std::string robot = "robot " + std::to_string(each.id());
+    if (!fits<std::uint16_t>(each.id())) return bad(robot + ": an id is 0 to 65535");
+    if (!fits<std::int16_t>(each.x()) || !fits<std::int16_t>(each.y())) {
+      return bad(robot + ": x and y are -32768 to 32767; take a larger unit");
+    }
+    if (!fits<std::int8_t>(each.theta())) {
+      return bad(robot + ": theta is -128 to 127; take a larger unit");
+    }
+    if (each.id() == 0 && each.x() == 0 && each.y() == 0 && each.theta() == 0) {
+      return bad(
+          "robot 0 at 0,0,0 ends the list for the controller; give robots uids from 1 on, or "
+          "move the origin");
+    }
+    records.push_back({static_cast<std::uint16_t>(each.id()), static_cast<std::int16_t>(each.x()),
+                       static_cast<std::int16_t>(each.y()),
+                       static_cast<std::int8_t>(each.theta())});
+  }
+  plan.sequence = position_sequence(records);
   return std::nullopt;
 }
 
@@ -105,10 +150,8 @@ std::optional<Refusal> plan_program(const ipc::KilobotCommand& command, KilobotP
   return std::nullopt;
 }
 
-}  // namespace
-
-std::optional<Refusal> plan_kilobot_command(const ipc::KilobotCommand& command, bool has_single,
-                                            KilobotPlan& plan) {
+std::optional<Refusal> plan_action(const ipc::KilobotCommand& command, bool has_single,
+                                   KilobotPlan& plan) {
   switch (command.action()) {
     case ipc::KILOBOT_RUN:
       plan.sequence = command_sequence(Command::kRun);
@@ -147,9 +190,33 @@ std::optional<Refusal> plan_kilobot_command(const ipc::KilobotCommand& command, 
       return plan_send(command, has_single, plan);
     case ipc::KILOBOT_PROGRAM:
       return plan_program(command, plan);
+    case ipc::KILOBOT_BOOTLOAD:
+      plan.sequence = bootload_sequence(command.asleep());
+      return std::nullopt;
+    case ipc::KILOBOT_POSITION:
+      return plan_position(command, plan);
     default:
       return bad("this daemon does not know command " + std::to_string(command.action()));
   }
+}
+
+bool can_be_held(ipc::KilobotAction action) {
+  return (action >= ipc::KILOBOT_RUN && action <= ipc::KILOBOT_VOLTAGE) ||
+         action == ipc::KILOBOT_SEND || action == ipc::KILOBOT_BOOTLOAD ||
+         action == ipc::KILOBOT_POSITION;
+}
+
+}  // namespace
+
+std::optional<Refusal> plan_kilobot_command(const ipc::KilobotCommand& command, bool has_single,
+                                            KilobotPlan& plan) {
+  if (auto refusal = plan_action(command, has_single, plan)) return refusal;
+  if (!command.has_hold_ms()) return std::nullopt;
+  const std::chrono::milliseconds hold(command.hold_ms());
+  if (!can_be_held(command.action())) return bad(plan.sequence.name + " has a time of its own");
+  if (hold > kMostHold) return bad("a message is held for at most an hour, or 0: until stopped");
+  plan.sequence = held(std::move(plan.sequence), hold);
+  return std::nullopt;
 }
 
 }  // namespace swarmtalk::daemon

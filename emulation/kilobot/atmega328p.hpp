@@ -27,6 +27,8 @@ inline constexpr std::uint8_t kU2x = 1 << 1;                                    
 inline constexpr std::uint8_t kVectorWatchdog = 6, kVectorComparator = 23, kVectorTwi = 24;
 inline constexpr std::uint8_t kVectorLastPinChange = 5;  // INT0, INT1, PCINT0..2 are 1..5
 
+inline constexpr unsigned kInterruptEntryCycles = 4;
+
 inline constexpr std::uint16_t kRamStart = 0x100, kRamEnd = 0x8FF;
 
 }  // namespace swarmtalk::emulator::atmega328p

@@ -35,7 +35,7 @@ constexpr std::uint32_t kFlashMask = kFlashBytes - 1;  // the program counter ha
 }  // namespace
 
 Mcu::Mcu(const Image& image, const Eeprom& eeprom, const McuSettings& settings)
-    : image_(image), settings_(settings), noise_(settings.seed, 3) {
+    : image_(image), settings_(settings) {
   avr_ = avr_make_mcu_by_name("atmega328p");
   if (avr_ == nullptr) throw std::runtime_error("libsimavr does not know the ATmega328P");
   avr_init(avr_);
@@ -181,7 +181,7 @@ void Mcu::after_reset() {
   avr_->run_cycle_limit = 1;
   pages_->reset();
   fence_ = 0;
-  arm_light_timer();
+  analog_->arm();
 }
 
 }  // namespace swarmtalk::emulator

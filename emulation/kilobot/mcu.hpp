@@ -11,17 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "emulation/kilobot/analog_inputs.hpp"
 #include "emulation/kilobot/eeprom.hpp"
 #include "emulation/kilobot/flash_pages.hpp"
 #include "emulation/kilobot/image.hpp"
-#include "emulation/kilobot/ir_front_end.hpp"
 #include "emulation/kilobot/quiet_ports.hpp"
-#include "emulation/kilobot/random.hpp"
 #include "emulation/kilobot/serial_line.hpp"
 #include "emulation/kilobot/skip_repair.hpp"
 
 struct avr_t;
-struct avr_irq_t;
 struct avr_int_vector_t;
 
 namespace swarmtalk::emulator {
@@ -33,11 +31,9 @@ struct Pin {
 
 struct McuSettings {
   std::uint32_t clock_hz = 8'000'000;
-  Pin infrared_led;                    // its switching is reported
-  int converter_noise_counts = 0;      // standard deviation of a converted signal strength
-  std::uint16_t battery_counts = 700;  // what the converter shows for the battery
-  std::uint64_t seed = 1;              // for converter noise
-  bool resets_to_bootloader = false;   // fuse BOOTRST: a reset begins at kBootloaderStart
+  Pin infrared_led;  // its switching is reported
+  AnalogSettings analog;
+  bool resets_to_bootloader = false;  // fuse BOOTRST: a reset begins at kBootloaderStart
 };
 
 class Mcu {
@@ -54,9 +50,8 @@ class Mcu {
   void run_until(std::uint64_t cycle);
   std::uint64_t cycle() const;
 
-  /// Adds a light edge at the receiver, at a cycle that has not been executed yet. One that comes
-  /// later than run_until()'s own inaccuracy explains takes effect at once and is counted.
-  void push_light(const SignalEdge& edge);
+  /// Adds a light edge at the receiver, at a cycle that has not been executed yet.
+  void push_light(const SignalEdge& edge) { analog_->push(edge); }
 
   /// One byte on the serial line, its start bit now. Does what the hardware does when the program
   /// has not read the bytes before: two wait, a third in the shift register, more are lost.
@@ -73,7 +68,7 @@ class Mcu {
   bool is_dead() const { return !crash_.empty(); }
   const std::string& crash() const { return crash_; }  // why it stopped; empty while it runs
 
-  std::uint64_t late_edges() const { return late_edges_; }
+  std::uint64_t late_edges() const { return analog_->late_edges(); }
   std::uint64_t serial_bytes_lost() const { return serial_->bytes_lost(); }
   std::uint32_t resets() const { return resets_; }
   std::uint32_t pages_written() const { return pages_->written(); }
@@ -91,8 +86,6 @@ class Mcu {
  private:
   struct Hooks;  // simavr's callbacks, mcu_gaps.cpp
   void install_hooks();
-  void arm_light_timer();
-  void show_strength();
   void after_reset();
   void run_instructions(std::uint64_t cycle);
   void sleep(std::uint64_t cycle);
@@ -104,22 +97,15 @@ class Mcu {
   McuSettings settings_;
   avr_t* avr_ = nullptr;
   void (*normal_run_)(avr_t*) = nullptr;
-  avr_irq_t* comparator_input_ = nullptr;
-  avr_irq_t* converter_trigger_ = nullptr;
-  std::array<avr_irq_t*, 8> converter_inputs_{};
-  avr_int_vector_t* comparator_vector_ = nullptr;
   std::array<avr_int_vector_t*, kVectors> vectors_{};
 
-  IrFrontEnd front_end_;
   SkipRepair skip_repair_;
-  Random noise_;
-  bool comparator_is_high_ = false;
+  std::optional<AnalogInputs> analog_;
   std::optional<QuietPorts> ports_;
   std::optional<SerialLine> serial_;
   std::optional<FlashPages> pages_;
   std::uint64_t fence_ = 0;  // cycle at which simavr is told to stop
   std::string crash_;
-  std::uint64_t late_edges_ = 0;
   std::uint32_t resets_ = 0;
   std::uint64_t slept_cycles_ = 0;
   std::array<std::uint64_t, kVectors> entered_{};

@@ -41,8 +41,8 @@ McuSettings settings_of(const Scenario& scenario, const NodeSpec& spec, unsigned
   settings.clock_hz = spec.clock_hz;
   settings.resets_to_bootloader = spec.resets_to_bootloader;
   settings.infrared_led = spec.infrared_led;
-  settings.converter_noise_counts = scenario.noise_counts;
-  settings.seed = Random(scenario.seed, 1000 + number).next();
+  settings.analog.noise_counts = scenario.noise_counts;
+  settings.analog.seed = Random(scenario.seed, 1000 + number).next();
   return settings;
 }
 

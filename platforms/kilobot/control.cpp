@@ -1,5 +1,6 @@
 #include "platforms/kilobot/control.hpp"
 
+#include "kilobot_wire/battery.hpp"
 #include "platforms/kilobot/adc.hpp"
 #include "platforms/kilobot/board.hpp"
 #include "platforms/kilobot/clock.hpp"
@@ -11,11 +12,6 @@ namespace swarmtalk {
 namespace kilobot {
 
 namespace {
-
-/// Battery readings (of 1023) above which the LED is green, blue, yellow; below, red.
-constexpr int16_t kBatteryFull = 682;
-constexpr int16_t kBatteryGood = 648;
-constexpr int16_t kBatteryLow = 614;
 
 /// Flashes of 1 ms, 200 ms apart.
 constexpr uint16_t kFlashPeriodUnits = 1570;

@@ -200,6 +200,7 @@ def test_with_the_fuse_a_reset_starts_the_program(tmp_path):
     assert log.of("sent", "k0", type=0x10) and not log.of("sent", "k1")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(TRIES == 0, reason="tries of half a minute each: SWARMTALK_PROGRAMMING_TRIES")
 @pytest.mark.parametrize("loss, passes", [(0.01, 3), (0.03, 4)])
 def test_thirty_six_robots_are_whole_in_nine_of_ten_tries(tmp_path, loss, passes):

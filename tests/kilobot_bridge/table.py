@@ -60,7 +60,7 @@ class Background:
         if self.is_running():
             self.process.send_signal(by)
         try:
-            return self.process.wait(timeout=10)
+            return self.process.wait(timeout=30)
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise

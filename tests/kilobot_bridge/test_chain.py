@@ -92,6 +92,25 @@ def test_from_the_command_line_through_robots_to_another_daemon(stack):
     assert counters["node_id_collisions"] == 0, "and takes it for nobody else"
 
 
+def test_status_tells_versions_and_the_gateways_battery(stack):
+    start_emulator(stack, [{"x_mm": 0, "y_mm": 0, "image": swarm.image("gateway"),
+                            "pty": str(stack.folder / "gateway"), "uid": 77}])
+    daemon = Daemon(stack, "daemon", kilobot_link(
+        stack.folder / "ohc", stack.folder / "gateway", settle_ms=SETTLE_MS,
+        time_scale=TIME_SCALE)).wait_up()
+    daemon.wait_link("table")
+
+    def state_with(*parts):
+        return all(part in daemon.link("table")["state"] for part in parts)
+
+    wait_for(lambda: state_with("ohc (version 2)"), what="the controller's version")
+    wait_for(lambda: state_with("has uid 77, version 1, battery 700 (green)"), what="the battery")
+    # Where robots are is heard as a message of no profile.
+    assert daemon.kilobot("position", "7,120,-45,90").returncode == 0
+    wait_for(lambda: daemon.link("table")["counters"]["gateway_other_messages"] == 1,
+             what="the position")
+
+
 @pytest.mark.long
 def test_robots_with_a_program_of_2020_are_understood(stack):
     """Both ways, with packets of 2020: the number from `pub` comes back counted up."""

@@ -68,6 +68,46 @@ def test_robots_run_pause_and_keep_a_uid(daemon, double):
     assert not any(robot["bootloader_damaged"] for robot in state["robots"])
 
 
+def test_robots_wait_in_their_bootloader_for_a_program(daemon, double):
+    done = daemon.kilobot("bootload")
+    assert done.returncode == 0, done.stderr
+    assert "sent bootload; robots that flash blue wait" in done.stdout
+    assert states(double) == ["bootloader"]
+    assert 4 not in double.frame_types(), "pages are not sent"
+    assert daemon.kilobot("run").returncode == 0
+    wait_for(lambda: states(double)[-1] == "running", what="the old program")
+    assert double.end()["dangerous_frames"] == 0
+
+
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
+def test_a_held_message_is_said_anew_until_it_is_stopped(stack, daemon, double, by):
+    cli = stack.start("held", *daemon.words("kilobot", "pause", "--hold", 0))
+    wait_for(lambda: double.frame_types().count(2) >= 3, what="the message, again and again")
+    assert "until it is stopped" in daemon.link("table")["state"]
+    one_line(daemon.kilobot("run").stderr, "busy with 'pause', until it is stopped")
+    assert cli.end(by) == (128 + by if by == signal.SIGINT else -by)
+    wait_for(lambda: double.frame_types()[-2:] == [0, 0], what="STOP")
+    if by == signal.SIGINT:
+        one_line(cli.errors.read_text().splitlines()[0], "until Ctrl-C")
+        one_line(cli.errors.read_text().splitlines()[1], "stopped; STOP was sent")
+    assert daemon.kilobot("send", 9, "01", "--hold", 1.5).stdout == "sent send\n"
+    wait_for(lambda: double.frame_types()[-2:] == [0, 0], what="STOP")
+    assert not double.end()["repeating"]
+
+
+def test_a_checksum_of_ones_own_and_positions_reach_the_air(daemon, double):
+    assert daemon.kilobot("send", 9, "01:02", "--checksum", "0x1234").returncode == 0
+    done = daemon.kilobot("position", "7,120,-45,90", "8,-32768,32767,-128")
+    assert (done.returncode, done.stdout) == (0, "sent position\n"), done.stderr
+    said = wait_for(lambda: [e["hex"] for e in double.events("infrared", damaged=False)
+                             if e["hex"][18:20] == "01"][1:], what="two positions")
+    assert said[0].startswith("08000080ff7f800000" + "01")
+    said = {e["hex"] for e in double.events("infrared", damaged=False)}
+    assert any(each.startswith("07007800d3ff5a0000" + "01") for each in said), said
+    assert "0102" + "00" * 7 + "09" + "3412" in said
+    assert double.end()["dangerous_frames"] == 0
+
+
 def test_a_program_is_loaded_byte_for_byte(stack, daemon, tmp_path):
     daemon.process.end()
     flash = tmp_path / "flash.bin"
@@ -137,7 +177,12 @@ def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(daemon, double, tmp_pa
     one_line(daemon.kilobot("program", tmp_path).stderr, str(tmp_path))
     for words in (("send", 129), ("send", 9, "0102030405060708090a"), ("set-uid", 65536),
                   ("calibrate", "left", 121), ("calibrate", "left", 256), ("send", 9, "xyz"),
-                  ("program",), ("walk",), ()):
+                  ("program",), ("walk",), (), ("send", 9, "01", "--checksum", "12"),
+                  ("run", "--hold", "x"), ("run", "--hold", 0.01), ("run", "--hold", 3601),
+                  ("led", "--hold", 1), ("position",), ("position", "7,1,2"),
+                  ("position", "7,1,2,3,"), ("position", "7,1,2,x"), ("position", "-1,1,2,3"),
+                  ("position", "0,0,0,0"), ("position", "7,40000,0,0"),
+                  ("position", *["7,1,2,3"] * 257)):
         done = daemon.kilobot(*words)
         assert done.returncode in (1, 2), words
         one_line(done.stderr, "swarmtalk-cli: ")

@@ -72,7 +72,7 @@ emulator::Eeprom calibrated() {
 Bench::Bench(const std::string& image, const emulator::Eeprom& eeprom, std::uint16_t battery_counts)
     : image_(emulator::load_image(image)) {
   emulator::McuSettings settings;
-  settings.battery_counts = battery_counts;
+  settings.analog.battery_counts = battery_counts;
   mcu_ = std::make_unique<emulator::Mcu>(image_, eeprom, settings);
   watch(400);
 }

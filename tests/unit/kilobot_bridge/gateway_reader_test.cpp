@@ -16,6 +16,7 @@ class GatewayReaderTest : public testing::Test, public GatewayUser {
  protected:
   void on_reception(const GatewayReception& reception) override { heard.push_back(reception); }
   void on_hello(const GatewayHello& hello) override { hellos.push_back(hello); }
+  void on_version(const ControllerVersion& version) override { versions.push_back(version); }
   void on_text(std::string_view text) override { texts.emplace_back(text); }
 
   void synchronise() { reader.put(std::array<std::uint8_t, 1>{0}); }
@@ -51,8 +52,29 @@ class GatewayReaderTest : public testing::Test, public GatewayUser {
   GatewayReader reader{*this};
   std::vector<GatewayReception> heard;
   std::vector<GatewayHello> hellos;
+  std::vector<ControllerVersion> versions;
   std::vector<std::string> texts;
 };
+
+TEST_F(GatewayReaderTest, ReadsTheControllersVersionAmongTheGatewaysNumbers) {
+  synchronise();
+  report(5, 100);
+  GatewayFrame frame;
+  frame.begin(GatewayKind::kVersion, 0);
+  frame.append(kProductOverhead);
+  frame.append(2);
+  frame.append16(0x00FF);
+  frame.append(kHearsWhileSending | kEndsByItself);
+  put(frame);
+  report(6, 100);
+  ASSERT_EQ(versions.size(), 1u);
+  EXPECT_EQ(versions[0].product, kProductOverhead);
+  EXPECT_EQ(versions[0].version, 2);
+  EXPECT_EQ(versions[0].frame_types, 0xFF);
+  EXPECT_EQ(versions[0].flags, 3);
+  EXPECT_EQ(reader.counters().missing_frames, 0u) << "the controller has numbers of its own";
+  EXPECT_EQ(reader.counters().unreadable_frames, 0u);
+}
 
 TEST_F(GatewayReaderTest, ReadsTheReferenceVectors) {
   synchronise();

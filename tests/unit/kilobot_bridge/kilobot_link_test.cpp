@@ -79,7 +79,12 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
     }
     for (const std::uint8_t byte : bytes) {
       const auto found = finder_.put(byte);
-      if (found && !found->is_false) frames_.push_back(as_built(found->frame));
+      if (!found || found->is_false) continue;
+      if (found->frame == version_question_frame()) {
+        ++version_questions_;
+      } else {
+        frames_.push_back(as_built(found->frame));
+      }
     }
   }
   /// As frame_builder makes it: without what the sender adds for the case that its host dies.
@@ -129,6 +134,7 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
   std::optional<Pty> gateway_{std::in_place, path("gateway")};
   ohc_double::FrameFinder finder_;
   std::vector<ohc_double::Frame> frames_;
+  unsigned version_questions_ = 0;
   unsigned last_copies_ = 0;  // of the last repetition: how many there are to be at most
   std::deque<Packet> outgoing_;
   bool is_endless_ = false;
@@ -151,6 +157,71 @@ TEST_F(KilobotLinkTest, SaysStopFirstAndThenSendsPacketsAsMessagesOfTheOverheadC
   EXPECT_EQ(frames_[1], forward_frame(3, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
   EXPECT_EQ(frames_[2], stop_frame());
   EXPECT_EQ(counter("packets_sent"), 1u);
+}
+
+/// A report of a controller or of a gateway's hello, whole.
+Packet built(GatewayFrame& frame) {
+  frame.end();
+  Packet bytes;
+  for (std::uint8_t i = 0; i < frame.size(); ++i) bytes.push_back(frame.byte(i));
+  return bytes;
+}
+
+TEST_F(KilobotLinkTest, TellsVersionsAndTheGatewaysBattery) {
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  EXPECT_EQ(link_->state().find("version"), std::string::npos) << "a stock controller says nothing";
+  ASSERT_TRUE(run_until([&] { return version_questions_ == 1; }));
+  GatewayFrame version;
+  version.begin(GatewayKind::kVersion, 0);
+  version.append(kProductOverhead);
+  version.append(2);
+  version.append16(0xFF);
+  version.append(3);
+  ohc_->write(built(version));
+  GatewayFrame hello;
+  hello.begin(GatewayKind::kHello, 0);
+  hello.append16(100);
+  hello.append16(77);
+  hello.append(1);
+  hello.append16(0);
+  hello.append16(660);
+  hello.append(0);
+  gateway_->write(Packet{0});
+  gateway_->write(built(hello));
+  ASSERT_TRUE(run_until([&] { return link_->state().find("uid 77") != std::string::npos; }));
+  ASSERT_TRUE(run_until([&] { return link_->state().find("(version 2)") != std::string::npos; }));
+  EXPECT_NE(link_->state().find("has uid 77, version 1, battery 660 (blue)"), std::string::npos)
+      << link_->state();
+  // Another one may be plugged in.
+  ohc_.reset();
+  ASSERT_TRUE(run_until([&] { return !link_->is_up(); }));
+  ohc_.emplace(path("ohc"));
+  finder_ = {};
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  EXPECT_EQ(link_->state().find("(version 2)"), std::string::npos) << link_->state();
+}
+
+TEST_F(KilobotLinkTest, AsksNobodyWhoseAnswerWouldSpoilLinesOfText) {
+  auto text = config(path("ohc"), path("ohc"));
+  text.uplink_form = UplinkForm::kText;
+  make(text);
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(led_sequence(), *this), "");
+  ASSERT_TRUE(run_until([&] { return last_is(led_toggle_frame()); }));
+  EXPECT_EQ(version_questions_, 0u);
+}
+
+TEST_F(KilobotLinkTest, TellsThatAMessageIsHeldUntilItIsStopped) {
+  make(config(path("ohc"), path("gateway")));
+  ASSERT_TRUE(run_until([&] { return link_->is_up(); }));
+  ASSERT_EQ(link_->begin(held(command_sequence(Command::kRun), 0s), *this), "");
+  ASSERT_TRUE(run_until([&] { return sequence_frames_ >= 3; }));
+  EXPECT_NE(link_->state().find("sends 'run' until it is stopped"), std::string::npos);
+  // 1 s and 2 s more: so soon it ends when nobody says it anew.
+  EXPECT_NEAR(last_copies_ * 0.0104, 3, 0.02);
+  link_->stop();
+  ASSERT_TRUE(run_until([&] { return end_.has_value() && last_is(stop_frame()); }));
 }
 
 TEST_F(KilobotLinkTest, SendsPacketsOf2020UnderTheirOwnType) {

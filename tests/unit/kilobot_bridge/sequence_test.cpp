@@ -58,6 +58,51 @@ TEST(Sequence, ProgramsBySizeAndPagesPassAfterPass) {
   EXPECT_EQ(steps(program_sequence(image, 1, true)).at(0).second, 12'000);
 }
 
+TEST(Sequence, LeadsIntoTheBootloaderWithoutAProgram) {
+  EXPECT_EQ(steps(bootload_sequence(false)), (Steps{{0x85, 1000}, {0x80, 2000}, {kStop, 0}}));
+  EXPECT_EQ(steps(bootload_sequence(true)), (Steps{{0x85, 12'000}, {0x80, 2000}, {kStop, 0}}));
+}
+
+TEST(Sequence, SaysWhatIsHeldAnewEachSecond) {
+  EXPECT_EQ(steps(held(command_sequence(Command::kRun), 2500ms)),
+            (Steps{{0x88, 833}, {0x88, 833}, {0x88, 833}, {kStop, 0}}));
+  EXPECT_EQ(steps(held(command_sequence(Command::kWakeup), 200ms)),
+            (Steps{{0x85, 200}, {kStop, 0}}));
+  EXPECT_EQ(steps(held(bootload_sequence(false), 2s)),
+            (Steps{{0x85, 1000}, {0x80, 1000}, {0x80, 1000}, {kStop, 0}}));
+  EXPECT_EQ(held(command_sequence(Command::kRun), kMostHold).passes, 3600u);
+}
+
+TEST(Sequence, HoldsUntilItIsStopped) {
+  Player player(held(message_sequence(9, {1}, false), 0s), kPacing);
+  EXPECT_EQ(player.frames(), 0u);
+  for (int i = 0; i < 5000; ++i) {
+    const auto frame = player.next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->hold, 1s);
+  }
+  player.stop();
+  EXPECT_EQ(player.next()->frame, stop_frame());
+  EXPECT_FALSE(player.next());
+}
+
+TEST(Sequence, TellsPositionsSixteenAtATime) {
+  std::vector<GpsRecord> records(17);
+  for (std::uint16_t i = 0; i < records.size(); ++i) records[i] = {i, -1, 2, -3};
+  const Sequence sequence = position_sequence(records);
+  ASSERT_EQ(sequence.before.size(), 2u);
+  EXPECT_EQ(sequence.before[0].frame, gps_frame(std::span(records).first(16)));
+  EXPECT_EQ(sequence.before[1].frame, gps_frame(std::span(records).last(1)));
+  EXPECT_EQ(steps(held(sequence, 2s)),
+            (Steps{{-5, 0}, {-5, 1000}, {-5, 0}, {-5, 1000}, {kStop, 0}}));
+}
+
+TEST(Sequence, SendsAChecksumOfTheCallersOwn) {
+  const Sequence sequence = raw_message_sequence(9, {1}, 0xA718);
+  EXPECT_EQ(sequence.before[0].frame, forward_raw_frame(9, {1}, 0xA718));
+  EXPECT_EQ(steps(sequence), (Steps{{9, 0}, {kStop, 0}}));
+}
+
 TEST(Sequence, NeverMakesAOnePageProgram) {
   EXPECT_EQ(program_pages(1), 2u);
   EXPECT_EQ(program_pages(128), 2u);

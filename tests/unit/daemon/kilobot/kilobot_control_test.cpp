@@ -53,7 +53,9 @@ class KilobotControlTest : public SessionTest {
       }
       for (const std::uint8_t byte : bytes) {
         const auto found = finder_.put(byte);
-        if (found && !found->is_false) frames_.push_back(found->frame);
+        if (!found || found->is_false) continue;
+        if (found->frame != kilobot_bridge::version_question_frame())
+          frames_.push_back(found->frame);
       }
     }
   }
@@ -177,6 +179,53 @@ TEST_F(KilobotControlTest, RefusesWhatWouldDoHarmAndSendsNothing) {
   auto elsewhere = command(ipc::KILOBOT_RUN);
   elsewhere.set_link("wifi");
   EXPECT_NE(refusal(*peer, elsewhere).find("only table"), std::string::npos);
+}
+
+TEST_F(KilobotControlTest, RefusesHoldsChecksumsAndPositionsThatDoNotFit) {
+  auto peer = greeted();
+  auto held = command(ipc::KILOBOT_SET_UID);
+  held.set_uid(1);
+  held.set_hold_ms(1000);
+  EXPECT_NE(refusal(*peer, held).find("a time of its own"), std::string::npos);
+  held = command(ipc::KILOBOT_RUN);
+  held.set_hold_ms(3'600'001);
+  EXPECT_NE(refusal(*peer, held).find("an hour"), std::string::npos);
+  auto message = command(ipc::KILOBOT_SEND);
+  message.set_message_type(9);
+  message.set_checksum(65536);
+  EXPECT_NE(refusal(*peer, message).find("16 bits"), std::string::npos);
+  auto positions = command(ipc::KILOBOT_POSITION);
+  EXPECT_NE(refusal(*peer, positions).find("1 to 256"), std::string::npos);
+  ipc::KilobotPosition& robot = *positions.add_positions();
+  EXPECT_NE(refusal(*peer, positions).find("ends the list"), std::string::npos);
+  robot.set_id(65536);
+  EXPECT_NE(refusal(*peer, positions).find("id is 0 to 65535"), std::string::npos);
+  robot.set_id(7);
+  robot.set_y(-32769);
+  EXPECT_NE(refusal(*peer, positions).find("robot 7: x and y"), std::string::npos);
+  robot.set_y(0);
+  robot.set_theta(128);
+  EXPECT_NE(refusal(*peer, positions).find("theta is -128 to 127"), std::string::npos);
+  for (int i = 0; i < 256; ++i) positions.add_positions()->set_id(1);
+  EXPECT_NE(refusal(*peer, positions).find("not 257"), std::string::npos);
+}
+
+TEST_F(KilobotControlTest, HoldsAMessageUntilItsClientStopsIt) {
+  auto peer = greeted();
+  auto run = command(ipc::KILOBOT_RUN);
+  run.set_hold_ms(0);
+  const ipc::Envelope answer = ask(*peer, run);
+  EXPECT_EQ(answer.kilobot_started().frames(), 0u);
+  run_until([&] {
+    return !frames_.empty() && std::count(frames_.begin(), frames_.end(), frames_.back()) >= 3;
+  });
+  EXPECT_EQ(frames_.back()[1], 2);
+  ipc::Envelope cancel;
+  cancel.set_request_id(8);
+  cancel.mutable_kilobot_cancel()->set_operation_id(answer.kilobot_started().operation_id());
+  peer->send(cancel);
+  EXPECT_EQ(wait_ended(*peer).end(), ipc::KILOBOT_STOPPED);
+  expect_stop();
 }
 
 TEST_F(KilobotControlTest, WarnsOfAProgramThatMayBeTheLast) {

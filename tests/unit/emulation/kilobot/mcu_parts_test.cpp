@@ -1,6 +1,7 @@
-// The serial line and the flash of a processor that executes nothing: the test does what a program
-// would.
+// Analog inputs, serial line and flash of a processor that executes nothing: the test does what a
+// program would.
 #include <gtest/gtest.h>
+#include <simavr/avr_adc.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
 #include <simavr/sim_cycle_timers.h>
@@ -8,6 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "emulation/kilobot/analog_inputs.hpp"
 #include "emulation/kilobot/atmega328p.hpp"
 #include "emulation/kilobot/flash_pages.hpp"
 #include "emulation/kilobot/image.hpp"
@@ -94,6 +96,78 @@ TEST_F(Processor, ErasingAPageIsNotAWriteButTakesAsLong) {
   EXPECT_EQ(pages.written(), 0u);
   EXPECT_EQ(avr_->flash[0], 0xFF);
   EXPECT_GT(pages.busy_until(), avr_->cycle);
+}
+
+class AnalogProcessor : public Processor {
+ protected:
+  AnalogProcessor() {
+    avr_irq_register_notify(
+        avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
+        [](avr_irq_t*, std::uint32_t, void* count) { ++*static_cast<int*>(count); }, &conversions_);
+  }
+  bool is_comparator_high() const { return (avr_->data[reg::kAcsr] & reg::kAco) != 0; }
+
+  int conversions_ = 0;
+  std::vector<std::uint64_t> rises_;
+  AnalogInputs inputs_{avr_, {}, [this](std::uint64_t cycle) { rises_.push_back(cycle); }};
+};
+
+TEST_F(AnalogProcessor, SeesLightFromItsCycleOn) {
+  inputs_.push({100, {500, 200}, true});
+  inputs_.push({200, {500, 200}, false});
+  pass(99);
+  EXPECT_TRUE(rises_.empty());
+  pass(1);
+  EXPECT_EQ(rises_, std::vector<std::uint64_t>{100});
+  pass(10);
+  EXPECT_TRUE(is_comparator_high());
+  pass(90);
+  pass(10);
+  EXPECT_FALSE(is_comparator_high());
+  EXPECT_EQ(rises_.size(), 1u);
+  EXPECT_EQ(inputs_.late_edges(), 0u);
+}
+
+TEST_F(AnalogProcessor, CannotWriteWhatItsComparatorShows) {
+  write(reg::kAcsr, reg::kAco);
+  EXPECT_FALSE(is_comparator_high());
+  inputs_.push({100, {500, 200}, true});
+  pass(100);
+  pass(10);
+  write(reg::kAcsr, 0);
+  EXPECT_TRUE(is_comparator_high());
+}
+
+TEST_F(AnalogProcessor, MeasuresALightThatItsComparatorSeesIfThatIsTheTrigger) {
+  inputs_.push({100, {500, 200}, true});
+  inputs_.push({200, {500, 200}, false});
+  inputs_.push({300, {500, 200}, true});
+  pass(100);
+  pass(10);
+  EXPECT_EQ(conversions_, 0);
+  pass(90);
+  pass(10);
+  write(reg::kAdcsrb, reg::kAdtsComparator);
+  write(reg::kAdcsra, reg::kAden | reg::kAdate);
+  pass(90);
+  pass(10);
+  EXPECT_EQ(conversions_, 1);
+}
+
+TEST_F(AnalogProcessor, CountsLightThatComesTooLate) {
+  pass(1000);
+  inputs_.push({900, {500, 200}, true});
+  pass(1);
+  EXPECT_EQ(inputs_.late_edges(), 1u);
+  EXPECT_EQ(rises_, std::vector<std::uint64_t>{1001});
+}
+
+TEST_F(AnalogProcessor, SeesWhatIsOnItsWayAfterAResetAsWell) {
+  inputs_.push({100, {500, 200}, true});
+  avr_reset(avr_);
+  inputs_.arm();
+  pass(100);
+  EXPECT_EQ(rises_.size(), 1u);
 }
 
 }  // namespace
