@@ -291,11 +291,14 @@ std::string McapReader::problem() const {
   } else if (is_cut_) {
     text = "it is cut off, as when a recorder is killed, or damaged there: " +
            text::counted(messages_, "record") + " in " + text::counted(chunks_, "whole chunk") +
-           " could be read, and " + text::counted(unread_bytes_, "byte") + " behind them could not";
+           " could be read";
+    if (unread_bytes_ > 0) {
+      text += ", and " + text::counted(unread_bytes_, "byte") + " after them could not";
+    }
   }
   if (!is_cut_ && unread_bytes_ > 0) {
     text = text::counted(unread_bytes_, "byte") +
-           " behind its end could not be read, as when two recordings are put into one file";
+           " after its end could not be read, as when two recordings are put into one file";
   }
   if (damaged_chunks_ > 0) {
     text += (text.empty() ? "" : "; ") + text::counted(damaged_chunks_, "damaged place") +

@@ -58,16 +58,21 @@ std::string misspelt_text(const std::string& published, const DaemonStatus& daem
 
 std::string silence_text(const std::vector<std::string>& silent, const DaemonStatus& daemon,
                          const std::vector<Neighbour>& neighbours) {
-  std::string text;
-  for (const std::string& name : silent) {
-    if (is_number(name) || is_in_use(name, daemon)) continue;
-    const std::string near = text::nearest_channel(name, names_in_use(silent, daemon));
-    if (near.empty()) continue;
-    text +=
-        "nobody publishes '" + name + "' as far as this robot knows; did you mean '" + near + "'? ";
-  }
   const bool is_alone = std::none_of(neighbours.begin(), neighbours.end(),
                                      [](const Neighbour& each) { return !each.out_of_range; });
+  std::string text;
+  for (const std::string& name : silent) {
+    if (is_in_use(name, daemon)) continue;
+    const std::string near =
+        is_number(name) ? "" : text::nearest_channel(name, names_in_use(silent, daemon));
+    if (!near.empty()) {
+      text += "nobody publishes '" + name + "' as far as this robot knows; did you mean '" + near +
+              "'? ";
+    } else if (!is_alone && text.empty()) {
+      text = "robots are around, and none of them has sent on '" + name +
+             "' so far; swarmtalk-cli channels shows what is on the air ";
+    }
+  }
   const bool has_link = std::any_of(daemon.links.begin(), daemon.links.end(),
                                     [](const LinkStatus& link) { return link.up; });
   if (is_alone && has_link) {

@@ -32,12 +32,14 @@ class Player {
   /// @return why not, or that there is nothing to play
   Status prepare(RecordingReader& reader) {
     find_numbers();
+    std::vector<std::string> unheard = arguments_.channels;
     Record record;
     while (reader.next(record)) {
       if (is_left_out(record)) ++harvested_;
       if (record.kind == Record::Kind::kHeard) names_.insert(record.heard.channel());
       if (!wants(record)) continue;
       ++messages_;
+      std::erase_if(unheard, [&](const std::string& word) { return is_of(word, record); });
       bool& is_timestamped = channels_[record.heard.channel()];
       is_timestamped = is_timestamped || record.heard.has_buffering_delay_us();
     }
@@ -51,7 +53,10 @@ class Player {
       return Status(StatusCode::kBadArgument,
                     arguments_.file + " has no messages" +
                         (arguments_.channels.empty() ? "" : " of these channels") +
-                        (harvested_ > 0 ? " but those" : "") + nearest_text());
+                        (harvested_ > 0 ? " but those" : "") + nearest_text(unheard));
+    }
+    for (const std::string& word : unheard) {
+      fail(arguments_.file + " has no messages of '" + word + "'" + nearest_text({word}));
     }
     for (const auto& [name, is_timestamped] : channels_) {
       if (is_digits(name) && name.size() > 5) {
@@ -144,13 +149,13 @@ class Player {
     for (const std::string& word : arguments_.channels) {
       if (is_digits(word)) continue;
       const Publisher asking = client_.channel(word).publisher();
-      if (const auto number = asking.channel_number()) numbers_.insert(*number);
+      if (const auto number = asking.channel_number()) numbers_[word] = *number;
     }
   }
 
-  /// What the first misspelt of the chosen channels may have been, to be put behind a sentence.
-  std::string nearest_text() const {
-    for (const std::string& word : arguments_.channels) {
+  /// What the first misspelt of these channels may have been, to be put after a sentence.
+  std::string nearest_text(const std::vector<std::string>& words) const {
+    for (const std::string& word : words) {
       const std::string near = text::nearest_channel(word, {names_.begin(), names_.end()});
       if (!near.empty()) return "; did you mean '" + near + "'?";
     }
@@ -161,11 +166,17 @@ class Player {
     if (record.kind != Record::Kind::kHeard || is_left_out(record)) return false;
     if (is_debug_off_ && record.heard.channel() == kDebug) return false;
     const auto& chosen = arguments_.channels;
-    const std::string number = std::to_string(record.heard.channel_number());
-    return chosen.empty() || numbers_.contains(record.heard.channel_number()) ||
-           std::any_of(chosen.begin(), chosen.end(), [&](const std::string& word) {
-             return word == record.heard.channel() || word == number;
-           });
+    return chosen.empty() ||
+           std::any_of(chosen.begin(), chosen.end(),
+                       [&](const std::string& word) { return is_of(word, record); });
+  }
+
+  /// Whether the message is of the channel with this name or number.
+  bool is_of(const std::string& word, const Record& record) const {
+    const std::uint32_t number = record.heard.channel_number();
+    const auto named = numbers_.find(word);
+    return word == record.heard.channel() || word == std::to_string(number) ||
+           (named != numbers_.end() && named->second == number);
   }
 
   bool run_until(Clock::time_point due) {
@@ -213,9 +224,9 @@ class Player {
 
   Client& client_;
   const PlayArguments& arguments_;
-  std::set<std::string> names_;           // of all channels in the file
-  std::set<std::uint32_t> numbers_;       // of the channels chosen by name
-  std::map<std::string, bool> channels_;  // and whether they are timestamped
+  std::set<std::string> names_;                   // of all channels in the file
+  std::map<std::string, std::uint32_t> numbers_;  // of the channels chosen by name
+  std::map<std::string, bool> channels_;          // and whether they are timestamped
   std::map<std::string, Publisher> publishers_;
   std::uint64_t messages_ = 0;
   std::uint64_t harvested_ = 0;  // left out

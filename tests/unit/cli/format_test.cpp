@@ -93,7 +93,9 @@ TEST(QuietWatch, SaysWhatAMisspeltNameMayHaveBeen) {
   EXPECT_NE(silence_text({"chater"}, daemon, {}).find("did you mean 'chatter'? No other robot was"),
             std::string::npos);
   EXPECT_EQ(silence_text({"chatter"}, daemon, {robot}), "");
-  EXPECT_EQ(silence_text({"alarm"}, daemon, {robot}), "");
+  EXPECT_EQ(silence_text({"alarm"}, daemon, {robot}),
+            "robots are around, and none of them has sent on 'alarm' so far; swarmtalk-cli "
+            "channels shows what is on the air");
 }
 
 TEST(QuietWatch, SaysWhatAMisspeltPublishedNameMayHaveBeen) {

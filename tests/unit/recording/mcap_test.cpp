@@ -198,7 +198,7 @@ TEST_F(Mcap, WhatFollowsTheEndOfARecordingIsTold) {
     EXPECT_EQ(read(reader), written);
     EXPECT_FALSE(reader.is_cut());
     EXPECT_TRUE(reader.problem().starts_with(std::to_string(tail.size()) + " byte"));
-    EXPECT_NE(reader.problem().find("behind its end"), std::string::npos) << reader.problem();
+    EXPECT_NE(reader.problem().find("after its end"), std::string::npos) << reader.problem();
   }
 }
 
