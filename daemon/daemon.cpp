@@ -1,5 +1,7 @@
 #include "daemon/daemon.hpp"
 
+#include <malloc.h>
+
 #include <chrono>
 #include <csignal>
 #include <limits>
@@ -154,6 +156,7 @@ void Daemon::run() {
     const auto problem = memory_problem(parsed_.config, *limit_bytes);
     if (problem) log_of("daemon")->warn("{}", *problem);
   }
+  ::malloc_trim(0);  // what reading the command line and the configuration needed
   service_manager_.ready();
   loop::Loop& loop = loop::Loop::of(io_);
   loop.set_busy_poll(std::chrono::microseconds(parsed_.config.loop.busy_poll_us));

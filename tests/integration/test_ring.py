@@ -159,11 +159,12 @@ def test_rings_of_clients_that_leave_are_used_again(daemon):
     wait_for(lambda: held() == (before[0] + 20, 10), what="a socket and a memory for each")
     for client in clients:
         client.close()
+    kept = before[0] + 10, 0  # the descriptors: as many as there were clients at once
+    wait_for(lambda: held() == kept, what="ten to be gone: one more at once would be kept as well")
     for _ in range(200):
         client = RingClient(path)
         client.ask(field(8, field(1, field(1, "c"))), 9)
         client.close()
-    kept = before[0] + 10, 0  # the descriptors: as many as there were clients at once
     wait_for(lambda: held() == kept, what="all to be gone but what is kept for the next")
 
 
