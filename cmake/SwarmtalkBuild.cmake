@@ -49,12 +49,14 @@ function(swarmtalk_library name)
   swarmtalk_warnings(${name})
 endfunction()
 
-# swarmtalk_test(NAME [NOT_OPTIMISED] SOURCES... DEPENDS...): one GoogleTest program, its tests known to
-# ctest; rapidcheck draws from a fixed seed there, and from another each time where the program is
-# started by hand. NOT_OPTIMISED: its own sources are compiled without optimisation, which takes half of the time;
+# swarmtalk_test(NAME [NOT_OPTIMISED] [CLOCK FILTERS...] SOURCES... DEPENDS...): one GoogleTest program, its
+# tests known to ctest; rapidcheck draws from a fixed seed there, and from another each time where the program is
+# started by hand. They are of kind `logic`, but those that match a filter of CLOCK (as --gtest_filter has
+# them), which are of kind `clock`; the others run under sanitizers as well.
+# NOT_OPTIMISED: its own sources are compiled without optimisation, which takes half of the time;
 # the libraries that it tests are optimised as ever. Not for tests of templates, nor for those that compute.
 function(swarmtalk_test name)
-  cmake_parse_arguments(arg "NOT_OPTIMISED" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "NOT_OPTIMISED" "" "SOURCES;DEPENDS;CLOCK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
@@ -62,18 +64,35 @@ function(swarmtalk_test name)
   if(arg_NOT_OPTIMISED)
     target_compile_options(${name} PRIVATE -O0 -U_FORTIFY_SOURCE)
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 120 ENVIRONMENT "RC_PARAMS=seed=1" LABELS "${arg_LABELS}")
+  set(properties PROPERTIES TIMEOUT 120 ENVIRONMENT "RC_PARAMS=seed=1" LABELS)
+  list(JOIN arg_CLOCK ":" clock)
+  if(NOT clock STREQUAL "*")
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "*-${clock}"
+      ${properties} logic)
+    swarmtalk_sanitized(${name})
+  endif()
+  if(clock)
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "${clock}" TEST_LIST ${name}_CLOCK
+      ${properties} clock)
+  endif()
   set_property(GLOBAL APPEND PROPERTY SWARMTALK_TEST_PROGRAMS ${name})
 endfunction()
 
-# swarmtalk_pytest(PREFIX LABEL [BY_FILE] [ENVIRONMENT...] [NEEDS TARGETS...]): the pytest files of this
-# folder.
+# swarmtalk_sanitized(PROGRAM): a program that tools/test --sanitize builds.
+function(swarmtalk_sanitized program)
+  if(NOT TARGET sanitized)
+    add_custom_target(sanitized)
+  endif()
+  add_dependencies(sanitized ${program})
+endfunction()
+
+# swarmtalk_pytest(PREFIX KIND [BY_FILE] [ENVIRONMENT...] [NEEDS TARGETS...]): the pytest files of this
+# folder, of a kind where they are not marked with another (tests/support/kinds.py).
 # Each of pytest's tests is one of ctest's, so that what is skipped is counted as skipped; -rs prints
-# the reason. Those marked with pytest.mark.long get the label "long" as well. NEEDS: what has to be
-# built before they run, for tools/test -R and --changed; targets that are not there are left out.
+# the reason. NEEDS: what has to be built before they run, for tools/test -R and --changed; targets that
+# are not there are left out.
 # BY_FILE: each file is one of ctest's tests, where all tests in it share what takes long to make.
-function(swarmtalk_pytest prefix label)
+function(swarmtalk_pytest prefix kind)
   cmake_parse_arguments(arg "BY_FILE" "" "NEEDS" ${ARGN})
   find_program(PYTHON3 python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   set(environment "SWARMTALK_BUILD=${PROJECT_BINARY_DIR}" "PYTHONDONTWRITEBYTECODE=1"
@@ -82,44 +101,48 @@ function(swarmtalk_pytest prefix label)
   file(GLOB scripts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.py)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${scripts})
   execute_process(
-    COMMAND ${CMAKE_COMMAND} -E env ${environment} SWARMTALK_COLLECTING=1 PYTHONPATH=${support}
-      ${PYTHON3} -m pytest -q -s --collect-only -p no:cacheprovider -p long_tests .
+    COMMAND ${CMAKE_COMMAND} -E env ${environment} SWARMTALK_COLLECTING=1 SWARMTALK_KIND=${kind}
+      PYTHONPATH=${support} ${PYTHON3} -m pytest -qq -s --collect-only -p no:cacheprovider -p kinds .
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
     OUTPUT_VARIABLE collected RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "pytest cannot collect ${CMAKE_CURRENT_SOURCE_DIR}:\n${collected}")
   endif()
-  # "FOLDER/test_NAME.py::test_NAME[VALUES]", and the same behind "long: " for some.
+  # "KIND: FOLDER/test_NAME.py::test_NAME[VALUES]"
   get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
-  string(REGEX MATCHALL "long: ${folder}/test_[a-z_0-9]+\\.py::[^\n]+" long_tests "${collected}")
-  string(REGEX REPLACE "long: [^\n]+" "" collected "${collected}")
-  string(REGEX MATCHALL "test_[a-z_0-9]+\\.py::[^\n]+" tests "${collected}")
-  set(skipped "\n1 skipped in ")
-  if(arg_BY_FILE)
-    # Long if one of its tests is; skipped if all of them are.
-    list(TRANSFORM tests REPLACE "::.*" "")
-    list(TRANSFORM long_tests REPLACE "::.*" "")
-    list(REMOVE_DUPLICATES tests)
-    set(skipped "\n[0-9]+ skipped in ")
-  endif()
-  foreach(test IN LISTS tests)
-    string(REGEX REPLACE "^test_(.*)\\.py::test_" "${prefix}.\\1." name ${test})
-    string(REGEX REPLACE "^test_(.*)\\.py$" "${prefix}.\\1" name ${name})
-    set(labels ${label})
-    if("long: ${folder}/${test}" IN_LIST long_tests)
-      list(APPEND labels long)
+  foreach(each IN ITEMS logic clock field)
+    string(REGEX MATCHALL "\n${each}: [^\n]*test_[a-z_0-9]+\\.py::[^\n]+" found "\n${collected}")
+    list(TRANSFORM found REPLACE ".*/(test_[a-z_0-9]+\\.py::)" "\\1")
+    if(arg_BY_FILE)
+      list(TRANSFORM found REPLACE "::.*" "")
+      list(REMOVE_DUPLICATES found)
     endif()
-    # A folder of its own for each: pytest's common one is cleared by tests that run beside it. A
-    # short one: the path of a Unix socket has at most 107 bytes.
-    string(MD5 own ${PROJECT_BINARY_DIR}/${name})
-    string(SUBSTRING ${own} 0 8 own)
-    add_test(NAME ${name} COMMAND ${PYTHON3} -m pytest -q -rs -s -p no:cacheprovider
-      --basetemp=/tmp/swarmtalk-test-${own} ${test}
-      WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES TIMEOUT 300 LABELS "${labels}"
-      ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "${skipped}")
+    foreach(test IN LISTS found)
+      swarmtalk_add_pytest(${prefix} ${each} "${test}" "${environment}")
+    endforeach()
   endforeach()
   swarmtalk_pytest_needs("" ${arg_NEEDS})
+endfunction()
+
+# For swarmtalk_pytest: TEST is a file of pytest's, or one test in it.
+function(swarmtalk_add_pytest prefix kind test environment)
+  string(REGEX REPLACE "^test_(.*)\\.py::test_" "${prefix}.\\1." name "${test}")
+  string(REGEX REPLACE "^test_(.*)\\.py$" "${prefix}.\\1" name "${name}")
+  # A folder of its own for each: pytest's common one is cleared by tests that run beside it. A
+  # short one: the path of a Unix socket has at most 107 bytes.
+  string(MD5 own "${PROJECT_BINARY_DIR}/${name}")
+  string(SUBSTRING ${own} 0 8 own)
+  add_test(NAME "${name}" COMMAND ${PYTHON3} -m pytest -q -rs -s -p no:cacheprovider
+    --basetemp=/tmp/swarmtalk-test-${own} "${test}"
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
+  # Those of kind `field` have limits of their own, up to those of an hour of soak.
+  set(limit_s 300)
+  if(kind STREQUAL field)
+    set(limit_s 7200)
+  endif()
+  # A file is skipped if all tests in it are.
+  set_tests_properties("${name}" PROPERTIES TIMEOUT ${limit_s} LABELS ${kind}
+    ENVIRONMENT "${environment}" SKIP_REGULAR_EXPRESSION "\n[0-9]+ skipped in ")
 endfunction()
 
 # swarmtalk_pytest_needs(SCRIPT TARGETS...): what one script of this folder needs, instead of what the

@@ -105,8 +105,8 @@ class Build:
         return names
 
     @staticmethod
-    def long(test: dict) -> bool:
-        return any(item["name"] == "LABELS" and "long" in item["value"]
+    def is_field(test: dict) -> bool:
+        return any(item["name"] == "LABELS" and "field" in item["value"]
                    for item in test["properties"])
 
     @staticmethod
@@ -142,7 +142,7 @@ class Picked(typing.NamedTuple):
 
 
 def pattern(suites: set[str], names: set[str], by_script: bool = True) -> str:
-    """A regular expression for ctest, which takes no long one and few parentheses: whole suites of
+    """A regular expression for ctest, which takes no long expression and few parentheses: suites of
     GoogleTest, with or without "INSTANCE/" before, scripts of pytest ("suite.limits."), names."""
     parts = [text for suite in sorted(suites) for text in (f"^{suite}[./]", f"/{suite}[./]")]
     scripts = {match[0] for match in map(SCRIPT.match, names) if match and by_script}
@@ -293,7 +293,8 @@ def by_change(build: Build, since: str, jobs: int) -> Picked:
         needed = build.targets(test)
         # All of them, so that each file that anything depends on is known.
         is_hit = any([touched.is_hit(target) for target in needed])
-        if (is_hit or test["name"] in scripts) and not build.long(test) and not build.program(test):
+        if ((is_hit or test["name"] in scripts) and not build.is_field(test)
+                and not build.program(test)):
             names.add(test["name"])
             targets |= set(needed)
             picked.append(test)

@@ -40,7 +40,7 @@ def test_delivery_is_that_of_ns3(case):
     compare(case)
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("case", MORE,
                          ids=lambda case: f"{case[0]}_at_{case[1]}_m_each_{case[2]}_us")
 def test_delivery_is_that_of_ns3_from_idle_to_crowded_air(case):

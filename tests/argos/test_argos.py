@@ -52,14 +52,14 @@ def test_a_run_succeeds(tmp_path, robot, program):
     check_runs(tmp_path, program, robot, 1)
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "edge_following"])
 def test_ten_of_ten_runs_succeed(tmp_path, robot, program):
     check_runs(tmp_path, program, robot, 10)
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_fireflies_synchronise(tmp_path, robot):
     check_runs(tmp_path, "firefly", robot, 10)

@@ -36,8 +36,8 @@ def lines_of(*command: pathlib.Path) -> list[str]:
 
 
 @pytest.mark.parametrize("level", [
-    "-O0", pytest.param("-O1", marks=pytest.mark.long), "-O2",
-    pytest.param("-O3", marks=pytest.mark.long)])
+    "-O0", pytest.param("-O1", marks=pytest.mark.field), "-O2",
+    pytest.param("-O3", marks=pytest.mark.field)])
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_is_clean_and_says_the_same(tmp_path, compiler, level):
     # "undefined" has the checks of shifts by too much and of negative numbers.

@@ -38,7 +38,7 @@ def complaint(entry: dict) -> str:
     return "" if done.returncode == 0 else f"{entry['file']}:\n" + "\n".join(lines[:5])
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("compiler, joins", [("g++", "OFF"), ("clang++", "ON")])
 def test_each_source_compiles_without_a_warning(tmp_path, compiler, joins):
     if shutil.which(compiler) is None:

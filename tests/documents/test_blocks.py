@@ -92,6 +92,7 @@ def test_what_a_program_does_not_know_is_found():
         ["swarmtalk-cli", "sub", "x"]]
 
 
+@pytest.mark.clock
 def test_a_program_in_python_speaks_the_local_protocol_as_the_document_shows_it(tmp_path):
     """The example of ipc.md, in a lab of two: it hears, with the distance, what the other says."""
     programs = [block for _, block in blocks("docs/ipc.md", "python")]

@@ -7,7 +7,7 @@ import subprocess
 import pytest
 from blocks import BUILD, ROOT
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 
 
 def doxygen(folder, language, source):

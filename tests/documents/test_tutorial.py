@@ -29,6 +29,7 @@ def write_path(folder):
         (folder / name).chmod(0o755)
 
 
+@pytest.mark.clock
 @pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 def test_its_commands_do_what_it_says(tmp_path):
     for program in ("g++", "ip"):

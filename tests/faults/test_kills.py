@@ -58,7 +58,7 @@ def wait_until_back(ends, robot, killed_ns, since_ns):
     return took_ms
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_random_kills(tmp_path):
     chance = random.Random(SEED)
     print(f"seed {SEED}, {KILLS} kills")

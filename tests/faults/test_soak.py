@@ -15,7 +15,7 @@ MEMORY_SLACK_KB = 256
 pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_soak(tmp_path):
     with swarm.Swarm(ROBOTS, tmp_path) as group:
         hearers = [group.hear(robot, "hear", "soak") for robot in range(ROBOTS)]

@@ -103,10 +103,10 @@ def messages_per_frame(size):
     return 1400 // (size + frames.HEADER_BYTES + 2)
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_flood_into_many_robots_ends_within_twice_the_time_to_send_it_once(air):
-    """What the simulator says (tests/swarm/rate_flood.hpp), of daemons, at 120 kB/s. tools/long: 40
-    robots (SWARMTALK_FLOOD_ROBOTS)."""
+    """What the simulator says (tests/swarm/rate_flood.hpp), of daemons, at 120 kB/s.
+    SWARMTALK_FLOOD_ROBOTS: more of them."""
     rate_hz = 3
     robots = [air.daemon(number, f"rate_hz = {rate_hz}\n") for number in range(1, ROBOTS + 1)]
     flood_s = 10 if ROBOTS > 10 else 2

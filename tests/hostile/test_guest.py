@@ -13,7 +13,7 @@ sys.path.append(str(ROOT / "tests/wifi"))
 
 import guest  # noqa: E402
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 GROUPS = "/sys/fs/cgroup"
 PATIENCE_S = 900  # an emulated processor
 

@@ -117,7 +117,7 @@ def test_memory_of_rings_that_are_kept_is_bounded():
 
 
 @needs_other_user
-@pytest.mark.long
+@pytest.mark.field
 def test_connections_without_end_do_not_fill_the_daemons_memory(group):
     with Daemon(preexec_fn=group.enter) as daemon:
         daemon.status()
@@ -189,7 +189,7 @@ def test_a_daemon_with_a_key_shows_its_memory_to_nobody():
 
 
 @needs_other_user
-@pytest.mark.long
+@pytest.mark.field
 def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full():
     """A slow interface in a namespace of its own, whose queue refuses most frames."""
     space = f"swarmtalk-hostile-{os.getpid()}"

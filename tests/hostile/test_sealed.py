@@ -118,7 +118,7 @@ def test_nothing_that_comes_at_a_receivers_own_start_is_lost_silently(air, keys)
     print(f"{dropped} frames of {starts} starts were counted as not proven and not taken later")
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_robot_that_was_stopped_for_20_s_hears_what_waited_and_is_heard_again(air, keys):
     line = f'key_file = "{keys[0]}"\n'
     robots = sender, hearer = air.daemon(1, line), air.daemon(2, line)
@@ -141,7 +141,7 @@ def test_a_robot_that_was_stopped_for_20_s_hears_what_waited_and_is_heard_again(
     assert [message["text"] for message in heard(listener)] == ["awake"]
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("is_sealed", [False, True], ids=["open", "sealed"])
 def test_a_robot_that_was_suspended_hears_others_and_is_heard_again(air, keys, tmp_path, is_sealed):
     """Its monotonic clock stands still meanwhile, and the wall clock goes on."""

@@ -1,7 +1,7 @@
 """Everything at once: a robot with two links, gateways between them and captures under way,
 strangers on both wires and two users' programs at its socket, all from one seed.
-SWARMTALK_HOSTILE_SECONDS=3600 makes it the long test's hour (tools/long); with a build under
-sanitizers their findings end it."""
+SWARMTALK_HOSTILE_SECONDS=3600 makes it an hour; with a build under sanitizers their findings end
+it."""
 import json
 import os
 import pathlib
@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 
+import pytest
 from conftest import needs_root, program, wait_for
 from local_client import open_to_everybody
 from wires import heard
@@ -42,6 +43,7 @@ def begin_attack(air, robot, name, interface, *words):
                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE))
 
 
+@pytest.mark.field
 @needs_root
 def test_a_robot_under_siege_goes_on(air):
     air.wire("b")

@@ -104,6 +104,7 @@ WRONG = {
 }
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("text,patterns", WRONG.values(), ids=[k.replace(" ", "_") for k in WRONG])
 def test_wrong_configuration_gets_one_line(tmp_path, text, patterns):
     config = write_config(tmp_path, text)
@@ -113,6 +114,7 @@ def test_wrong_configuration_gets_one_line(tmp_path, text, patterns):
         assert done.returncode == 1
 
 
+@pytest.mark.logic
 def test_a_socket_of_the_command_line_is_no_other_paths_place(tmp_path):
     path = tmp_path / "pose.sock"
     config = write_config(tmp_path, f'[node]\npose_socket = "{path}"\n')
@@ -125,6 +127,7 @@ def test_a_socket_of_the_command_line_is_no_other_paths_place(tmp_path):
     assert done.returncode == 1
 
 
+@pytest.mark.logic
 @needs_root
 def test_a_missing_interface_is_named_with_those_there_are(tmp_path):
     config = write_config(tmp_path, link='[links.w]\ntype = "raw_l2"\ninterface = "wlan7"\n')
@@ -133,6 +136,7 @@ def test_a_missing_interface_is_named_with_those_there_are(tmp_path):
     assert done.returncode == 1
 
 
+@pytest.mark.logic
 @needs_root
 def test_without_permission_it_says_what_is_missing(tmp_path):
     os.chmod(tmp_path, 0o777)

@@ -384,6 +384,7 @@ def test_mistakes_are_one_line(robot, tmp_path):
         one_line(done.stderr, pattern)
 
 
+@pytest.mark.logic
 def test_every_finding_is_documented_and_every_documented_one_exists():
     sources = (ROOT / "cli/doctor").glob("diagnose*.cpp")
     code = "".join(path.read_text() for path in sources)

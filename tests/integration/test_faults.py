@@ -61,6 +61,7 @@ def test_interface_that_flaps_gets_one_line_per_second(bridge_lab):
     assert "up" in changes[-1], changes
 
 
+@pytest.mark.logic
 @pytest.mark.skipif(os.geteuid() != 0, reason="becoming another user needs root")
 def test_port_without_permission_blames_the_port(tmp_path):
     config = tmp_path / "d.toml"

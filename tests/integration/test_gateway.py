@@ -155,6 +155,7 @@ def test_too_long_for_the_small_link_says_so(wires):
     robot.publish("big", "x", "--ttl", "16")
 
 
+@pytest.mark.logic
 def test_a_wrong_rule_is_told_by_check_with_its_line(tmp_path):
     config = tmp_path / "c.toml"
     config.write_text(WIFI + SMALL + '[[gateway]]\nfrom = "wifi/alarm"\nto = "small/alarm"\n')

@@ -7,6 +7,8 @@ import shutil
 import pytest
 from conftest import BUILD, ROOT, run
 
+pytestmark = pytest.mark.logic
+
 PLACES = ("daemon/swarmtalkd", "cli/swarmtalk-cli", "lab/swarmtalk-lab",
           "view/swarmtalk-view", "client_lib/libswarmtalk-c.so")
 

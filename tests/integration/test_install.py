@@ -9,6 +9,8 @@ import subprocess
 import pytest
 from conftest import BUILD, ROOT, run
 
+pytestmark = pytest.mark.logic
+
 
 def install(root):
     done = run("cmake", "--install", BUILD, "--prefix", "/usr", timeout=120,

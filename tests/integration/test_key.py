@@ -150,6 +150,7 @@ def test_replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, tmp
     assert [json.loads(line)["text"] for line in out.splitlines()] == ["once only", "the end"]
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("mode,patterns", [(0o644, ["mode 0644", "chmod 600"]),
                                            (None, ["No such file", "swarmtalk-cli keygen"])])
 def test_a_key_file_that_is_not_safe_is_refused_in_one_line(tmp_path, mode, patterns):
@@ -163,6 +164,7 @@ def test_a_key_file_that_is_not_safe_is_refused_in_one_line(tmp_path, mode, patt
     one_line(done.stderr, "d.toml:4: key 'links.w.key_file'", *patterns)
 
 
+@pytest.mark.logic
 def test_keygen_never_writes_over_a_key(tmp_path):
     key = keygen(tmp_path / "swarm.key")
     assert key.stat().st_mode & 0o777 == 0o600

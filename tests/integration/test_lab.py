@@ -183,6 +183,7 @@ def told_pose(lab, robot, place, path):
     return lab.cli(robot, "pose", "get").stdout
 
 
+@pytest.mark.logic
 def test_a_command_without_dashes_before_it_is_told_where_they_go():
     tool = program("swarmtalk-lab")
     for command in (["swarmtalk-cli", "sub", "hello"], ["swarmtalk-cli", "status", "--json"]):
@@ -199,6 +200,7 @@ def test_a_command_without_dashes_before_it_is_told_where_they_go():
     one_line(run(tool, "status", "surplus").stderr, "surplus")
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("words, wanted", [
     (["up", "3", "--medium", "udp", "--loss", "1"], "--loss is for --medium radio, not udp; see"),
     (["--range", "0.1", "up", "3", "--medium", "wifi"], "--range is for --medium radio, not wifi"),
@@ -213,6 +215,7 @@ def test_an_option_of_another_medium_is_refused(words, wanted):
     assert not leftovers(name)
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("words, wanted", [
     (["upp", "3"], r"no subcommand 'upp'; did you mean 'up'\? See swarmtalk-lab --help$"),
     (["--name", "x", "stauts"], "no subcommand 'stauts'; did you mean 'status'"),
@@ -231,6 +234,7 @@ def test_what_is_misspelt_is_told_with_the_nearest(words, wanted):
     one_line(done.stderr, wanted)
 
 
+@pytest.mark.logic
 @needs_root
 def test_its_version_is_told_without_proc():
     done = run("unshare", "--mount", "sh", "-c",
@@ -257,6 +261,7 @@ def test_status_fits_a_narrow_terminal(udp_lab):
         assert all(len(line) <= columns for line in lines), lines
 
 
+@pytest.mark.logic
 @needs_root
 def test_without_root_it_says_so_in_one_line():
     done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",

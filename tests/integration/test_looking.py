@@ -213,6 +213,7 @@ def numeric_options(command, path=()):
         yield from numeric_options(each, (*path, each["name"]))
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("word", ["inf", "nan", "1e400", "-inf", "x", ""])
 @pytest.mark.parametrize("tool", ["swarmtalk-cli", "swarmtalk-lab", "swarmtalk-view"])
 def test_numbers_that_are_none_are_refused_by_every_option(tool, word):
@@ -360,6 +361,7 @@ def test_what_json_prints_is_what_its_document_says(lab):
             assert within or empty, f"docs/cli-json.md has {path}; {verb} does not print it"
 
 
+@pytest.mark.logic
 def test_every_table_of_the_document_is_held():
     text = (ROOT / "docs/cli-json.md").read_text()
     assert set(re.findall(r"^## `(.+) --json`$", text, re.M)) == set(VERBS)

@@ -230,10 +230,10 @@ def test_mistakes_with_the_medium_get_one_line(radio_lab, udp_lab):
     one_line(udp_lab(1).tool("heal").stderr, "cannot be changed.*--medium radio")
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_hundred_robots_on_the_air_and_the_medium_keeps_its_time(radio_lab, tmp_path):
-    """Ten neighbours each, 8 messages a second, for a minute; for ten in tools/test --long, which
-    also judges how late the medium was: here other tests run beside it. Prints what it took."""
+    """Ten neighbours each, 8 messages a second, for a minute (SWARMTALK_RADIO_SECONDS).
+    Prints what it took."""
     robots, seconds = 100, float(os.environ.get("SWARMTALK_RADIO_SECONDS", "60"))
     base = tmp_path / "base.toml"
     base.write_text("[log]\nlevel = \"warning\"\n")
@@ -257,8 +257,7 @@ def test_a_hundred_robots_on_the_air_and_the_medium_keeps_its_time(radio_lab, tm
     assert status["offered"] >= 8 * seconds * robots * 0.99
     assert heard_frames >= 0.999 * status["received"]
     assert status["lost"]["interface"] == status["lost"]["receiver"] == 0
-    if "SWARMTALK_RADIO_SECONDS" in os.environ:
-        assert status["late"]["late"] < 0.01 * status["late"]["events"], status["late"]
+    assert status["late"]["late"] < 0.01 * status["late"]["events"], status["late"]
 
 
 def robot_cpu_s(pid):

@@ -136,6 +136,7 @@ def test_the_node_id_can_be_set_at_run_time(daemon):
     assert "client 'swarmtalk-cli' (pid " in one.text()
 
 
+@pytest.mark.logic
 def test_a_host_without_a_number_is_told_so(tmp_path):
     config = tmp_path / "d.toml"
     config.write_text('[node]\nid = "hostname"\n' + LINK.format(port=20001))

@@ -16,6 +16,8 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 from booted import (ENVIRONMENT, UNIT, Container, make_root, make_wire, needs,  # noqa: E402
                     needs_booting, remove_wire)
 
+pytestmark = pytest.mark.logic
+
 
 MADE = BUILD / "tests/packages-of-this-build"
 
@@ -204,7 +206,7 @@ def check_udp(robots, namespaces):
     assert cross(robots[0], robots[1], "over IP")["text"] == "over IP"
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_two_robots_under_a_booted_systemd(robots, wire):
     first, second = robots
     started = time.monotonic()

@@ -352,7 +352,7 @@ def node_modules(tmp_path_factory):
     return folder
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_the_public_library_reads_what_sub_printed(udp_lab, tmp_path, node_modules):
     path = tmp_path / "a.mcap"
     speaks = tmp_path / "speaks.toml"

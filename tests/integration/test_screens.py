@@ -50,6 +50,7 @@ def test_headings_are_bold_on_a_terminal(udp_lab, columns):
     assert "\x1b" not in lab.cli(1, "status").stdout
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("columns", [40, 80])
 @pytest.mark.parametrize("tool", ["swarmtalk-cli", "swarmtalk-lab", "swarmtalk-view", "swarmtalkd"])
 def test_help_is_folded_where_a_line_is_full(tool, columns):

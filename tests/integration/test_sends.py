@@ -125,6 +125,7 @@ def test_a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(udp_
             "the daemon's configuration, 7; ask for a shorter one, or for none") in done.stdout
 
 
+@pytest.mark.logic
 def test_a_thrown_away_answer_of_send_is_a_warning(tmp_path):
     include = ROOT / "client_lib/include"
     (tmp_path / "c.c").write_text("#include <swarmtalk/swarmtalk.h>\n"

@@ -25,9 +25,9 @@ if not COLLECTING and not EMULATOR.exists():
     pytest.skip(f"no {EMULATOR}: libsimavr-dev is missing", allow_module_level=True)
 
 
-def long(*values):
-    """Values of a parametrised test that tools/test leaves out and tools/test --more runs."""
-    return pytest.param(*values, marks=pytest.mark.long)
+def in_the_field(*values):
+    """Values of a parametrised test that are of kind `field`."""
+    return pytest.param(*values, marks=pytest.mark.field)
 
 
 def image(name: str) -> str:

@@ -2,14 +2,14 @@
 import pytest
 
 import swarm
-from swarm import long
+from swarm import in_the_field
 
 RUN = swarm.overhead("run@2.1", "stop@3.1")
 QUIET = 3.2  # from here on the controller is silent
 
 
 @pytest.mark.parametrize("mm", [
-    long(33), 40, long(50), long(60), long(75), 90])
+    in_the_field(33), 40, in_the_field(50), in_the_field(60), in_the_field(75), 90])
 def test_two_robots_hear_each_other_at_the_right_distance(tmp_path, mm):
     log = swarm.emulate(tmp_path, swarm.grid(1, 2, mm, image=swarm.image("beacon")), ohc=RUN,
                         seconds=5, seed=mm, drift_ppm=10000,
@@ -24,7 +24,7 @@ def test_two_robots_hear_each_other_at_the_right_distance(tmp_path, mm):
         assert abs(log.variable(node, "beacon_distance_mm:2") - mm) <= 1
 
 
-@pytest.mark.parametrize("mm", [45, long(70)])
+@pytest.mark.parametrize("mm", [45, in_the_field(70)])
 def test_distance_survives_noise(tmp_path, mm):
     """Readings scatter by 3 counts; the calibration falls 6 to 7 counts per mm."""
     log = swarm.emulate(tmp_path, swarm.grid(1, 2, mm, image=swarm.image("beacon")), ohc=RUN,
@@ -56,8 +56,8 @@ def test_clocks_four_percent_apart_hear_each_other(tmp_path):
     assert all(count >= 98 for count in heard)
 
 
-@pytest.mark.parametrize("range_mm", [80, long(300)])
-@pytest.mark.parametrize("drift_ppm", [long(0), 10000])
+@pytest.mark.parametrize("range_mm", [80, in_the_field(300)])
+@pytest.mark.parametrize("drift_ppm", [in_the_field(0), 10000])
 def test_nine_saturated_robots_starve_nobody(tmp_path, drift_ppm, range_mm):
     """80 mm: neighbours and diagonals, so the one in the middle hears all and most do not hear
     each other; 300 mm: all hear all. Least to most messages sent is at least 0.5."""

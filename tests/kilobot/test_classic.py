@@ -64,7 +64,7 @@ END_USER_PROGRAM
 """
 
 
-@pytest.mark.parametrize("program", [PROGRAM, swarm.long(OLDER)], ids=["release", "older"])
+@pytest.mark.parametrize("program", [PROGRAM, swarm.in_the_field(OLDER)], ids=["release", "older"])
 def test_a_program_of_2020_talks_lights_and_moves(tmp_path, program):
     source, image = tmp_path / "program.cpp", tmp_path / "program.elf"
     source.write_text(program)

@@ -44,7 +44,7 @@ def assert_nobody_is_confused(log, nodes, since_s: float) -> None:
     assert not any(sum(counts) for counts in confused.values()), confused
 
 
-@pytest.mark.parametrize("seed", [1, swarm.long(2), swarm.long(3)])
+@pytest.mark.parametrize("seed", [1, swarm.in_the_field(2), swarm.in_the_field(3)])
 def test_a_flood_is_heard_as_fast_as_it_can_leave(tmp_path, seed):
     log = flood(tmp_path, [SENDS | 1, 2], seconds=60, seed=seed)
     assert counted(log, "k0", "sent") > 550  # of 586: a turn each 102 ms
@@ -52,7 +52,7 @@ def test_a_flood_is_heard_as_fast_as_it_can_leave(tmp_path, seed):
     assert_nobody_is_confused(log, ["k0", "k1"], IDS_DIFFER)
 
 
-@pytest.mark.parametrize("seed", [2, swarm.long(3), swarm.long(5)])
+@pytest.mark.parametrize("seed", [2, swarm.in_the_field(3), swarm.in_the_field(5)])
 def test_two_robots_that_flood_tell_their_own_messages_from_others(tmp_path, seed):
     """Each sends and forwards in turn, so half as many messages as above leave each."""
     log = flood(tmp_path, [SENDS | 1, SENDS | 2], seconds=60, seed=seed)
@@ -66,7 +66,7 @@ def test_the_air_loses_nothing_of_what_does_not_hop(tmp_path):
     assert share_heard(log, "k0", "k1") >= 0.995
 
 
-@pytest.mark.parametrize("seed", [1, swarm.long(2)])
+@pytest.mark.parametrize("seed", [1, swarm.in_the_field(2)])
 def test_a_flood_with_random_numbers_as_in_2020_is_heard(tmp_path, seed):
     log = flood(tmp_path, [SENDS | SLOWLY | OWN_ID | 1, 2], name="flooding_2020", seconds=200,
                 seed=seed)
@@ -75,7 +75,7 @@ def test_a_flood_with_random_numbers_as_in_2020_is_heard(tmp_path, seed):
     assert_nobody_is_confused(log, ["k0", "k1"], IDS_DIFFER)
 
 
-@pytest.mark.parametrize("pace, between_s", [(0, 4), swarm.long(SLOWLY, 12)])
+@pytest.mark.parametrize("pace, between_s", [(0, 4), swarm.in_the_field(SLOWLY, 12)])
 def test_the_first_floods_after_a_restart_with_a_fixed_id_are_heard(tmp_path, pace, between_s):
     """An overhead controller whose light reaches only the sender restarts it, again and again."""
     restarts, first_restart = 10, START + between_s

@@ -45,7 +45,8 @@ def expected_hops(robot: int, seed: int, other_seed: int) -> int:
     return hops[robot]
 
 
-@pytest.mark.parametrize("seed", [1, swarm.long(2), swarm.long(3)])
+@pytest.mark.clock
+@pytest.mark.parametrize("seed", [1, swarm.in_the_field(2), swarm.in_the_field(3)])
 def test_run_over_the_terminal_lets_nine_robots_count_hops(tmp_path, seed):
     """Drifting clocks. uid 1 (in the middle of the first row) and 2 (a corner) are the seeds."""
     uids = [3, 1, 4, 5, 6, 7, 8, 9, 2]

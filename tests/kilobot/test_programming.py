@@ -1,5 +1,4 @@
 """Programming over infrared: through our bootloader, byte for byte, and never past its bounds."""
-import os
 import random
 
 import pytest
@@ -146,24 +145,24 @@ def intel_hex(flash: bytes) -> str:
     return "\n".join(lines + [":00000001FF"]) + "\n"
 
 
-CUTS = int(os.environ.get("SWARMTALK_POWER_CUTS", "8"))
-TRIES = int(os.environ.get("SWARMTALK_PROGRAMMING_TRIES", "0"))
+TRIES = 20  # of half a minute each
 WRITING_S = 0.012  # page 0 is erased and written twice, 9 ms each time
 SHORT = bytes((7 * i + 3) % 256 for i in range(3 * 128))  # a program that does nothing
 
 
-def power_cuts(pages_at: list[float], end: float) -> list[float]:
+def power_cuts(cuts: int, pages_at: list[float], end: float) -> list[float]:
     """Times, half of them while page 0 is in hand (the first and the last time that flash changes
     for a program) and half of them at any time."""
-    draw = random.Random(CUTS)
+    draw = random.Random(cuts)
     narrow = [(at - WRITING_S, at + WRITING_S) for at in (pages_at[0], pages_at[-1])]
     return [draw.uniform(*narrow[i // 2 % 2]) if i % 2 else draw.uniform(2.9, end)
-            for i in range(CUTS)]
+            for i in range(cuts)]
 
 
-def test_a_robot_that_loses_power_while_programmed_takes_the_program_again(tmp_path):
+@pytest.mark.parametrize("cuts", [8, swarm.in_the_field(1000)])
+def test_a_robot_that_loses_power_while_programmed_takes_the_program_again(tmp_path, cuts):
     """At any time, with page 0 in the air or being written or not: it starts, and can be
-    programmed. SWARMTALK_POWER_CUTS: how many times."""
+    programmed."""
     commands = command(2.1, BOOT, hold=0.5)
     more, end = upload(3.0, SHORT, 1)
     commands += more
@@ -172,7 +171,7 @@ def test_a_robot_that_loses_power_while_programmed_takes_the_program_again(tmp_p
     pages_at = [e["time_us"] / 1e6 for e in log.of("flash", "k0")]
     assert len(pages_at) >= 3
     erased = 0
-    for cut_s in power_cuts(pages_at, end):
+    for cut_s in power_cuts(cuts, pages_at, end):
         _, flashes = run_and_dump(tmp_path, own, commands, cut_s, seed=1)
         erased += flashes[0][:128] == b"\xff" * 128
         left = tmp_path / "left.hex"
@@ -180,8 +179,8 @@ def test_a_robot_that_loses_power_while_programmed_takes_the_program_again(tmp_p
         again = [{"x_mm": 0.0, "y_mm": 0.0, "image": str(left), "resets_to_bootloader": True}]
         _, flashes = run_and_dump(tmp_path, again, commands, end + 0.2, seed=2)
         assert flashes[0][:len(SHORT)] == SHORT, f"power cut at {cut_s:.5f} of {end:.2f} s"
-    print(f"{CUTS} cuts, {erased} of them while page 0 was erased")
-    assert erased > 0 or CUTS < 8
+    print(f"{cuts} cuts, {erased} of them while page 0 was erased")
+    assert erased > 0
 
 
 def test_with_the_fuse_a_reset_starts_the_program(tmp_path):
@@ -200,8 +199,7 @@ def test_with_the_fuse_a_reset_starts_the_program(tmp_path):
     assert log.of("sent", "k0", type=0x10) and not log.of("sent", "k1")
 
 
-@pytest.mark.long
-@pytest.mark.skipif(TRIES == 0, reason="tries of half a minute each: SWARMTALK_PROGRAMMING_TRIES")
+@pytest.mark.field
 @pytest.mark.parametrize("loss, passes", [(0.01, 3), (0.03, 4)])
 def test_thirty_six_robots_are_whole_in_nine_of_ten_tries(tmp_path, loss, passes):
     program = elf_image.flash_bytes(swarm.image("hop_count"), tmp_path)

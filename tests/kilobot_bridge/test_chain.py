@@ -111,7 +111,7 @@ def test_status_tells_versions_and_the_gateways_battery(stack):
              what="the position")
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_robots_with_a_program_of_2020_are_understood(stack):
     """Both ways, with packets of 2020: the number from `pub` comes back counted up."""
     robots = [{"x_mm": 0, "y_mm": 0, "image": swarm.image("gateway"),
@@ -143,7 +143,7 @@ def test_robots_with_a_program_of_2020_are_understood(stack):
     assert counters["node_id_collisions"] <= 1
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_program_reaches_two_robots_and_runs(stack):
     robots = swarm.grid(1, 2, 40, image=swarm.image("hop_count"),
                         bootloader=swarm.image("bootloader"))

@@ -1,6 +1,6 @@
 """Packages as a release has them: built by tools/package, once for each system, kept in the build
 folder as long as no source changes. SWARMTALK_PACKAGES=all: also what needs a build of its own,
-some minutes each; tools/long does that.
+some minutes each.
 """
 import fcntl
 import hashlib
@@ -26,7 +26,7 @@ BUILD_TIMEOUT_S = 3000
 def only_with_all(what):
     """Skips what takes minutes of all processors for one question, unless somebody asked for it."""
     if os.environ.get("SWARMTALK_PACKAGES") != "all":
-        pytest.skip(f"{what}: a build of its own, set SWARMTALK_PACKAGES=all or run tools/long")
+        pytest.skip(f"{what}: a build of its own, set SWARMTALK_PACKAGES=all")
 
 
 def sources():

@@ -14,7 +14,7 @@ import pytest
 from booted import run, wait_for
 from conftest import packages_of
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 QEMU = {"arm64": "qemu-aarch64-static", "armhf": "qemu-arm-static"}
 MACHINE = {"arm64": "AArch64", "armhf": "ARM"}
 ARMHF_FLAGS = ("hard-float ABI",)

@@ -49,7 +49,7 @@ def make_bundle(folder, architecture=OWN_ARCHITECTURE):
     return packages, pathlib.Path(done.stdout.splitlines()[-1])
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_the_archive_installs_in_a_bare_system_without_a_network(tmp_path):
     booted.needs_booting()
     packages, archive = make_bundle(tmp_path)
@@ -81,7 +81,7 @@ interface = "lo"
 """
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_the_portable_programs_run_on_an_older_debian(tmp_path):
     booted.needs_booting()
     archive = make_bundle(tmp_path)[1]

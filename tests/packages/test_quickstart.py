@@ -42,7 +42,7 @@ def programs_of_this_build(tree):
     return {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
 
 
-@pytest.mark.long
+@pytest.mark.field
 @needs_root
 @pytest.mark.parametrize("is_built", [False, True], ids=["without_its_build", "with_its_build"])
 def test_quickstart_talks_and_so_do_the_programs_that_it_tells_of(tmp_path, is_built):

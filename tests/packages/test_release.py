@@ -11,7 +11,7 @@ from booted import ENVIRONMENT, UNIT, run, wait_for
 from conftest import (OWN_ARCHITECTURE, build, copy_of_tree, older, only_with_all,
                       packages_of)
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 PACKAGES = {"swarmtalkd", "swarmtalk-cli", "swarmtalk-lab", "swarmtalk-suite", "swarmtalk-view",
             "libswarmtalk-dev", "libswarmtalk-c0", "python3-swarmtalk",
             "swarmtalk-kilobot-firmware"}

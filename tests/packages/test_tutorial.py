@@ -12,7 +12,7 @@ import tutorial
 from booted import ENVIRONMENT, run
 from conftest import bare_root, packages_of
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 WITH_CPP = os.environ.get("SWARMTALK_PACKAGES") == "all"
 AT_MOST_S = 600  # for all of it, the installation with it
 NAMESPACE = "swtutorial"

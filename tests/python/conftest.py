@@ -23,7 +23,7 @@ ROOT = pathlib.Path(daemons.ROOT)
 BUILD = pathlib.Path(daemons.BUILD)
 NEWER = [f"python3.{minor}" for minor in range(9, 14)]
 # Where a machine has none, it is fetched from a Debian mirror.
-PYTHON_2 = pytest.param("python2.7", marks=pytest.mark.long)
+PYTHON_2 = pytest.param("python2.7", marks=pytest.mark.field)
 
 
 def runs(program):

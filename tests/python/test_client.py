@@ -53,6 +53,7 @@ class Recorder(swarmtalk.Client):
         return taken
 
 
+@pytest.mark.logic
 def test_its_frames_are_those_of_protobuf_byte_for_byte():
     golden = frames_of_cpp()
     client = Recorder()
@@ -93,6 +94,7 @@ def test_its_frames_are_those_of_protobuf_byte_for_byte():
     assert set(golden) - set(made) == {"deliver", "deliver_nothing"}
 
 
+@pytest.mark.logic
 def test_it_reads_a_delivery_as_protobuf_wrote_it():
     golden = frames_of_cpp()
 

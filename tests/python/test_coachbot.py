@@ -111,7 +111,7 @@ def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     assert text[-1] == "AttributeError: 'str' object has no attribute 'heard'"
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
     script = tmp_path / "old.py"
     script.write_text("def usr(robot):\n    print 'robot', robot.virtual_id\n")

@@ -39,6 +39,7 @@ SCRIPT = "def usr(robot):\n    print(robot.send_msg(b'x'), robot.get_pose())\n"
 LEFT_OUT = {"ttl": 0}
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("method", [swarmtalk.Client.advertise, swarmtalk.Client.subscribe],
                          ids=["advertise", "subscribe"])
 def test_the_options_and_defaults_of_the_manual_are_those_of_the_code(method):
@@ -62,6 +63,7 @@ def method_of(guarded):
     return inspect.getclosurevars(guarded).nonlocals["method"]
 
 
+@pytest.mark.logic
 def test_the_limits_and_switches_of_the_manual_are_those_of_the_code():
     text = " ".join((ROOT / "docs/python.md").read_text(encoding="utf-8").split())
     assert f"wait in the subscriber, at most {swarmtalk.MESSAGES_THAT_WAIT};" in text

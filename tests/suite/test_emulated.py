@@ -26,8 +26,8 @@ def events(path) -> list[dict]:
 
 @pytest.mark.parametrize("program, seconds", [
     ("hop_count", 12),
-    pytest.param("hop_count_two_seeds", 12, marks=pytest.mark.long),
-    pytest.param("firefly", 150, marks=pytest.mark.long)])
+    pytest.param("hop_count_two_seeds", 12, marks=pytest.mark.field),
+    pytest.param("firefly", 150, marks=pytest.mark.field)])
 def test_nine_emulated_robots_succeed_three_times(tmp_path, program, seconds):
     done = suite(tmp_path, "run", program, *EMULATED, "--runs", 3, "--seconds", seconds)
     assert done.returncode == 0, done.stderr

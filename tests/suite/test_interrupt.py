@@ -30,6 +30,7 @@ def interrupts(monkeypatch):
         signal.signal(each, handler)
 
 
+@pytest.mark.clock
 def test_interrupt_while_a_program_is_started_ends_it(interrupts, monkeypatch, tmp_path):
     """The program runs already, and the runner does not know its number yet."""
     listens, started = tmp_path / "listens", []

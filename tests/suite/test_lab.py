@@ -10,6 +10,8 @@ import pytest
 
 from test_runner import BUILD, ENVIRONMENT, SUITE, results, suite
 
+pytestmark = pytest.mark.clock
+
 for part in ("lab/swarmtalk-lab", "daemon/swarmtalkd", "suite/swarmtalk-suite-robot",
              "suite/swarmtalk-suite-bodies"):
     if "SWARMTALK_COLLECTING" not in os.environ and not (BUILD / part).exists():
@@ -43,13 +45,8 @@ def test_nine_robots_count_hops_on_a_radio_with_a_range_of_its_own(tmp_path):
     assert "real time" in suite(tmp_path, "replay", result["log"]).stderr
 
 
-# With SWARMTALK_RADIO_SECONDS (tools/test --long) all of them: a firefly runs for five minutes.
-ON_THE_RADIO = ["hop_count"] + ["hop_count_two_seeds", "firefly"] * (
-    "SWARMTALK_RADIO_SECONDS" in os.environ)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("program", ON_THE_RADIO)
+@pytest.mark.field
+@pytest.mark.parametrize("program", ["hop_count", "hop_count_two_seeds", "firefly"])
 def test_thirty_six_robots_do_on_the_radio_what_they_do_in_the_lab(tmp_path, program):
     """By the suite's own criteria, for as long as the suite runs it."""
     done = suite(tmp_path, "run", program, *RADIO, timeout=480)
@@ -128,6 +125,7 @@ def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
     assert all(r["interrupted"] for r in map(json.loads, output.splitlines()))
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("platform, line, says", [
     (LAB, "radio.loss = 0.1", "[radio] has no key 'loss'"),
     (LAB, "[[fault]]\nkind = 'death'", "no faults"),

@@ -130,6 +130,7 @@ def test_unknown_keys_of_the_radio_are_named(tmp_path):
     assert done.returncode == 1 and "no key 'rnage_mm'" in done.stderr
 
 
+@pytest.mark.clock
 def test_interrupt_ends_with_what_there_is(tmp_path):
     process = subprocess.Popen(
         [SUITE, "run", "hop_count", "--platform", "sim-coachbot", "--seconds", "50000"],
@@ -148,6 +149,7 @@ def test_interrupt_ends_with_what_there_is(tmp_path):
         "hop_count-sim-coachbot-36-1.jsonl"]
 
 
+@pytest.mark.clock
 def test_a_killed_runner_leaves_no_simulator_running(tmp_path):
     """It would fill the disk with the rest of its log."""
     process = subprocess.Popen([SUITE, "run", "hop_count", "--seconds", "500000"], cwd=tmp_path,
@@ -206,10 +208,10 @@ def libraries_of_the_simulator():
     return [BUILD / word for word in words if word.endswith((".a", ".so"))]
 
 
-@pytest.mark.parametrize("kind", OTHER_BUILDS if "SWARMTALK_ALL_COMPILERS" in os.environ
-                         else ["clang++"])
+@pytest.mark.parametrize("kind", [
+    "clang++", *(pytest.param(kind, marks=pytest.mark.field) for kind in list(OTHER_BUILDS)[1:])])
 def test_another_compiler_and_level_give_the_same_bytes(tmp_path, kind):
-    """g++ as built, against others: clang++ without optimisation, and in the long run all."""
+    """g++ as built, against others: clang++ without optimisation, and in the field all."""
     compiler, *options = OTHER_BUILDS[kind]
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")

@@ -78,6 +78,7 @@ def whole_and_broken(tmp_path, text: str, total: int, seed: int, patience_s: flo
     return [(tmp_path / name / "sweep-s/table.csv").read_bytes() for name in ("whole", "broken")]
 
 
+@pytest.mark.clock
 def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
     whole, broken = whole_and_broken(tmp_path, SMALL.format(runs=5), 5 * CELLS,
                                      seed=1)
@@ -86,13 +87,14 @@ def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
     assert not list(pathlib.Path(tempfile.gettempdir()).glob(f"{work.SCRATCH}{identity}-*"))
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_two_thousand_runs_killed_and_resumed_give_the_same_table(tmp_path):
     text = SMALL.format(runs=167).replace("seconds = 12", "seconds = 2")
     whole, broken = whole_and_broken(tmp_path, text, 167 * CELLS, seed=2, patience_s=1500)
     assert whole == broken and whole.count(b"\n") == 1 + 167 * CELLS
 
 
+@pytest.mark.clock
 def test_interrupt_keeps_what_is_finished_and_says_so(tmp_path):
     (tmp_path / "s.toml").write_text(SMALL.format(runs=500))
     process = subprocess.Popen([SUITE, "sweep", "s.toml"], cwd=tmp_path, env=ENVIRONMENT,
@@ -255,6 +257,7 @@ def make_scenario(folder, scenario: dict) -> pathlib.Path:
     return path
 
 
+@pytest.mark.clock
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
     (tmp_path / "s.toml").write_text(SMALL.format(runs=3))
     process = subprocess.Popen([SUITE, "sweep", "s.toml", "--jobs", "2"], cwd=tmp_path,

@@ -53,7 +53,7 @@ def table_without_slurm(folder) -> bytes:
     return (folder / "here/sweep-s/table.csv").read_bytes()
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_job_that_is_killed_is_run_again_and_the_table_is_the_same(node, tmp_path):
     seed = random.randrange(10**6)
     print(f"seed {seed}")
@@ -75,7 +75,7 @@ def test_a_job_that_is_killed_is_run_again_and_the_table_is_the_same(node, tmp_p
     assert (tmp_path / "sweep-s/table.csv").read_bytes() == wanted
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_a_node_that_disappears_loses_nothing_that_was_finished(node, tmp_path):
     wanted = table_without_slurm(tmp_path)
     (tmp_path / "s.toml").write_text(SMALL.format(runs=RUNS))
@@ -94,7 +94,7 @@ def test_a_node_that_disappears_loses_nothing_that_was_finished(node, tmp_path):
     assert (tmp_path / "sweep-s/table.csv").read_bytes() == wanted
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_jobs_that_can_never_succeed_are_given_up_with_their_last_words(node, tmp_path):
     (tmp_path / "s.toml").write_text(FOUR + "runs = 2\n")
     assert suite(tmp_path, "sweep", "s.toml").returncode == 0

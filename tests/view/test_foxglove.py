@@ -153,7 +153,7 @@ def node(packages, script, *arguments):
     return run("node", HERE / script, *arguments, env={**os.environ, "NODE_PATH": str(packages)})
 
 
-@pytest.mark.long
+@pytest.mark.field
 @pytest.mark.parametrize("subprotocol", SUBPROTOCOLS)
 def test_the_official_client_decodes_every_channel(lab_and_view, packages, subprotocol):
     lab, view = lab_and_view
@@ -166,7 +166,7 @@ def test_the_official_client_decodes_every_channel(lab_and_view, packages, subpr
     assert [robot["id"] for robot in received["/robots"]["robots"]][0] == 1
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_our_schemas_are_those_of_foxglove(packages):
     done = node(packages, "foxglove_schemas.js", ROOT / "view/scene/foxglove.proto")
     assert done.returncode == 0, done.stderr

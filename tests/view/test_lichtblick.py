@@ -33,7 +33,7 @@ KNOWS = """(() => {{ const button = document.querySelector("[data-testid=play-bu
   if (!knows && button?.title == "Play") button.click();
   return knows; }})()"""
 pytestmark = [
-    pytest.mark.long,
+    pytest.mark.field,
     pytest.mark.skipif(not FOLDER, reason="SWARMTALK_LICHTBLICK names no folder with Lichtblick"),
     pytest.mark.skipif(browser.find() is None, reason="no chromium: run tools/setup test")]
 

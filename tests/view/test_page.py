@@ -217,7 +217,7 @@ def test_a_foreign_page_in_the_same_browser_reads_nothing(make_lab, make_view):
         assert read == "an error"
 
 
-@pytest.mark.long
+@pytest.mark.field
 def test_thirty_six_robots_are_there_and_one_that_is_off_is_grey(make_lab, make_view, tmp_path):
     lab = make_lab(36, *config(tmp_path))
     talking = [lab.start_cli(number, "pub", "state", "x" * 20, "--repeat", "0", "--rate", "10")

@@ -22,7 +22,7 @@ def has_radio():
 
 
 pytestmark = [
-    pytest.mark.long,
+    pytest.mark.field,
     pytest.mark.skipif(browser.find() is None, reason="no chromium: run tools/setup test")]
 
 

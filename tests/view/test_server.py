@@ -138,6 +138,7 @@ def test_a_port_in_use_is_told_in_one_line(make_lab, make_view):
     one_line(done.stderr, str(view.port), "--port")
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("options, code, word", [
     (["--socket", "/nonexistent/daemon.sock"], 3, "/nonexistent/daemon.sock"),
     (["--listen", "nowhere"], 2, "--listen"),

@@ -8,7 +8,7 @@ import time
 import guest
 import pytest
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 COUNTRY = "DE"
 LINK = "air_rate_mbps = 6\n"  # the kernel does not tell a multicast rate that was set
 

@@ -9,7 +9,7 @@ import time
 import guest
 import pytest
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 UP_S = 240
 
 

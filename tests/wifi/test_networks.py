@@ -13,7 +13,7 @@ sys.path.append(str(guest.ROOT / "benchmarks"))
 
 import wifi_modes  # noqa: E402
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 PAIR = ["r1", "r2"]
 FEW, MESSAGES, MANY = 40, 50, 120
 SHARE = 0.3

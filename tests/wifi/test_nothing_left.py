@@ -9,7 +9,7 @@ import time
 import guest
 import pytest
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.field
 HERE = pathlib.Path(__file__).resolve().parent
 BOOTS = """
 import pathlib, sys, tempfile, time

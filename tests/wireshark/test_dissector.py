@@ -99,6 +99,7 @@ def capture(tmp_path_factory):
     return sealed, key
 
 
+@pytest.mark.clock
 def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(capture, tmp_path):
     sealed, key = capture
     for frame in dissected(sealed):
@@ -118,6 +119,7 @@ def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(capture, tmp_pat
         assert bytes.fromhex(frame["payload"].replace(":", "")) == b"good morning"
 
 
+@pytest.mark.clock
 def test_mistakes_with_keys_and_files_get_one_line(capture, tmp_path):
     sealed, key = capture
     other = tmp_path / "other.key"
@@ -145,6 +147,7 @@ def test_mistakes_with_keys_and_files_get_one_line(capture, tmp_path):
     assert done.stderr == "swarmtalk-cli: cannot make /nowhere/c: No such file or directory\n"
 
 
+@pytest.mark.clock
 def test_a_copy_may_take_the_place_of_what_it_is_made_of(capture, tmp_path):
     sealed, key = capture
     file, plain = tmp_path / "c.pcap", tmp_path / "plain.pcap"
@@ -165,6 +168,7 @@ def test_a_copy_may_take_the_place_of_what_it_is_made_of(capture, tmp_path):
     assert sorted(tmp_path.iterdir()) == [file, plain]
 
 
+@pytest.mark.clock
 def test_a_copy_ends_after_as_many_frames_as_asked_for(capture, tmp_path):
     sealed, _ = capture
     copy = tmp_path / "c.pcap"
