@@ -2,7 +2,9 @@
 """tools/field_results.py PRESET: writes what ctest has just run in the folder of a preset into
 docs/field-results.md: for each file of tests its last run. Called by tools/test --field.
 """
+import collections
 import datetime
+import json
 import pathlib
 import re
 import subprocess
@@ -50,7 +52,7 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")
 
 
-def row(name: str, results: list[Result], when: str, commit: str) -> str:
+def row(name: str, results: list[Result], there_are: int, when: str, commit: str) -> str:
     """One line of the table."""
     def named(came):
         each = [result.name[len(name) + 1:] or name for result in results if result.came == came]
@@ -58,11 +60,13 @@ def row(name: str, results: list[Result], when: str, commit: str) -> str:
     skipped = [result for result in results if result.came == "skipped"]
     reasons = ": " + "; ".join(sorted({cell(result.why) for result in skipped})) if skipped else ""
     passed = sum(result.came == "passed" for result in results)
-    return (f"| `{cell(name)}` | {when} | {commit} | {passed} | {named('failed')} "
+    part = f" ({len(results)} of {there_are} ran)" if len(results) < there_are else ""
+    return (f"| `{cell(name)}` | {when} | {commit} | {passed}{part} | {named('failed')} "
             f"| {len(skipped)}{reasons} |\n")
 
 
-def merged(page: str, results: list[Result], preset: str, when: str, commit: str) -> str:
+def merged(page: str, results: list[Result], there_are: collections.Counter, preset: str, when: str,
+           commit: str) -> str:
     """The page with these results in the place of older ones of the same files."""
     before, table = page.split(HEAD)
     rows = {line.split("|")[1].strip(" `"): line for line in table.splitlines(keepends=True)}
@@ -71,8 +75,16 @@ def merged(page: str, results: list[Result], preset: str, when: str, commit: str
         by_file.setdefault(group(result.name), []).append(result)
     for name, each in by_file.items():
         key = name if preset in ("test", "fuzz") else f"{name}, {preset}"
-        rows[key] = row(name, each, when, commit).replace(f"`{cell(name)}`", f"`{cell(key)}`", 1)
+        rows[key] = row(name, each, there_are[name], when, commit).replace(
+            f"`{cell(name)}`", f"`{cell(key)}`", 1)
     return before + HEAD + "".join(line for _, line in sorted(rows.items()))
+
+
+def in_the_field(folder: pathlib.Path) -> collections.Counter:
+    """How many tests of kind field each file has."""
+    done = subprocess.run(["ctest", "--test-dir", folder, "-L", "^field$", "--show-only=json-v1"],
+                          capture_output=True, text=True, check=True)
+    return collections.Counter(group(test["name"]) for test in json.loads(done.stdout)["tests"])
 
 
 def commit_now() -> str:
@@ -86,8 +98,9 @@ def commit_now() -> str:
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    results = read(ROOT / f"build-{sys.argv[1]}/Testing/results.xml")
-    PAGE.write_text(merged(PAGE.read_text(), results, sys.argv[1],
+    folder = ROOT / f"build-{sys.argv[1]}"
+    PAGE.write_text(merged(PAGE.read_text(), read(folder / "Testing/results.xml"),
+                           in_the_field(folder), sys.argv[1],
                            datetime.date.today().isoformat(), commit_now()))
 
 

@@ -171,5 +171,7 @@ def test_what_came_of_field_tests_is_written_down(project):
     before = page.read_text()
     status, ran, _, counts = made.run("--field", "^wifi")
     assert status == 0 and counts == (1, 0, 0) and page.read_text() == before
+    made.run("--field", "is_made")
+    assert "| 1 (1 of 2 ran) | 0 | 0 |" in page.read_text()
     status, ran, lines, counts = made.run("--field", "nothing")
     assert status == 1 and counts == (0, 1, 0)
