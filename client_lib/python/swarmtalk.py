@@ -100,7 +100,7 @@ class Refused(object):
     look, its owner is told on stderr, at most once a second.
     """
 
-    __slots__ = ("_code", "_text", "_tell")
+    __slots__ = ("_code", "_text", "_tell", "__weakref__")
 
     def __init__(self, code, text, tell=None):
         self._code, self._text, self._tell = code, text, tell
@@ -126,10 +126,14 @@ class Refused(object):
     def __repr__(self):
         return "Refused(%r, %r)" % (self.code, self.text)
 
-    def __del__(self):
+    def _give_up(self):
+        """Nobody will look at it any more."""
         tell = getattr(self, "_tell", None)  # Ctrl-C may have come before there was one
         if tell:
+            self._tell = None
             tell(self._text)
+
+    __del__ = _give_up
 
 
 _NOT_CONNECTED = "not connected to swarmtalkd; reconnecting"
@@ -692,7 +696,7 @@ class Publisher(_Handle):
     __slots__ = ("_redundancy", "_ttl", "_queue", "_drop_oldest", "_repeat", "_interval_ms",
                  "_sent", "_sent_every", "_publish_number", "_in_flight", "_futures", "_max_ttl",
                  "_tells_time", "_head", "_told_busy_at", "_untold_busy", "_unreported_refused",
-                 "_refused_reported_at", "max_message_bytes", "has_redundancy")
+                 "_refused_reported_at", "_kept", "max_message_bytes", "has_redundancy")
     ttl, queue, drop_oldest, repeat, redundancy = [
         _Chosen(name, "advertise") for name in ("ttl", "queue", "drop_oldest", "repeat",
                                                 "redundancy")]
@@ -724,6 +728,7 @@ class Publisher(_Handle):
         self._untold_busy = 0
         self._unreported_refused = 0       # messages that the daemon does not know of
         self._refused_reported_at = -1e9   # by send() itself
+        self._kept = weakref.WeakSet()     # what send() has returned to a program that keeps it
         self.max_message_bytes = 0  # the longest that send() takes
         self.has_redundancy = False  # messages get the repair packets that were asked for
 
@@ -1744,7 +1749,12 @@ class _Session(object):
         for text in sorted(set(failures), key=failures.index):
             times = failures.count(text)
             _print_error(text if times == 1 else "%s (%d times)" % (text, times))
-        busy = sum(each._untold_busy for each in self._handles if isinstance(each, Publisher))
+        publishers = [each for each in self._handles if isinstance(each, Publisher)]
+        with self._gate:
+            kept = [refused for each in publishers for refused in each._kept]
+        for refused in kept:
+            refused._give_up()
+        busy = sum(each._untold_busy for each in publishers)
         if busy:
             _print_error("since then %d more of this program's messages %s not sent" % (
                 busy, "was" if busy == 1 else "were"))
@@ -1875,7 +1885,9 @@ class _Session(object):
             full = publisher._no_room()
             if full is not None:
                 self._note_refused(publisher, inside)
-                return Refused("busy", full, publisher._tell_busy)
+                refused = Refused("busy", full, publisher._tell_busy)
+                publisher._kept.add(refused)
+                return refused
             number = publisher._publish_number + 1
             body = publisher._head + b"\x10" + _varint(number)
             if payload:

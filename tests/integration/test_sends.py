@@ -109,6 +109,29 @@ def test_more_than_can_wait_are_told_and_counted(udp_lab):
     assert "messages are not confirmed yet: call run() or process() between sends" in lines[0]
 
 
+KEPT = """import swarmtalk
+publisher = swarmtalk.Client("keeping").advertise("two")
+kept = []
+for number in range(200):
+    answer = publisher.send("x" * 1000)
+    {keep}
+print(publisher._publish_number)
+"""
+
+
+@pytest.mark.parametrize("keep", ["pass", "kept.append(answer)"], ids=["the_last", "all"])
+def test_answers_that_python_keeps_to_its_end_are_counted_as_well(udp_lab, tmp_path, keep):
+    (tmp_path / "base.toml").write_text("[links.wifi]\nrate_hz = 5\n")
+    done = udp_lab(1, "--config", tmp_path / "base.toml").execute(
+        1, "/usr/bin/python3", "-c", KEPT.format(keep=keep),
+        env={**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")})
+    lines = done.stderr.splitlines()
+    assert len(lines) >= 2, done.stderr  # at once, and how many more at the end
+    told = [re.search(r"(?:channel two:|since then) (a|[0-9]+) ", line)[1] for line in lines]
+    refused = 200 - int(done.stdout)
+    assert sum(1 if each == "a" else int(each) for each in told) == refused, done.stderr
+
+
 def test_who_wants_no_queue_expects_to_be_refused(udp_lab):
     done = udp_lab(1).execute(1, program("two_sends"), "1000", "no-queue")
     assert int(done.stdout.split()[0]) > 100
