@@ -1,6 +1,6 @@
 -- Wireshark's dissector of SwarmTalk: air frames on EtherType 0x88B5 and UDP port 21332, and the
 -- packets in them (docs/wire-format.md). Of sealed frames it shows the header;
--- `swarmtalk-cli capture --unseal KEY` writes captures that can be read.
+-- `swarmtalk-cli capture PLAIN --from FILE --unseal KEY` writes captures that can be read.
 
 local air = Proto("swarmtalk", "SwarmTalk")
 
@@ -62,7 +62,8 @@ local e = {
     expert.group.MALFORMED, expert.severity.ERROR),
   checksum = ProtoExpert.new("swarmtalk.bad_checksum", "The checksum does not fit",
     expert.group.CHECKSUM, expert.severity.ERROR),
-  sealed = ProtoExpert.new("swarmtalk.sealed", "Sealed: swarmtalk-cli capture --unseal KEY reads it",
+  sealed = ProtoExpert.new("swarmtalk.sealed",
+    "Sealed; to read it: swarmtalk-cli capture PLAIN --from FILE --unseal KEY",
     expert.group.SECURITY, expert.severity.CHAT),
 }
 local experts = {}

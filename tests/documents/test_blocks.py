@@ -1,10 +1,11 @@
 """Configurations in the documents are accepted, commands have the options that programs have."""
 import json
+import re
 import shlex
 import subprocess
 
 import pytest
-from blocks import PROGRAMS, blocks, documents
+from blocks import PROGRAMS, ROOT, blocks, documents
 
 LINK = '[links.wifi]\ntype = "raw_l2"\ninterface = "wlan0"\n'
 KILOBOTS = '[links.kilobots]\ntype = "udp"\nprofile = "kilobot"\n'
@@ -31,6 +32,21 @@ def test_a_configuration_in_a_document_is_accepted(document, number, tmp_path):
     file.write_text(text.replace("/etc/swarmtalk/swarm.key", str(key)))
     done = run(PROGRAMS["swarmtalkd"], "--check", "--config", file)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("document", ["docs/operating.md", "docs/operations.md"])
+def test_the_daemon_takes_a_key_that_is_installed_as_the_document_says(document, tmp_path):
+    text = (ROOT / document).read_text(encoding="utf-8")
+    command = re.search(r"install -o swarmtalk (-m \d+ swarm.key) /etc/swarmtalk/swarm.key", text)
+    assert command, "not shown"
+    assert run(PROGRAMS["swarmtalk-cli"], "keygen", tmp_path / "swarm.key").returncode == 0
+    key = tmp_path / "installed.key"
+    assert run("install", *command.group(1).split(), key, cwd=tmp_path).returncode == 0
+    file = tmp_path / "swarmtalkd.toml"
+    file.write_text(LINK + f'key_file = "{key}"\n')
+    done = run(PROGRAMS["swarmtalkd"], "--check", "--config", file)
+    assert done.returncode == 0, done.stderr
+    assert not re.search(r"mode 06[1-7]\d|mode 06\d[1-7]", text)
 
 
 def described(name, cache={}):

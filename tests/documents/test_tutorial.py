@@ -13,7 +13,7 @@ import tutorial  # noqa: E402
 
 # What a program of the system would do where the library is installed.
 PKG_CONFIG = f"""#!/bin/sh
-[ "$*" = "--cflags --libs --static swarmtalk" ] || exit 1
+[ "$*" = "--cflags --libs swarmtalk" ] || exit 1
 echo -I{ROOT}/client_lib/include {BUILD}/client_lib/libswarmtalk.a -lprotobuf -pthread
 """
 

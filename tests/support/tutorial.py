@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import subprocess
+import tempfile
 import time
 
 TUTORIAL = pathlib.Path(__file__).resolve().parents[2] / "docs/tutorial.md"
@@ -59,14 +60,18 @@ class Terminal:
     """`shell` runs a block, such as ["bash", "-c"]."""
 
     def __init__(self, shell, block, **options):
-        self.process = subprocess.Popen([*shell, block], text=True, stdin=subprocess.DEVNULL,
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        self.shown = tempfile.TemporaryFile()
+        self.process = subprocess.Popen([*shell, block], stdin=subprocess.DEVNULL,
+                                        stdout=self.shown, stderr=subprocess.STDOUT,
                                         start_new_session=True, **options)
 
     def end(self):
-        """Ctrl-C."""
+        """Ctrl-C, by somebody who has seen what came."""
+        wait_until(lambda: os.fstat(self.shown.fileno()).st_size > 0)
         os.killpg(self.process.pid, 2)
-        return self.process.communicate(timeout=LONGEST_S)[0]
+        self.process.wait(timeout=LONGEST_S)
+        self.shown.seek(0)
+        return self.shown.read().decode()
 
 
 def wait_until(condition):
@@ -76,9 +81,10 @@ def wait_until(condition):
         time.sleep(0.05)
 
 
-def has_subscriber(status):
-    """Whether somebody listens on channel hello, by what `swarmtalk-cli status` printed."""
-    return re.search(r"^hello +\d+ +\d+ +1\b", status, re.M)
+def has_subscriber(status, block):
+    """Whether somebody listens as the block says, by what `swarmtalk-cli status` printed."""
+    channel = re.search(r"swarmtalk-cli sub (\w+)", block)[1]
+    return re.search(rf"^{channel} +\d+ +\d+ +1\b", status, re.M)
 
 
 def type_all(wanted, shell, status, **options):
@@ -91,7 +97,7 @@ def type_all(wanted, shell, status, **options):
                 continue
             if is_endless:
                 listening = Terminal(shell, block, **options)
-                wait_until(lambda: has_subscriber(status()))
+                wait_until(lambda block=block: has_subscriber(status(), block))
                 continue
             done = subprocess.run([*shell, block], timeout=2 * LONGEST_S, stdin=subprocess.DEVNULL,
                                   capture_output=True, text=True, **options)
@@ -101,8 +107,9 @@ def type_all(wanted, shell, status, **options):
                 printed.append(listening.end())
                 listening = None
     finally:
-        if listening:
-            listening.end()
+        if listening and listening.process.poll() is None:
+            os.killpg(listening.process.pid, 2)
+            listening.process.wait(timeout=LONGEST_S)
     return "\n".join(printed)
 
 
@@ -112,4 +119,5 @@ def check(text, programs):
     assert "robot 1 | robot 2 says hello 3 from 0.5 m" in text, text
     hellos = re.findall(r"robot 3 \| robot 1 says hello 3 from 0.5 m", text)
     assert len(hellos) == programs, text
+    assert re.search(r'robot 3  "fire"  via robot 1  distance 10.00 m .* hops 1$', text, re.M), text
     assert re.search(r'robot 1  "I am walking"  distance 2.\d\d m', text), text
