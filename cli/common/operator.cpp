@@ -1,4 +1,4 @@
-// What an operator asks of the running daemon: one request, one answer.
+// One request to the running daemon, one answer.
 #include <poll.h>
 
 #include <algorithm>
@@ -75,60 +75,6 @@ Status OperatorConnection::next(ipc::Envelope& envelope, std::chrono::millisecon
 
 Status OperatorConnection::lost() {
   return Status(StatusCode::kDisconnected, "swarmtalkd closed the connection");
-}
-
-int reload(const Common& common) {
-  OperatorConnection daemon;
-  if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
-  ipc::Envelope question;
-  ipc::Envelope answer;
-  question.mutable_reload();
-  if (const Status status = daemon.request(question, answer); !status) return fail(status);
-  std::string text;
-  for (const std::string& key : answer.reloaded().applied()) text += "applied: " + key + "\n";
-  for (const std::string& key : answer.reloaded().needs_restart()) {
-    text += "needs a restart: " + key + "\n";
-  }
-  return print(text.empty() ? "nothing has changed\n" : text);
-}
-
-int log_level(const Common& common, const LogLevelArguments& arguments) {
-  OperatorConnection daemon;
-  if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
-  ipc::Envelope question;
-  ipc::Envelope answer;
-  ipc::SetLogLevel& request = *question.mutable_set_log_level();
-  if (!arguments.level.empty()) request.set_level(arguments.level);
-  if (!arguments.subsystem.empty()) request.set_subsystem(arguments.subsystem);
-  if (const Status status = daemon.request(question, answer); !status) return fail(status);
-  std::string text;
-  for (const ipc::LogLevel& level : answer.log_levels().levels()) {
-    text += level.subsystem() + " " + level.level() + "\n";
-  }
-  return print(text);
-}
-
-int node_id(const Common& common, const std::string& id) {
-  OperatorConnection daemon;
-  if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
-  ipc::Envelope question;
-  ipc::Envelope answer;
-  question.mutable_set_node_id();
-  if (id != "auto") {
-    question.mutable_set_node_id()->set_node_id(static_cast<std::uint32_t>(std::stoul(id)));
-  }
-  const Status status = daemon.request(question, answer);
-  return status ? kExitOk : fail(status);
-}
-
-int metrics(const Common& common) {
-  OperatorConnection daemon;
-  if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
-  ipc::Envelope question;
-  ipc::Envelope answer;
-  question.mutable_get_metrics();
-  if (const Status status = daemon.request(question, answer); !status) return fail(status);
-  return print(answer.metrics().text());
 }
 
 }  // namespace swarmtalk::cli

@@ -1,4 +1,5 @@
-"""`swarmtalk-cli doctor` on real wires: each test breaks one thing, and doctor names that alone."""
+"""`swarmtalk-cli doctor` on real wires: each test breaks one thing, and doctor names that alone.
+What is named from which facts is held by tests/unit/cli/doctor."""
 import csv
 import json
 import os
@@ -13,7 +14,7 @@ import pytest
 from conftest import ROOT, needs_root, one_line, program, run, wait_for
 from wires import Wires
 
-pytestmark = needs_root
+pytestmark = [needs_root, pytest.mark.field]
 
 LINK = '[links.air]\ntype = "raw_l2"\ninterface = "a0"\n'
 HEALTHY = LINK + "beacon_ms = 100\n"
@@ -70,6 +71,7 @@ def only(robot, name, *words):
     return found[name]
 
 
+@pytest.mark.clock
 def test_a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair):
     robot, other = pair
     for words in ((), ("--peer", 2), ("--peer", 2, "--address", "10.231.78.2")):
@@ -97,6 +99,7 @@ def test_a_robot_alone_is_healthy(robot):
                             if each["id"] == "nobody-heard"] == ["nobody-heard"]
 
 
+@pytest.mark.clock
 def test_an_interface_that_is_switched_off_is_named_and_switched_on(pair):
     robot, _ = pair
     robot.execute("ip", "link", "set", "a0", "down")
@@ -242,6 +245,7 @@ def port(wires, number, *words):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.clock
 def test_a_link_that_works_one_way_only_is_named(wires, pair):
     robot, other = pair
     port(wires, 2, "bcast_flood", "off", "mcast_flood", "off")
@@ -373,15 +377,21 @@ def test_mistakes_are_one_line(robot, tmp_path):
     (tmp_path / "bad").write_text("{}")
     for words, code, pattern in (
             (("--peer", 1), 2, "robot 1 is this one"),
-            (("--peer", 0), 2, "--peer"),
-            (("--address", "10.0.0.1"), 2, "--peer"),
-            (("--country", "Germany"), 2, "two letters"),
-            (("--mode", "wired"), 2, "--mode"),
             (("--peer", 2, "--peer-report", tmp_path / "none"), 1, "cannot read"),
             (("--peer", 2, "--peer-report", tmp_path / "bad"), 1, "is not what")):
         done = robot.cli("doctor", "--period", "0.1", *words)
         assert done.returncode == code, (words, done.stderr)
         one_line(done.stderr, pattern)
+
+
+@pytest.mark.logic
+@pytest.mark.parametrize("words, pattern", [
+    (("--peer", 0), "--peer"), (("--address", "10.0.0.1"), "--peer"),
+    (("--country", "Germany"), "two letters"), (("--mode", "wired"), "--mode")])
+def test_command_lines_that_cannot_be_meant_are_one_line(words, pattern):
+    done = run(program("swarmtalk-cli"), "doctor", *words)
+    assert done.returncode == 2
+    one_line(done.stderr, pattern)
 
 
 @pytest.mark.logic
@@ -406,6 +416,7 @@ def rows_of(text):
     return rows
 
 
+@pytest.mark.clock
 def test_a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires):
     def config(number, x):
         return f"[node]\nid = {number}\npose = [{x}, 0.0, 0.0]\n" + HEALTHY

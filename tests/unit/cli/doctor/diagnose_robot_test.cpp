@@ -1,0 +1,290 @@
+// Findings of a robot whose interface is no radio: the daemon, its configuration and links, the
+// interface; and what is read from a daemon's answers.
+#include <gtest/gtest.h>
+
+#include "cli/doctor/diagnose.hpp"
+#include "cli/doctor/fix.hpp"
+#include "cli/doctor/look.hpp"
+#include "cli/doctor/peer.hpp"
+
+namespace swarmtalk::cli {
+
+int caught_signal() {
+  return 0;
+}
+
+namespace doctor {
+namespace {
+
+/// A robot on a cable, without a fault, that hears robot 2.
+class CabledRobot : public testing::Test {
+ protected:
+  using State = DaemonFacts::State;
+
+  CabledRobot() {
+    facts_.cli_version = daemon_.version = "1.2.3";
+    daemon_.node_id = 1;
+    daemon_.is_id_fixed = daemon_.is_config_compared = true;
+    daemon_.config_file = "robot.toml";
+    LinkFacts link;
+    link.name = "air";
+    link.type = "raw_l2";
+    link.interface = "a0";
+    link.is_up = true;
+    link.packet_bytes = link.packet_limit_bytes = 1400;
+    daemon_.links.push_back(link);
+    daemon_.neighbours.push_back({"air", 2, "02:00:00:00:02:00", 10, 5, false, {}});
+    InterfaceFacts interface;
+    interface.name = "a0";
+    interface.index = 3;
+    interface.is_switched_on = interface.has_carrier = true;
+    interface.mtu_bytes = 1500;
+    facts_.interfaces.push_back(interface);
+    facts_.clock = ClockFacts{true};
+  }
+
+  Report report() {
+    Report made;
+    diagnose(facts_, expected_, made);
+    return made;
+  }
+  /// The finding there is; with another id, or none, what there are.
+  Finding only(const std::string& id) {
+    const Report made = report();
+    std::string all;
+    for (const Finding& each : made.findings) all += each.id + " ";
+    EXPECT_EQ(all, id + " ");
+    return made.findings.empty() ? Finding{} : made.findings[0];
+  }
+  bool is_repaired(const std::function<std::string()>& reload = {}) {
+    Report made = report();
+    add_fixes(facts_, expected_, reload, nullptr, made);
+    return made.findings.at(0).fix && made.findings[0].fix().empty();
+  }
+
+  Facts facts_;
+  DaemonFacts& daemon_ = facts_.daemon;
+  Expected expected_;
+};
+
+TEST_F(CabledRobot, IsHealthyAndSaysWhatWasLookedAt) {
+  const Report made = report();
+  EXPECT_TRUE(made.findings.empty());
+  EXPECT_TRUE(made.not_looked_at.empty());
+  EXPECT_EQ(made.looked_at, (std::vector<std::string>{"daemon", "configuration", "interface a0",
+                                                      "link air", "clock"}));
+}
+
+TEST_F(CabledRobot, IsHealthyAlone) {
+  daemon_.neighbours.clear();
+  EXPECT_EQ(only("nobody-heard").severity, Severity::kNote);
+  EXPECT_FALSE(report().has_findings());
+}
+
+TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffOrUnplugged) {
+  daemon_.links[0].is_up = false;
+  facts_.interfaces[0].has_carrier = false;
+  EXPECT_EQ(only("no-carrier").subject, "a0");
+  facts_.interfaces[0].is_switched_on = false;
+  const Finding off = only("interface-down");
+  EXPECT_NE(off.remedy.find("ip link set a0 up"), std::string::npos);
+  EXPECT_FALSE(off.fix);
+  facts_.interfaces[0].index = 0;
+  EXPECT_EQ(only("interface-missing").subject, "a0");
+}
+
+TEST_F(CabledRobot, HasASmallMtu) {
+  facts_.interfaces[0].mtu_bytes = 600;
+  daemon_.links[0].packet_limit_bytes = 500;
+  const Finding small = only("mtu-small");
+  EXPECT_NE(small.what.find("600 bytes"), std::string::npos);
+  EXPECT_NE(small.what.find("500 of 1400"), std::string::npos);
+}
+
+TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
+  daemon_.trouble = "what connecting said";
+  daemon_.is_config_compared = false;
+  for (const auto& [state, id] :
+       std::map<State, std::string>{{State::kAbsent, "daemon-absent"},
+                                    {State::kDead, "daemon-dead"},
+                                    {State::kOther, "daemon-silent"},
+                                    {State::kNoPermission, "socket-permission"}}) {
+    daemon_.state = state;
+    daemon_.links.clear();
+    facts_.interfaces.clear();
+    const Finding found = only(id);
+    EXPECT_EQ(found.what, "what connecting said");
+    EXPECT_EQ(found.severity, Severity::kError);
+  }
+}
+
+TEST_F(CabledRobot, HasAWrongConfigurationWhetherTheDaemonRunsOrNot) {
+  daemon_.config_error = "robot.toml:7: unknown key 'links.air.beacon'";
+  EXPECT_EQ(only("configuration-wrong").what, *daemon_.config_error);
+  daemon_.state = State::kAbsent;
+  daemon_.links.clear();
+  const Report made = report();
+  ASSERT_EQ(made.findings.size(), 2u);
+  EXPECT_EQ(made.findings[0].id, "daemon-absent");
+  EXPECT_EQ(made.findings[1].id, "configuration-wrong");
+}
+
+TEST_F(CabledRobot, HasAConfigurationThatIsNotInForce) {
+  daemon_.config_reload = {"links.air.beacon_ms", "node.pose"};
+  EXPECT_NE(only("configuration-changed").what.find("links.air.beacon_ms, node.pose"),
+            std::string::npos);
+  EXPECT_TRUE(is_repaired([] { return std::string(); }));
+  EXPECT_FALSE(is_repaired([] { return std::string("refused"); }));
+  daemon_.config_reload.clear();
+  daemon_.config_restart = {"links.air.ethertype"};
+  EXPECT_NE(only("configuration-needs-restart").what.find("ethertype"), std::string::npos);
+}
+
+TEST_F(CabledRobot, HasADaemonOfAnotherVersion) {
+  daemon_.version = "9.2.3";
+  const Finding found = only("version-differs");
+  EXPECT_NE(found.what.find("9.2.3"), std::string::npos);
+  EXPECT_NE(found.what.find("1.2.3"), std::string::npos);
+}
+
+TEST_F(CabledRobot, HasAReceiveBufferThatTheKernelCuts) {
+  daemon_.links[0].asked_buffer_bytes = 67108864;
+  daemon_.links[0].given_buffer_bytes = 67108864;
+  EXPECT_TRUE(report().findings.empty());
+  daemon_.links[0].given_buffer_bytes = 212992;
+  const Finding found = only("receive-buffer");
+  EXPECT_NE(found.what.find("212992"), std::string::npos);
+  EXPECT_NE(found.remedy.find("rmem_max=67108864"), std::string::npos);
+}
+
+TEST_F(CabledRobot, SharesItsIdWithAnother) {
+  daemon_.id_collisions = 1;
+  EXPECT_EQ(only("node-id-collision").subject, "robot 1");
+  daemon_.is_id_fixed = false;  // it draws another one
+  EXPECT_TRUE(report().findings.empty());
+}
+
+TEST_F(CabledRobot, HearsTwoRobotsOfOneIdAndNamesBothOnce) {
+  daemon_.neighbours.push_back({"air", 7, "02:00:00:00:07:01", 10, 5, true, {}});
+  daemon_.neighbours.push_back({"air", 7, "02:00:00:00:07:02", 10, 5, true, {}});
+  const Finding found = only("node-id-collision");
+  EXPECT_EQ(found.subject, "robot 7");
+  EXPECT_NE(found.what.find("02:00:00:00:07:01 and 02:00:00:00:07:02"), std::string::npos);
+}
+
+TEST_F(CabledRobot, HasADaemonWithoutALink) {
+  daemon_.links.clear();
+  facts_.interfaces.clear();
+  EXPECT_EQ(only("link-down").subject, "swarmtalkd");
+}
+
+TEST_F(CabledRobot, HearsNothingOfAPeerForOneOfSeveralReasons) {
+  PeerFacts peer;
+  peer.robot = 2;
+  peer.asked = 75;
+  peer.is_captured = true;
+  peer.link = "air";
+  const auto found = [&] {
+    Report made;
+    diagnose_peer(peer, facts_, made);
+    return made.findings.at(0).id;
+  };
+  EXPECT_EQ(found(), "peer-silent");
+  peer.is_reached = true;
+  EXPECT_EQ(found(), "ethertype-filtered");
+  daemon_.links[0].type = "udp";
+  EXPECT_EQ(found(), "multicast-filtered");
+  peer.is_reached = false;
+  EXPECT_EQ(found(), "client-isolation");
+}
+
+void count(ipc::LinkStatus& link, const std::string& name, std::uint64_t value) {
+  ipc::Counter& counter = *link.add_counters();
+  counter.set_name(name);
+  counter.set_value(value);
+}
+
+TEST(DaemonAnswers, AreReadAsFactsAndCountersAsTheirRise) {
+  ipc::Status first;
+  first.set_version("1.2.3");
+  first.set_node_id(5);
+  first.set_node_id_fixed(true);
+  first.set_config_file("robot.toml");
+  ipc::LinkStatus& link = *first.add_links();
+  link.set_name("air");
+  link.set_type("raw_l2");
+  link.set_interface("a0");
+  link.set_up(true);
+  link.set_mtu_bytes(1400);
+  link.set_packet_limit_bytes(500);
+  link.set_ethertype(0x88b5);
+  link.set_asked_buffer_bytes(100);
+  link.set_given_buffer_bytes(50);
+  ipc::Status second = first;
+  count(*first.mutable_links(0), "kernel_drops", 7);
+  count(*second.mutable_links(0), "kernel_drops", 9);
+  count(*first.mutable_links(0), "send_errors", 3);  // the link was opened anew meanwhile
+  count(*second.mutable_links(0), "send_errors", 1);
+  ipc::Counter& collisions = *second.add_counters();
+  collisions.set_name("duplicate_node_ids");
+  collisions.set_value(2);
+  DaemonFacts facts;
+  take_status(first, second, facts);
+  EXPECT_EQ(facts.version, "1.2.3");
+  EXPECT_EQ(facts.node_id, 5u);
+  EXPECT_TRUE(facts.is_id_fixed);
+  EXPECT_EQ(facts.config_file, "robot.toml");
+  EXPECT_EQ(facts.id_collisions, 2u);
+  ASSERT_EQ(facts.links.size(), 1u);
+  const LinkFacts& read = facts.links[0];
+  EXPECT_EQ(read.interface, "a0");
+  EXPECT_TRUE(read.is_up);
+  EXPECT_EQ(read.packet_bytes, 1400u);
+  EXPECT_EQ(read.packet_limit_bytes, 500u);
+  EXPECT_EQ(read.ethertype, 0x88b5u);
+  EXPECT_EQ(read.asked_buffer_bytes, 100u);
+  EXPECT_EQ(read.given_buffer_bytes, 50u);
+  EXPECT_EQ(read.rises.at("kernel_drops"), 2u);
+  EXPECT_EQ(read.rises.at("send_errors"), 0u);
+}
+
+TEST(DaemonAnswers, NameRobotsThatShareAnId) {
+  ipc::Neighbours neighbours;
+  for (const char* address : {"02:00:00:00:07:01", "02:00:00:00:07:02"}) {
+    ipc::Neighbour& each = *neighbours.add_neighbours();
+    each.set_link("air");
+    each.set_node_id(7);
+    each.set_address(address);
+    each.set_duplicate_id(true);
+  }
+  DaemonFacts facts;
+  take_neighbours(neighbours, facts);
+  ASSERT_EQ(facts.neighbours.size(), 2u);
+  EXPECT_EQ(facts.neighbours[1].address, "02:00:00:00:07:02");
+  EXPECT_TRUE(facts.neighbours[1].is_duplicate);
+  EXPECT_FALSE(facts.neighbours[1].signal_dbm);
+}
+
+TEST(DaemonAnswers, AreMissedWhereNoDaemonIs) {
+  const std::string path = testing::TempDir() + "no-daemon-" + std::to_string(::getpid());
+  Common common;
+  common.socket_path = path;
+  const DaemonFacts facts = look_at_daemon(common, 0, "/nonexistent.toml");
+  EXPECT_EQ(facts.state, DaemonFacts::State::kAbsent);
+  EXPECT_NE(facts.trouble.find(path), std::string::npos);
+  EXPECT_EQ(facts.config_file, "/nonexistent.toml");
+  EXPECT_FALSE(facts.config_error);
+}
+
+TEST(Interfaces, AreThoseOfTheKernel) {
+  const InterfaceFacts loopback = look_at_interface("lo", nullptr);
+  EXPECT_EQ(loopback.name, "lo");
+  EXPECT_NE(loopback.index, 0u);
+  EXPECT_GE(loopback.mtu_bytes, 1500u);
+  EXPECT_FALSE(loopback.is_radio);
+  EXPECT_EQ(look_at_interface("wlan7", nullptr).index, 0u);
+}
+
+}  // namespace
+}  // namespace doctor
+}  // namespace swarmtalk::cli
