@@ -1,10 +1,13 @@
 """What became of the messages of a run: delivered, late, or lost, and where."""
 import collections
+import math
 import statistics
 
+from platforms import REAL_TIME
 from run_log import Log
 
 MESSAGE_NUMBERS = 16  # of the compared packets
+EARLY = 3  # messages; in real time a program may tell that it has sent after another has heard it
 AIR_US = {"sim-kilobot": 4600, "kilobot-emulated": 4371, "sim-coachbot": 300}  # of one packet
 
 
@@ -15,16 +18,21 @@ class Sent:
     is received is nearly always what its sender has sent last, so the first number is the one by
     which that holds most often. So `learn` what was received, then begin again (`rewind`) and ask
     for its `place`.
+
+    early: by how many messages the log may tell of what was sent too late.
     """
 
-    def __init__(self):
+    def __init__(self, early: int = 0):
+        self.early = early
         self.times = collections.defaultdict(list)   # (robot, channel): us
+        self.all_times = {}                          # the same, of the whole log, after rewind()
         self.before = collections.Counter()          # the same: how many in earlier lives
         self.lives = collections.Counter()           # robot: how often it has started
         self.ahead = collections.defaultdict(collections.Counter)  # by how much numbers run ahead
         self.told = {}                               # the same, where the log tells it
 
     def rewind(self):
+        self.all_times = {key: list(times) for key, times in self.times.items()}
         self.times.clear()
         self.before.clear()
         self.lives.clear()
@@ -52,13 +60,17 @@ class Sent:
             self.ahead[*key, self.lives[key[0]]][(number - self.count(key)) % MESSAGE_NUMBERS] += 1
 
     def place(self, key: tuple, number: int) -> int | None:
-        """Which of a channel's messages, from 0, has a number: the latest such."""
+        """Which of a channel's messages, from 0, has a number: the latest such, or one that is
+        about to be told of."""
         count = self.count(key)
         life = *key, self.lives[key[0]]
         learnt = self.ahead[life].most_common(1)
         ahead = self.told.get(life, learnt[0][0] if learnt else 0)
         k = count - (count + ahead - number) % MESSAGE_NUMBERS
-        return self.before[key] + k - 1 if k >= 1 else None
+        if k <= count - MESSAGE_NUMBERS + self.early:
+            k += MESSAGE_NUMBERS
+        place = self.before[key] + k - 1
+        return place if k >= 1 and place < len(self.all_times.get(key, ())) else None
 
 
 def senders_and_links(log: Log) -> tuple[dict, dict]:
@@ -85,7 +97,7 @@ def messages(log: Log) -> dict:
     A received message names its number modulo MESSAGE_NUMBERS: it is the sender's latest such.
     """
     senders, links = senders_and_links(log)
-    sent = Sent()
+    sent = Sent(EARLY if log.platform in REAL_TIME else 0)
     latency, ages, delivered, last = [], [], set(), {}
     order = {"start": 0, "sent": 1, "received": 2}
     events = sorted((e for e in log.events if e["event"] in order),
@@ -112,8 +124,8 @@ def messages(log: Log) -> dict:
         place = sent.place(key, e["message"])
         if place is None:
             continue
-        time = sent.times[key][place]
-        latency.append((e["t"] - time) / 1e6)
+        time = sent.all_times[key][place]
+        latency.append(max(e["t"] - time, 0) / 1e6)
         delivered.add((*key, place, e["robot"]))
         if (*key, e["robot"]) in last:
             ages.append((e["t"] - last[*key, e["robot"]]) / 1e6)
@@ -128,17 +140,20 @@ def messages(log: Log) -> dict:
 
 
 def delivery(log: Log, links: dict, sent: dict, delivered: set) -> float | None:
-    """Messages received, of those sent times the living robots in range; None if robots move."""
+    """Messages received, of those sent times the living robots in range whose programs ran then;
+    None if robots move."""
     if log.program == "edge_following":
         return None
     has_deaths = any(f["kind"] == "death" for f in log.scenario.get("faults", []))
+    begins, ends = log.times_of_programs()
     expected = received = 0
     for (robot, channel), times in sent.items():
         # The message that is still being sent at the end is nobody's loss.
         for place, time in enumerate(times[:-1]):
             dead = log.dead(time / 1e6) if has_deaths else ()
             for other in links[robot]:
-                if other not in dead:
+                runs = begins.get(other, 0) <= time < ends.get(other, math.inf)
+                if runs and other not in dead:
                     expected += 1
                     received += (robot, channel, place, other) in delivered
     return received / expected if expected else None

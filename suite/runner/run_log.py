@@ -36,6 +36,12 @@ class Log:
         """When each robot's program started, for the last time, in s."""
         return {e["robot"]: e["t"] / 1e6 for e in self.of("start")}
 
+    def times_of_programs(self) -> tuple[dict[int, int], dict[int, int]]:
+        """When each robot's program started first, and when it ended, in us. Robots of a lab start
+        one after the other, later where the machine is busy."""
+        begins = {e["robot"]: e["t"] for e in reversed(self.of("start"))}
+        return begins, {e["robot"]: e["t"] for e in self.of("end")}
+
     def start_s(self) -> float:
         """When the last robot's program started."""
         return max(self.starts().values(), default=0)

@@ -127,6 +127,22 @@ def test_numbers_that_a_log_tells_of_what_was_sent_are_taken(tmp_path):
     assert found["latency_p50_s"] == pytest.approx(0.104)
 
 
+@pytest.mark.parametrize("platform, delivered", [("coachbot-lab", 1), ("sim-kilobot", 0.9)])
+def test_in_real_time_one_may_hear_before_the_sender_tells(tmp_path, platform, delivered):
+    """Whoever has heard it logs that first when the sender has to wait for its turn."""
+    events = [{"t": 0, "robot": i, "event": "start", "node": 7 + i} for i in range(2)]
+    for k in range(41):
+        is_late = k % 10 == 5
+        events.append({"t": 100000 * k + (3000 if is_late else 0), "robot": 0, "event": "sent",
+                       "channel": 0})
+        events.append({"t": 100000 * k + 1000, "robot": 1, "event": "received", "channel": 0,
+                       "node": 7, "message": (11 + k) % 16})
+    found = deliveries.messages(written(tmp_path, 2, sorted(events, key=lambda e: e["t"]) + [END],
+                                        platform=platform))
+    assert found["delivery"] == delivered
+    assert (found["latency_p99_s"] < 0.01) == (platform == "coachbot-lab")
+
+
 def test_two_neighbours_of_one_id_do_not_lose_each_others_messages(tmp_path):
     """All that was sent has arrived; from whom, the robot in the middle cannot tell."""
     events = [{"t": 0, "robot": i, "event": "start", "node": node}
