@@ -144,24 +144,33 @@ def last_words(errors: str) -> str:
     return lines[-1].removeprefix("[FATAL] ") if lines else ""
 
 
+def robot_of(scenario: dict) -> str:
+    return scenario["platform"].removeprefix("argos-")
+
+
+def find(scenario: dict, build: pathlib.Path) -> dict:
+    """The installation, if it has all that the scenario needs. Raises ArgosError."""
+    robot, found = robot_of(scenario), read_installation(build)
+    if robot == "kilobot" and not found["kilobot"]:
+        raise ArgosError("the Kilobot plugin (argos3-kilobot) is not installed beside ARGoS: "
+                         "install it and configure again, or use --platform argos-footbot")
+    module = build / "argos" / f"lib{scenario['program']}_{robot}.so"
+    if not module.exists():
+        raise ArgosError(f"no {module}: build it with ninja -C {build} {module.stem[3:]}")
+    return found
+
+
 def run(scenario: dict, log: pathlib.Path, build: pathlib.Path, call, view: bool = False):
     """Runs it to its end, or until interrupted.
 
     @param call  platforms.call
     @param view  in ARGoS's own window, in real time; it stays until the user closes it
     """
-    robot = scenario["platform"].removeprefix("argos-")
+    robot = robot_of(scenario)
     check(scenario, robot)
-    found = read_installation(build)
-    if robot == "kilobot" and not found["kilobot"]:
-        raise ArgosError("the Kilobot plugin (argos3-kilobot) is not installed beside ARGoS: "
-                         "install it and configure again, or use --platform argos-footbot")
+    found, folder = find(scenario, build), build / "argos"
     if view:
         check_window(pathlib.Path(found["libraries"]))
-    folder = build / "argos"
-    module = folder / f"lib{scenario['program']}_{robot}.so"
-    if not module.exists():
-        raise ArgosError(f"no {module}: build it with ninja -C {build} {module.stem[3:]}")
     header = log.with_name(log.name + ".scenario").resolve()
     path = log.with_name(log.name + ".argos")
     environment = os.environ | {"LD_LIBRARY_PATH": os.pathsep.join(

@@ -134,12 +134,18 @@ def emulator_file(scenario: dict, image: pathlib.Path, watched: list[str]) -> st
                    for header, table in tables)
 
 
-def run(scenario: dict, log: pathlib.Path, emulator: str, images: pathlib.Path, call):
-    """One run. @param call  runs a command to its end; raises if that fails"""
+def find_image(scenario: dict, images: pathlib.Path) -> pathlib.Path:
+    """The program's firmware. Raises EmulationError."""
     image = images / (IMAGES[scenario["program"]][0] + ".elf")
     if not image.exists():
         raise EmulationError(f"no {image}: build the target kilobot_images (apt-get install "
                              "gcc-avr avr-libc)")
+    return image
+
+
+def run(scenario: dict, log: pathlib.Path, emulator: str, images: pathlib.Path, call):
+    """One run. @param call  runs a command to its end; raises if that fails"""
+    image = find_image(scenario, images)
     with tempfile.TemporaryDirectory(prefix="swarmtalk-suite-") as folder:
         file, raw = pathlib.Path(folder, "scenario.toml"), pathlib.Path(folder, "log.jsonl")
         watched = watched_of(scenario["program"], image)

@@ -50,6 +50,14 @@ def config(scenario: dict) -> str:
     return text
 
 
+def check(scenario: dict):
+    """Raises LabError or ScenarioError where the scenario asks for what the lab cannot do."""
+    if len(scenario["robots"]) > MOST_ROBOTS:
+        raise LabError(f"{scenario['platform']} has at most {MOST_ROBOTS} robots (node ids of the "
+                       "packets)")
+    config(scenario)
+
+
 def medium(scenario: dict) -> list:
     """The options of swarmtalk-lab that choose the medium."""
     if scenario["platform"] == "coachbot-lab":
@@ -91,10 +99,8 @@ def memory_folder():
 
 def run(scenario: dict, log: pathlib.Path, tool: str, robot: str, bodies: str, call):
     """One run. @param call  runs a command to its end; raises if that fails"""
+    check(scenario)
     robots = len(scenario["robots"])
-    if robots > MOST_ROBOTS:
-        raise LabError(f"{scenario['platform']} has at most {MOST_ROBOTS} robots (node ids of the "
-                       "packets)")
     with tempfile.TemporaryDirectory(prefix="swarmtalk-suite-", dir=memory_folder()) as name:
         folder = pathlib.Path(name)
         places, base = folder / "scenario.json", folder / "base.toml"

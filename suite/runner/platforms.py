@@ -117,32 +117,75 @@ def run_simulated(scenario: dict, log: pathlib.Path, simulator: pathlib.Path | N
         path.unlink(missing_ok=True)
 
 
+def emulator_and_images() -> tuple[pathlib.Path, pathlib.Path]:
+    emulator = program_path("kilobot-emulator", "emulation/kilobot")
+    return emulator, emulator.parent.parent.parent / "kilobot"
+
+
 def run_emulated(scenario: dict, log: pathlib.Path):
     """kilobot-emulator: firmware images in virtual time, same seed, same bytes."""
-    emulator = program_path("kilobot-emulator", "emulation/kilobot")
-    images = emulator.parent.parent.parent / "kilobot"
+    emulator, images = emulator_and_images()
     try:
         emulated.run(scenario, log, emulator, images, call)
     except emulated.EmulationError as error:
         raise PlatformError(str(error)) from error
 
 
+def lab_programs() -> list[pathlib.Path]:
+    return [program_path("swarmtalk-lab", "lab"), program_path("swarmtalk-suite-robot", "suite"),
+            program_path("swarmtalk-suite-bodies", "suite")]
+
+
 def run_lab(scenario: dict, log: pathlib.Path):
     """swarmtalk-lab: daemons and programs in real time, no two runs alike."""
     try:
-        lab.run(scenario, log, program_path("swarmtalk-lab", "lab"),
-                program_path("swarmtalk-suite-robot", "suite"),
-                program_path("swarmtalk-suite-bodies", "suite"), call)
+        lab.run(scenario, log, *lab_programs(), call)
     except lab.LabError as error:
         raise PlatformError(str(error)) from error
 
 
+def argos_build() -> pathlib.Path:
+    return next((each for each in builds() if (each / "argos/argos.json").exists()), builds()[0])
+
+
 def run_argos(scenario: dict, log: pathlib.Path, view: bool):
     """argos3 with our modules: virtual time, same seed, same bytes."""
-    build = next((each for each in builds() if (each / "argos/argos.json").exists()), builds()[0])
     try:
-        argos.run(scenario, log, build, call, view)
+        argos.run(scenario, log, argos_build(), call, view)
     except argos.ArgosError as error:
+        raise PlatformError(str(error)) from error
+
+
+def check(scenario: dict):
+    """What the scenario's platform would refuse, before anything is run. Raises PlatformError or
+    ScenarioError."""
+    platform = scenario["platform"]
+    try:
+        if platform == "kilobot-emulated":
+            emulated.settings_of(scenario)
+        elif platform in REAL_TIME:
+            lab.check(scenario)
+        elif platform.startswith("argos-"):
+            argos.check(scenario, argos.robot_of(scenario))
+        else:
+            limits.check_sections(scenario)
+            limits.check_faults(scenario["faults"], len(scenario["robots"]), scenario["seconds"])
+    except (emulated.EmulationError, lab.LabError, argos.ArgosError) as error:
+        raise PlatformError(str(error)) from error
+
+
+def check_is_there(scenario: dict):
+    """Whether this machine has what the scenario's platform runs, beside the simulators. Raises
+    PlatformError with what to install or build."""
+    platform = scenario["platform"]
+    try:
+        if platform == "kilobot-emulated":
+            emulated.find_image(scenario, emulator_and_images()[1])
+        elif platform in REAL_TIME:
+            lab_programs()
+        elif platform.startswith("argos-"):
+            argos.find(scenario, argos_build())
+    except (emulated.EmulationError, argos.ArgosError) as error:
         raise PlatformError(str(error)) from error
 
 

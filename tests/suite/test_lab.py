@@ -4,11 +4,16 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
 
-from test_runner import BUILD, ENVIRONMENT, SUITE, results, suite
+from test_runner import BUILD, ENVIRONMENT, ROOT, SUITE, results, suite
+
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import wait_for  # noqa: E402
 
 pytestmark = pytest.mark.clock
 
@@ -123,6 +128,47 @@ def test_interrupt_takes_the_lab_down_and_keeps_what_there_is(tmp_path):
     assert process.returncode == 130, errors
     assert not state.exists(), "the lab is still there"
     assert all(r["interrupted"] for r in map(json.loads, output.splitlines()))
+
+
+@pytest.mark.field
+def test_a_sweep_that_is_killed_in_a_real_time_run_never_does_it_again(tmp_path):
+    """One run finished, one in the middle when all of it is killed, one to come: the first stays
+    as it is, the second is told as cut off, the third is done, and its lab is gone at the end."""
+    (tmp_path / "s.toml").write_text(
+        "program = 'hop_count'\nrobots = 4\nseconds = 3\nruns = 3\nreport = ['delivery']\n"
+        "[vary]\nplatform = ['sim-coachbot', 'coachbot-lab']\n")
+    check = suite(tmp_path, "sweep", "s.toml", "--check")
+    assert "2 cells, 1 of them in real time" in check.stdout
+    runs = tmp_path / "sweep-s/runs/00001"
+    mark = f"TEST_MARK={tmp_path}".encode()
+    process = subprocess.Popen([SUITE, "sweep", "s.toml"], cwd=tmp_path, stderr=subprocess.DEVNULL,
+                               env={**ENVIRONMENT, "TEST_MARK": str(tmp_path)})
+    wait_for(lambda: (runs / "0.json").exists(), timeout=60,
+             what="the end of the first run")
+    wait_for(lambda: find_program(b"swarmtalk-suite-robot", mark) is None, timeout=60,
+             what="its end")
+    wait_for(lambda: find_program(b"swarmtalk-suite-robot", mark), timeout=60,
+             what="the second run")
+    assert (runs / "1.begun").exists()
+    process.kill()
+    process.wait()
+    for name in (b"swarmtalk-suite-robot", b"swarmtalkd", b"swarmtalk-lab"):
+        wait_for(lambda: find_program(name, mark) is None, timeout=60, what=f"the end of {name}")
+    first = (runs / "0.json").stat()
+    assert (tmp_path / "sweep-s/runs/00000/2.json").exists(), "real time comes last"
+    done = suite(tmp_path, "sweep", "s.toml")
+    assert done.returncode == 0 and "4 finished runs (and 1 in real time" in done.stderr, done
+    rows = [row.split(",") for row in (tmp_path / "sweep-s/table.csv").read_text().splitlines()]
+    at = {name: i for i, name in enumerate(rows[0])}
+    assert [(r[at["real_time"]], r[at["cut_off"]]) for r in rows[1:]] == [
+        ("0", "0")] * 3 + [("1", "0"), ("1", "1"), ("1", "0")]
+    times = {path.name: path.stat().st_mtime_ns for path in runs.iterdir()}
+    assert (runs / "0.json").stat().st_ino == first.st_ino
+    again = suite(tmp_path, "sweep", "s.toml")
+    assert again.returncode == 0
+    assert {path.name: path.stat().st_mtime_ns for path in runs.iterdir()} == times
+    refused = suite(tmp_path, "sweep", "s.toml", "--repeat", "1")
+    assert refused.returncode == 1 and "never run twice" in refused.stderr
 
 
 @pytest.mark.logic

@@ -1,5 +1,6 @@
 """Sweeps as a user runs them: killed, taken up again, in each other's way, and without room."""
 import csv
+import fcntl
 import importlib.util
 import json
 import os
@@ -8,17 +9,20 @@ import random
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 
 import pytest
 
 from test_runner import BUILD, ENVIRONMENT, ROOT, SUITE, suite
 
-sys.path.insert(0, str(ROOT / "suite/runner"))
+sys.path[:0] = [str(ROOT / "suite/runner"), str(ROOT / "tests/support")]
 import platforms  # noqa: E402
+from commands import wait_for  # noqa: E402
 from sweep import plan as plans, store as stores, work  # noqa: E402
 
 SMALL = """
@@ -158,6 +162,24 @@ def test_a_profile_that_does_not_compile_is_one_clear_line(tmp_path):
     assert suite(tmp_path, "sweep", "s.toml").returncode == 0
 
 
+def test_interrupt_ends_a_compiler_that_is_at_work(tmp_path):
+    """It may be at it for minutes, or hang."""
+    compiler = tmp_path / "slow"
+    compiler.write_text('#!/bin/sh\ncase "$*" in *--version*) exit 0;; esac\n'
+                        f"touch {tmp_path}/begun\nexec sleep 600\n")
+    compiler.chmod(0o755)
+    (tmp_path / "s.toml").write_text("program = 'news'\nprofile.records = 30\n")
+    process = subprocess.Popen([SUITE, "sweep", "s.toml"], cwd=tmp_path, stderr=subprocess.PIPE,
+                               env=ENVIRONMENT | {"CXX": str(compiler)}, text=True)
+    wait_for((tmp_path / "begun").exists, timeout=60, what="the compiler")
+    process.send_signal(signal.SIGTERM)
+    try:
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130 and "0 finished runs are kept" in errors, errors
+
+
 def test_a_folder_of_another_sweep_is_refused_and_kept(tmp_path):
     (tmp_path / "s.toml").write_text(FOUR + "runs = 1\n")
     assert suite(tmp_path, "sweep", "s.toml").returncode == 0
@@ -215,11 +237,123 @@ def test_a_full_disk_is_one_clear_line_and_loses_nothing(tmp_path, small_disk):
     assert done.returncode == 0 and finished(small_disk) == 40, done.stderr
 
 
+def fill(place, free_bytes: int):
+    """Nothing more fits there than this."""
+    filler = place / "filler"
+    with open(filler, "wb", buffering=0) as file:
+        with pytest.raises(OSError):
+            while True:
+                file.write(b"x" * 4096)
+        file.truncate(os.fstat(file.fileno()).st_size // 4096 * 4096 - free_bytes)
+    return filler
+
+
+def test_a_disk_that_is_full_at_the_beginning_or_at_the_report_spoils_nothing(tmp_path, small_disk):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 2\n[vary]\nradio.loss = [0.0, 0.2]\n")
+    folder = small_disk / "sweep-s"
+    for free_bytes in (0, 4096):  # nothing fits; the first of two files does
+        filler = fill(small_disk, free_bytes)
+        done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+        assert done.returncode == 1 and done.stderr.count("\n") == 1, done
+        assert "no space left" in done.stderr.lower()
+        filler.unlink()
+    done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+    assert done.returncode == 0, done.stderr
+    if importlib.util.find_spec("matplotlib") is None:
+        return
+    wanted = (folder / "report.html").read_bytes()
+    (folder / "report.html").unlink()
+    filler = fill(small_disk, 12288)  # room for the tables
+    done = suite(tmp_path, "sweep", "s.toml", "--folder", folder)
+    assert done.returncode == 1 and "no space left" in done.stderr.lower(), done
+    assert not (folder / "report.html").exists()
+    filler.unlink()
+    assert suite(tmp_path, "sweep", "s.toml", "--folder", folder).returncode == 0
+    assert (folder / "report.html").read_bytes() == wanted
+
+
+def test_what_a_platform_needs_is_missed_before_anything_is_run(tmp_path):
+    (tmp_path / "build/suite").mkdir(parents=True)
+    (tmp_path / "build/suite/swarmtalk-sim").symlink_to(BUILD / "suite/swarmtalk-sim")
+    text = FOUR + "runs = 1\n[vary]\nplatform = ['sim-kilobot', '{}']\n"
+    for platform, says in (("argos-footbot", "argos.json"), ("argos-kilobot", "argos.json"),
+                           ("kilobot-emulated", "no program kilobot-emulator"),
+                           ("coachbot-lab", "no program swarmtalk-lab")):
+        (tmp_path / "s.toml").write_text(text.format(platform))
+        check, run = (subprocess.run(
+            [SUITE, "sweep", "s.toml", *words], cwd=tmp_path, capture_output=True, text=True,
+            env=ENVIRONMENT | {"SWARMTALK_BUILD": str(tmp_path / "build")}, timeout=100)
+            for words in (["--check"], []))
+        if run.returncode == 0 and pathlib.Path("/usr/bin/swarmtalk-suite").exists():
+            continue  # an installed one has it
+        assert run.returncode == 1 and run.stderr.count("\n") == 1 and says in run.stderr, run
+        assert f"cell 1 (platform = {platform})" in run.stderr and finished(tmp_path) == 0
+        assert check.returncode == 0 and says in check.stdout, check
+
+
+def test_an_edited_or_moved_file_goes_on_and_the_report_is_the_edited_files(tmp_path):
+    """Also where file times are of another century, as after a clock was put right."""
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 2\n")
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+    for i, path in enumerate(sorted((tmp_path / "sweep-s").rglob("*"))):
+        os.utime(path, (0, 0) if i % 2 else (2**32, 2**32))
+    (tmp_path / "s.toml").unlink()
+    (tmp_path / "moved.toml").write_text(
+        FOUR.replace("delivery", "latency_p50_s") + "runs = 2\n")
+    before = (tmp_path / "sweep-s/table.csv").read_bytes()
+    done = suite(tmp_path, "sweep", "moved.toml", "--folder", "sweep-s")
+    assert done.returncode == 0 and "2 finished runs are there" in done.stderr, done
+    assert (tmp_path / "sweep-s/table.csv").read_bytes() == before
+    if importlib.util.find_spec("matplotlib"):
+        assert "latency, median" in (tmp_path / "sweep-s/report.html").read_text()
+    assert "moved.toml" in (tmp_path / "sweep-s/sweep.json").read_text()
+
+
+def test_what_cannot_be_done_is_said_and_leaves_nothing_behind(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 1\n")
+    for words, says in ((["--merge"], "nothing to merge"), (["--repeat", "9"], "no cell 9"),
+                        (["--repeat", "-1"], "no cell -1"), (["--seed", "3"], "for --repeat"),
+                        (["--sbatch=--time=1"], "for --slurm"), (["--jobs", "0"], "1 or more"),
+                        (["--folder", "s.toml"], "s.toml is not a folder")):
+        done = suite(tmp_path, "sweep", "s.toml", *words)
+        assert done.returncode == 1 and says in done.stderr, done
+        assert done.stderr.count("\n") == 1 and [p.name for p in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_output_that_nobody_reads_is_one_line_and_all_is_kept(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 2\n")
+    done = subprocess.run(f"{SUITE} sweep s.toml | true; exit ${{PIPESTATUS[0]}}", shell=True,
+                          executable="/bin/bash", cwd=tmp_path, env=ENVIRONMENT, timeout=100,
+                          capture_output=True, text=True)
+    assert done.returncode == 1 and "nobody reads the output" in done.stderr, done
+    assert done.stderr.count("\n") == 1 and finished(tmp_path) == 2
+    assert (tmp_path / "sweep-s/table.csv").exists()
+
+
+def test_on_a_narrow_terminal_progress_stays_one_line(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 4\n")
+    ours, theirs = os.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 10, 40, 0, 0))
+    done = subprocess.run([SUITE, "sweep", "s.toml"], cwd=tmp_path, env=ENVIRONMENT, stderr=theirs,
+                          stdout=subprocess.PIPE, timeout=100)
+    os.close(theirs)
+    shown = b""
+    with pytest.raises(OSError):  # the end of a terminal that nobody has open
+        while True:
+            shown += os.read(ours, 65536)
+    os.close(ours)
+    shown = shown.decode()
+    assert done.returncode == 0 and "4/4 runs" in shown
+    assert max(map(len, re.split(r"[\r\n]", shown))) < 40, shown
+
+
 def make_store(folder, text: str) -> stores.Store:
     """A sweep's folder, begun in this process."""
     (folder / "s.toml").write_text(text)
     store = stores.Store(folder / "sweep-s", plans.read(str(folder / "s.toml")))
     store.open(folder / "s.toml")
+    store.lock()
+    store.mark(folder / "s.toml")
     return store
 
 

@@ -71,6 +71,25 @@ NONSENSE = [
     ("[stop]\nmetric = 'x'\nbelow = 0\nat_most = 99", "[stop] below is 0"),
     ("runs = 1\n[stop]\nmetric = 'x'\nbelow = 1\nat_most = 99", "from 2"),
     ("[[fault]]\nkind = 'death'\nrobot = 99", "no robot 99"), ("x = ", "Invalid value"),
+    ("[vary]\nradio.loss = [0, 0.0]", "'0' and '0.0' are the same"),
+    ("[vary]\na = [{label = 'x', robots = 4}, {label = 'y', robots = 4}]",
+     "'x' and 'y' are the same"),
+    ("[stop]\nmetric = 'deliveri'\nbelow = 1\nat_most = 99", "no metric 'deliveri'; there is: "),
+    ("[vary]\nrobots = {from = 4, to = 100000, step = 1}", "5000049994 robots in all"),
+    ("seed = -1", "seed is -1"), ("[vary]\nradio = [0.1]", "no key 'radio'"),
+    ("[vary]\nradio.loss = {from = 0, to = 0.999, step = 0.001}\nrobots = {from = 4, to = 1003, "
+     "step = 1}\nseconds = {from = 1, to = 1000, step = 1}", "these are 1000000000 cells"),
+    # What a platform would refuse, hours later, when it is its turn.
+    ("radio.air_us = 300\n[vary]\nplatform = ['sim-kilobot', 'argos-footbot']",
+     "cell 1 (platform = argos-footbot): argos-footbot: [radio] has no key 'air_us'"),
+    ("seed = 4294967296\nplatform = 'argos-kilobot'", "argos-kilobot: seed is 4294967296"),
+    ("radio.loss = 0.1\nplatform = 'coachbot-lab'", "coachbot-lab: [radio] has no key 'loss'"),
+    ("random_ids = true\nplatform = 'coachbot-radio'", "coachbot-radio numbers its robots"),
+    ("robots = 300\nplatform = 'coachbot-lab'", "at most 247 robots"),
+    ("radio.air_us = 300\nplatform = 'kilobot-emulated'",
+     "kilobot-emulated: [radio] has no key 'air_us'"),
+    ("platform = 'kilobot-emulated'\n[[fault]]\nkind = 'death'\nrobot = 1",
+     "kilobot-emulated knows no faults"),
 ]
 
 
@@ -93,18 +112,24 @@ def test_a_refused_file_leaves_nothing_behind(tmp_path):
 
 
 def test_the_rule_goes_on_until_the_interval_is_small_and_looks_by_steps(tmp_path):
-    plan = read(tmp_path, GOOD + "runs = 4\n[stop]\nmetric = 'x'\nbelow = 0.5\nat_most = 10\n"
-                "step = 3\n")
+    plan = read(tmp_path, GOOD + "runs = 4\n[stop]\nmetric = 'delivery'\nbelow = 0.5\n"
+                "at_most = 10\nstep = 3\n")
     wide = [0.0, 9.0, 0.0, 9.0, 0.0, 9.0, 0.0, 9.0, 0.0, 9.0]
     assert plans.wanted(plan, {}) == 4
-    assert plans.wanted(plan, {run: {"x": wide[run]} for run in range(4)}) == 7
-    assert plans.wanted(plan, {run: {"x": wide[run]} for run in range(6)}) == 7
-    assert plans.wanted(plan, {run: {"x": wide[run]} for run in range(7)}) == 10
-    assert plans.wanted(plan, {run: {"x": wide[run]} for run in range(10)}) == 10
-    narrow = {run: {"x": 1 + 0.1 * (run % 2)} for run in range(4)}
+    assert plans.wanted(plan, {run: {"delivery": wide[run]} for run in range(4)}) == 7
+    assert plans.wanted(plan, {run: {"delivery": wide[run]} for run in range(6)}) == 7
+    assert plans.wanted(plan, {run: {"delivery": wide[run]} for run in range(7)}) == 10
+    assert plans.wanted(plan, {run: {"delivery": wide[run]} for run in range(10)}) == 10
+    narrow = {run: {"delivery": 1 + 0.1 * (run % 2)} for run in range(4)}
     assert plans.wanted(plan, narrow) == 4
     # One of two that have the figure is no interval; a run that was cut off is looked over.
-    assert plans.wanted(plan, {0: {"x": 1}, 1: {"x": None}, 2: {}, 3: None}) == 7
+    assert plans.wanted(plan, {0: {"delivery": 1}, 1: {"delivery": None}, 2: {}, 3: None}) == 7
+
+
+def test_interrupt_ends_the_reading_of_a_large_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(plans.platforms, "interrupted", True)
+    with pytest.raises(plans.platforms.Interrupted):
+        read(tmp_path, GOOD + "[vary]\nrobots = {from = 4, to = 900, step = 1}\n")
 
 
 def test_check_tells_what_would_be_run_and_runs_nothing(tmp_path):

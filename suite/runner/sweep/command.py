@@ -1,4 +1,6 @@
 """swarmtalk-suite sweep, as a user calls it."""
+import dataclasses
+import hashlib
 import json
 import os
 import pathlib
@@ -6,6 +8,7 @@ import shlex
 import subprocess
 import sys
 
+import platforms
 from sweep import SweepError, page, plan as plans, profiles, slurm, store as stores, table, work
 
 
@@ -34,9 +37,17 @@ def say(text: str):
     print(f"swarmtalk-suite: {text}", file=sys.stderr, flush=True)
 
 
-def jobs_of(arguments) -> int:
+def check_options(arguments):
+    """Nothing that is given is ignored. Raises SweepError."""
     if arguments.jobs is not None and arguments.jobs < 1:
         raise SweepError(f"--jobs is {arguments.jobs}: must be 1 or more")
+    if arguments.seed is not None and arguments.repeat is None:
+        raise SweepError("--seed is for --repeat CELL; where a sweep's seeds begin, its file says")
+    if arguments.sbatch and not arguments.slurm:
+        raise SweepError("--sbatch is for --slurm: give both, or leave it out")
+
+
+def jobs_of(arguments) -> int:
     return arguments.jobs or len(os.sched_getaffinity(0))
 
 
@@ -57,11 +68,30 @@ def check(plan) -> int:
                  for c in plan.cells if c.profile})
     print(f"{len(plan.cells)} cells{real}, {plan.runs}{most} runs of each, "
           f"{built} simulators to compile")
+    for error in missing_here(plan.cells):
+        print(f"not on this machine: {error}")
     return 0
 
 
-def prepare(store, jobs: int):
-    """Simulators of all cells."""
+def missing_here(cells: list) -> list[str]:
+    """What cells need beside the simulators and this machine does not have."""
+    found = {}
+    for cell in cells:
+        key = cell.scenario["platform"], cell.scenario["program"]
+        if key in found:
+            continue
+        try:
+            found[key] = platforms.check_is_there(cell.scenario)
+        except platforms.PlatformError as error:
+            name = f" ({cell.name()})" if cell.labels else ""
+            found[key] = f"cell {cell.number}{name}: {error}"
+    return [error for error in found.values() if error]
+
+
+def prepare(store, jobs: int, cells: list):
+    """Simulators of all cells, and what those need that are to be run. Raises SweepError."""
+    for error in missing_here(cells):
+        raise SweepError(f"{error}; nothing has been run, finished runs are kept")
     store.simulators_ = store.simulators()
     simulated = sum(c.scenario["platform"].startswith("sim-") for c in store.plan.cells)
     if len(store.simulators_) < simulated:
@@ -90,36 +120,45 @@ def check_messages(store):
                                  f"most {told[path][most]}")
 
 
+def made_of(plan, content: bytes, repeat) -> str:
+    """A mark of all that a report tells: another one is made when it would say something else."""
+    stop = dataclasses.astuple(plan.stop) if plan.stop else None
+    text = json.dumps([plan.report, list(plan.axes), stop, repeat(plan.cells[0])]).encode()
+    return hashlib.sha256(content + text).hexdigest()[:16]
+
+
 def merge(arguments, plan, store, results: dict):
     """Table and report."""
     repeat = repeat_command(arguments, store.folder)
     path, report = store.folder / "table.csv", store.folder / "report.html"
     content = table.runs_csv(plan, results).encode()
-    is_new = arguments.merge or arguments.pictures or not report.exists() or \
-        not path.exists() or path.read_bytes() != content
+    mark = made_of(plan, content, repeat)
+    is_new = arguments.merge or arguments.pictures or not path.exists() or \
+        path.read_bytes() != content or page.mark_of(report) != mark
+    made = "table.csv, cells.csv, report.html"
     if is_new:
         stores.write_whole(path, content)
         stores.write_whole(store.folder / "cells.csv",
                            table.cells_csv(plan, results, repeat).encode())
         try:
             page.write(plan, results, report, f"Sweep {pathlib.Path(arguments.file).stem}",
-                       repeat, arguments.pictures)
+                       repeat, arguments.pictures, mark)
         except ImportError:
+            made = "table.csv, cells.csv"
             say("no report: figures need matplotlib: apt-get install python3-matplotlib; then run "
                 "this with --merge")
-    print(f"{store.folder}: table.csv, cells.csv, report.html of "
-          f"{sum(len(table.counted(plan, results, c)) for c in plan.cells)} runs")
+    names = table.metric_names(plan, results)
+    for name in [*plan.report, *([plan.stop.metric] if plan.stop else [])]:
+        if names and name not in names:
+            say(f"no run has the figure '{name}'; there is: " + " ".join(names))
+    print(f"{store.folder}: {made} of "
+          f"{sum(len(table.counted(plan, results, c)) for c in plan.cells)} runs", flush=True)
 
 
 def repeat(arguments, plan, store) -> int:
     """Runs a cell's finished runs again. @return 1 if one gives something else"""
-    if not 0 <= arguments.repeat < len(plan.cells):
-        raise SweepError(f"no cell {arguments.repeat}; they are 0 to {len(plan.cells) - 1}")
     cell = plan.cells[arguments.repeat]
-    if cell.is_real_time:
-        raise SweepError(f"cell {cell.number} runs in real time, no two runs alike: it is never "
-                         "run twice")
-    prepare(store, jobs_of(arguments))
+    prepare(store, jobs_of(arguments), [cell])
     results = store.scan()
     runs = [run for run, _ in table.counted(plan, results, cell)] or list(range(plan.runs))
     if arguments.seed is not None:
@@ -139,22 +178,48 @@ def repeat(arguments, plan, store) -> int:
     return 1 if differ else 0
 
 
+def check_repeat(arguments, plan):
+    """Raises SweepError."""
+    if not 0 <= arguments.repeat < len(plan.cells):
+        raise SweepError(f"no cell {arguments.repeat}; they are 0 to {len(plan.cells) - 1}")
+    if plan.cells[arguments.repeat].is_real_time:
+        raise SweepError(f"cell {arguments.repeat} runs in real time, no two runs alike: it is "
+                         "never run twice")
+
+
 def run(arguments) -> int:
     """Raises SweepError; KeyboardInterrupt after Ctrl-C."""
+    check_options(arguments)
     plan = plans.read(arguments.file)
     if arguments.check:
         return check(plan)
+    if arguments.repeat is not None:
+        check_repeat(arguments, plan)
     file = pathlib.Path(arguments.file)
     store = stores.Store(pathlib.Path(arguments.folder or f"sweep-{file.stem}"), plan)
-    store.open(file)
+    is_new = store.open(file)
+    if arguments.merge and is_new:
+        raise SweepError(f"no sweep has begun in {store.folder}: there is nothing to merge")
     if arguments.repeat is not None:
+        if is_new:
+            store.lock()
+            store.mark(file)
         return repeat(arguments, plan, store)
     if arguments.share:
         return slurm.run_share(store, arguments.share)
     store.lock()
-    prepare(store, jobs_of(arguments))
+    store.mark(file)
     results = store.scan()
     tell_what_is_there(plan, store, results)
+    if not arguments.merge:
+        here = [c for c in plan.cells if not (arguments.slurm and c.is_real_time)]
+        ready = {number for number, _ in work.Queue(plan, results, here).ready}
+        if ready:
+            try:
+                prepare(store, jobs_of(arguments), [plan.cells[n] for n in sorted(ready)])
+            except platforms.Interrupted:
+                say_stopped(results)
+                raise
     if arguments.slurm:
         results = slurm.run_all(store, arguments.sbatch, say)
     elif not arguments.merge:
@@ -167,13 +232,28 @@ def run(arguments) -> int:
     return 0
 
 
+def count(results: dict) -> tuple[int, int]:
+    """Finished runs, and those in real time that were cut off."""
+    found = [result for of_cell in results.values() for result in of_cell.values()]
+    return sum(r is not None for r in found), sum(r is None for r in found)
+
+
+def told(results: dict) -> str:
+    done, cut = count(results)
+    return f"{done} finished runs" + (
+        f" (and {cut} in real time that were cut off, which are not done again)" if cut else "")
+
+
 def tell_what_is_there(plan, store, results: dict):
-    done = sum(map(len, results.values()))
-    if done:
-        say(f"{done} finished runs are there")
+    if any(results.values()):
+        say(f"{told(results)} are there")
     if store.damaged:
         say(f"{store.damaged} files in {store.runs} hold no result: these runs are done again, "
             "unless they were in real time")
+
+
+def say_stopped(results: dict):
+    say(f"stopped; {told(results)} are kept, the same command goes on with the rest")
 
 
 def run_queue(store, queue, jobs: int) -> str | None:
@@ -185,6 +265,5 @@ def run_queue(store, queue, jobs: int) -> str | None:
     try:
         return work.run_all(store, queue, jobs, progress)
     except KeyboardInterrupt:
-        done = sum(map(len, store.scan().values()))
-        say(f"stopped; {done} finished runs are kept, the same command goes on with the rest")
+        say_stopped(store.scan())
         raise

@@ -5,7 +5,7 @@ import re
 
 import metrics
 import report
-from sweep import effects, table
+from sweep import effects, store as stores, table
 
 MOST_INTERACTIONS = 20  # are shown of each metric, the clearest
 MOST_LINES = 4          # in a panel: levels of the first axis
@@ -98,8 +98,7 @@ def section(plan, results: dict, metric: str, pictures: pathlib.Path | None) -> 
     drawn = figure(analysis, title)
     parts.append(f"<figure>{drawn}</figure>")
     if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-        (pictures / f"{metric}.svg").write_text(drawn, encoding="utf-8")
+        stores.write_whole(pictures / f"{metric}.svg", drawn.encode())
     tests = len(main) + len(crossed)
     parts += ["<table><tr><th>effect</th><th>change</th><th></th></tr>",
               *(row(each, tests) for each in main), "</table>"]
@@ -138,9 +137,19 @@ def cells_table(plan, results: dict, names: list[str], repeat) -> str:
     return "\n".join(lines + ["</table>"])
 
 
+def mark_of(report_: pathlib.Path) -> str | None:
+    """What write() was told that a page is made of; None without a page."""
+    try:
+        with open(report_, encoding="utf-8") as file:
+            found = re.search(r'<meta name=made-of content="(\w*)">', file.read(300))
+    except (OSError, ValueError):
+        return None
+    return found[1] if found else None
+
+
 def write(plan, results: dict, output: pathlib.Path, title: str, repeat,
-          pictures: pathlib.Path | None = None):
-    """Raises ImportError without matplotlib, SweepError for a metric that nobody knows."""
+          pictures: pathlib.Path | None = None, mark: str = ""):
+    """Raises ImportError without matplotlib, SweepError when it does not fit on the disk."""
     import matplotlib  # noqa: F401
     there_is = [n for n in table.metric_names(plan, results) if n not in HIDDEN]
     names = [n for n in plan.report if n in there_is] or there_is
@@ -148,8 +157,9 @@ def write(plan, results: dict, output: pathlib.Path, title: str, repeat,
     runs = sum(len(table.counted(plan, results, cell)) for cell in plan.cells)
     notes = f"<p>No run has the figure {html.escape(', '.join(missing))}.</p>" if missing else ""
     page = ("<!DOCTYPE html><html lang=en><head><meta charset=utf-8>"
+            f'<meta name=made-of content="{mark}">'
             f"<title>{html.escape(title)}</title><style>{report.STYLE}</style></head><body>"
             f"<h1>{html.escape(title)}</h1><p>{len(plan.cells)} cells, {runs} runs. {EXPLAINED}</p>"
             + notes + "".join(section(plan, results, name, pictures) for name in names)
             + cells_table(plan, results, names, repeat) + "</body></html>\n")
-    output.write_text(page, encoding="utf-8")
+    stores.write_whole(output, page.encode())

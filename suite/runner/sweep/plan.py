@@ -14,16 +14,19 @@ import tomllib
 import limits
 import metrics
 import platforms
+import report
 import scenarios
 from sweep import SweepError, profiles
 
 MOST_RUNS = 1_000_000
+MOST_PLACES = 5_000_000  # of robots, in all cells: they are held in memory
 SEEDS_OF_A_CELL = 1_000_000  # each cell has seeds of its own: its runs stand for themselves
 PLAIN = {"program", "platform", "robots", "seconds", "spacing_mm", "random_ids"}
 SECTIONS = {**limits.SECTIONS, "profile": profiles.KEYS}
 KNOWN = PLAIN | {f"{section}.{key}" for section, keys in SECTIONS.items() for key in keys}
 FILE_KEYS = PLAIN | set(SECTIONS) | {"fault", "seed", "runs", "vary", "stop", "report"}
 STOP_KEYS = {"metric", "below", "at_most", "step"}
+USUAL_ROBOTS = 36
 RANGE_KEYS = {"from", "to", "step", "factor"}
 
 
@@ -155,10 +158,14 @@ def read_axis(axis: str, given) -> list[tuple[str, dict]]:
         for key, each in settings.items():
             check_value(key, each, where)
         choices.append((label, settings))
-    labels = [label for label, _ in choices]
-    for label in labels:
-        if labels.count(label) > 1:
+    labels, values = {}, {}
+    for label, settings in choices:
+        if label in labels:
             raise SweepError(f"{where}: '{label}' stands there twice")
+        labels[label] = settings
+        other = values.setdefault(tuple(sorted(settings.items())), label)
+        if other != label:
+            raise SweepError(f"{where}: '{other}' and '{label}' are the same")
     return choices
 
 
@@ -178,6 +185,9 @@ def read_stop(table, runs: int) -> Stop | None:
         limits.check_number(runs, (limits.WHOLE, 2, MOST_RUNS), "runs, with [stop],")
     except limits.ScenarioError as error:
         raise SweepError(str(error)) from error
+    known = sorted({*report.LABELS, "success"})
+    if table["metric"] not in known:
+        raise SweepError(f"[stop] no metric '{table['metric']}'; there is: " + " ".join(known))
     return Stop(table["metric"], table["below"], table["at_most"], step)
 
 
@@ -201,19 +211,34 @@ def resolve(number: int, labels: dict, settings: dict, faults: list, seed: int) 
         if "program" not in options:
             raise SweepError("name a program: " + " ".join(scenarios.PROGRAMS))
         scenario = scenarios.resolve(options | {"seed": seed})
-        if scenario["platform"].startswith("sim-"):
-            limits.check_sections(scenario)
-            limits.check_faults(scenario["faults"], len(scenario["robots"]), scenario["seconds"])
-        elif profile:
+        if profile and not scenario["platform"].startswith("sim-"):
             raise SweepError(f"{scenario['platform']} has a profile of its own: leave [profile] "
                              "out, or use sim-kilobot or sim-coachbot")
-    except (limits.ScenarioError, SweepError) as error:
+        platforms.check(scenario)
+    except (limits.ScenarioError, platforms.PlatformError, SweepError) as error:
         name = ", ".join(f"{a} = {b}" for a, b in labels.items())
         raise SweepError(f"cell {number}{name and f' ({name})'}: {error}") from error
     return Cell(number, labels, settings, scenario, profile)
 
 
-def read_cells(table: dict, fixed: dict) -> tuple[dict, list[Cell]]:
+def check_size(axes: dict, fixed: dict, most: int):
+    """Before any cell is made. @param most  runs of a cell. Raises SweepError"""
+    count = math.prod(len(choices) for choices in axes.values())
+    if count > MOST_RUNS:
+        raise SweepError(f"vary: these are {count} cells; at most {MOST_RUNS}")
+    if count * most > MOST_RUNS:
+        raise SweepError(f"these are {count * most} runs; at most {MOST_RUNS}")
+    robots = count * fixed.get("robots", USUAL_ROBOTS)
+    for choices in axes.values():
+        if any("robots" in settings for _, settings in choices):
+            robots = sum(settings.get("robots", fixed.get("robots", USUAL_ROBOTS))
+                         for _, settings in choices) * (count // len(choices))
+    if robots > MOST_PLACES:
+        raise SweepError(f"vary: these {count} cells have {robots} robots in all; at most "
+                         f"{MOST_PLACES}: take fewer cells or smaller swarms")
+
+
+def read_cells(table: dict, fixed: dict, most: int) -> tuple[dict, list[Cell]]:
     """Every combination, the last axis running fastest."""
     given = table.get("vary", {})
     if not isinstance(given, dict):
@@ -226,9 +251,7 @@ def read_cells(table: dict, fixed: dict) -> tuple[dict, list[Cell]]:
             if owner.get(key, axis) not in (axis, "the file's top"):
                 raise SweepError(f"vary: {owner[key]} and {axis} both set {key}")
             owner[key] = axis
-    count = math.prod(len(choices) for choices in axes.values())
-    if count > MOST_RUNS:
-        raise SweepError(f"vary: these are {count} cells; at most {MOST_RUNS}")
+    check_size(axes, fixed, most)
     faults, seed = table.get("fault", []), table.get("seed", 1)
     cells = []
     for combination in itertools.product(*axes.values()):
@@ -237,6 +260,8 @@ def read_cells(table: dict, fixed: dict) -> tuple[dict, list[Cell]]:
         for _, each in combination:
             settings |= each
         cells.append(resolve(len(cells), labels, settings, faults, seed))
+        if platforms.interrupted:
+            raise platforms.Interrupted
     return {axis: [label for label, _ in choices] for axis, choices in axes.items()}, cells
 
 
@@ -259,16 +284,13 @@ def read(path: str) -> Plan:
             check_value(key, value, "the file's top")
         runs = table.get("runs", 10)
         stop = read_stop(table.get("stop"), runs)
-        axes, cells = read_cells(table, fixed)
-        total = len(cells) * (stop.at_most if stop else runs)
-        if total > MOST_RUNS:
-            raise SweepError(f"these are {total} runs; at most {MOST_RUNS}")
-        report = table.get("report", [])
-        if not isinstance(report, list) or not all(isinstance(each, str) for each in report):
+        axes, cells = read_cells(table, fixed, stop.at_most if stop else runs)
+        metrics_ = table.get("report", [])
+        if not isinstance(metrics_, list) or not all(isinstance(each, str) for each in metrics_):
             raise SweepError("report must be a list of metrics' names")
     except (SweepError, limits.ScenarioError) as error:
         raise SweepError(f"{path}: {error}") from error
-    return Plan(axes, cells, runs, stop, report)
+    return Plan(axes, cells, runs, stop, metrics_)
 
 
 def is_done(plan: Plan, values: list) -> bool:

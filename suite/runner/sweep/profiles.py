@@ -43,6 +43,7 @@ NUMBERS = {
     "forward_repeats": ("kForwardRepeats", BITS, 0, 255),
 }
 KEYS = {"base", "checksum", "padded", *NUMBERS}
+LOOK_S = 0.2  # a compiler is at work: has somebody interrupted us?
 PROGRAMS = {  # header, template
     "hop_count": ("hop_count", "HopCountOneSeed"), "hop_count_two_seeds": ("hop_count", "HopCount"),
     "firefly": ("firefly", "Firefly"), "firefly_no_delay": ("firefly", "FireflyNoDelay"),
@@ -125,12 +126,19 @@ def call_compiler(arguments: list, what: str, folder: pathlib.Path | None = None
     """Raises SweepError with the compiler's reason, platforms.Interrupted after Ctrl-C."""
     if platforms.interrupted:
         raise platforms.Interrupted
-    done = subprocess.run([*compiler(), *map(str, arguments)], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, cwd=folder)
+    with subprocess.Popen([*compiler(), *map(str, arguments)], stdin=subprocess.DEVNULL, cwd=folder,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        errors = None
+        while errors is None:
+            try:
+                _, errors = process.communicate(timeout=LOOK_S)
+            except subprocess.TimeoutExpired:
+                if platforms.interrupted:
+                    process.terminate()
     if platforms.interrupted:
         raise platforms.Interrupted
-    if done.returncode != 0:
-        raise SweepError(f"{what} does not compile: {last_words(done.stderr)}")
+    if process.returncode != 0:
+        raise SweepError(f"{what} does not compile: {last_words(errors)}")
 
 
 def make_scenario_object(folder: pathlib.Path, digest: str) -> pathlib.Path:

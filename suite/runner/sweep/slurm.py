@@ -150,14 +150,15 @@ class Progress:
             f"{len(states) - states.count('RUNNING')} waiting"
         line = f"{finished}/{self.total} runs, {jobs}"
         if self.is_terminal:
-            print(f"\r{line:<70}", end="", file=sys.stderr, flush=True)
+            work.rewrite(line, sys.stderr)
         elif time.monotonic() - self.shown_s >= work.Progress.EVERY_S:
             self.shown_s = time.monotonic()
             print(f"swarmtalk-suite: {line}", file=sys.stderr, flush=True)
 
     def clear(self):
         if self.is_terminal:
-            print("\r" + " " * 70 + "\r", end="", file=sys.stderr, flush=True)
+            work.rewrite("", sys.stderr)
+            print("\r", end="", file=sys.stderr, flush=True)
 
 
 def run_all(store, options: str, say) -> dict:

@@ -47,38 +47,56 @@ class Store:
         self.simulators_ = {}  # cell's number: path in programs/
         self._lock = None
 
-    def open(self, file: pathlib.Path):
-        """Begins the folder, or goes on in it. Raises SweepError when it is another sweep's."""
+    def open(self, file: pathlib.Path) -> bool:
+        """Looks at the folder and changes nothing. @return whether nothing has begun there; mark()
+        begins it. Raises SweepError when it is another sweep's."""
         mark = self.folder / "sweep.json"
-        identity = self.plan.identity()
-        if mark.exists():
-            try:
-                found = json.loads(mark.read_text(encoding="utf-8"))
-                known = found["identity"], found["file"], found["format"]
-            except (ValueError, KeyError, TypeError, OSError) as error:
-                raise SweepError(f"{mark} is not what a sweep writes; name another folder with "
-                                 "--folder") from error
-            if known[0] != identity and known[2] == FORMAT and not any(self.runs.glob("*/*")):
-                self._mark(file)  # nothing has been run yet
-            elif known[2] != FORMAT or known[0] != identity:
-                raise SweepError(f"{self.folder} holds another sweep ({known[1]}, as it was then); "
-                                 "name another folder with --folder, or remove this one")
-            elif (self.folder / "sweep.toml").read_bytes() != file.read_bytes():
-                self._mark(file)  # other numbers of runs, for jobs on other machines to see
-        elif self.folder.exists() and any(self.folder.iterdir()):
-            raise SweepError(f"{self.folder} is there and is not a sweep's folder; name another "
-                             "with --folder")
-        else:
-            self._mark(file)
+        if not mark.exists():
+            if self.folder.exists() and not self.folder.is_dir():
+                raise SweepError(f"{self.folder} is not a folder; name another with --folder")
+            if self.folder.exists() and not all(self._is_beginning(e.name)
+                                                for e in self.folder.iterdir()):
+                raise SweepError(f"{self.folder} is there and is not a sweep's folder; name "
+                                 "another with --folder")
+            return True
+        try:
+            found = json.loads(mark.read_text(encoding="utf-8"))
+            identity, name, version = found["identity"], found["file"], found["format"]
+        except (ValueError, KeyError, TypeError, OSError) as error:
+            raise SweepError(f"{mark} is not what a sweep writes; name another folder with "
+                             "--folder") from error
+        is_same = version == FORMAT and identity == self.plan.identity()
+        if not is_same and (version != FORMAT or any(self.runs.glob("*/*"))):
+            raise SweepError(f"{self.folder} holds another sweep ({name}, as it was then); "
+                             "name another folder with --folder, or remove this one")
+        return not is_same
 
-    def _mark(self, file: pathlib.Path):
-        write_whole(self.folder / "sweep.toml", file.read_bytes())
+    @staticmethod
+    def _is_beginning(name: str) -> bool:
+        """Of a file that a sweep leaves which was ended before its folder was begun."""
+        return name in ("lock", "sweep.toml") or name.startswith((".sweep.toml.", ".sweep.json."))
+
+    def mark(self, file: pathlib.Path):
+        """Begins the folder, or takes over other numbers of runs, for jobs on other machines to
+        see. Only with the lock, or another sweep at work would have its file changed."""
         content = {"format": FORMAT, "identity": self.plan.identity(), "file": str(file)}
-        write_whole(self.folder / "sweep.json", (json.dumps(content, indent=1) + "\n").encode())
+        for name, wanted in (("sweep.toml", self._given(file)),
+                             ("sweep.json", (json.dumps(content, indent=1) + "\n").encode())):
+            path = self.folder / name
+            if not path.exists() or path.read_bytes() != wanted:
+                write_whole(path, wanted)
+
+    @staticmethod
+    def _given(file: pathlib.Path) -> bytes:
+        try:
+            return file.read_bytes()
+        except OSError as error:
+            raise SweepError(f"{file}: {error.strerror}") from error
 
     def lock(self):
         """Until this process ends. Raises SweepError when another one works here."""
         try:
+            self.folder.mkdir(parents=True, exist_ok=True)
             self._lock = open(self.folder / "lock", "w", encoding="utf-8")
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:

@@ -182,14 +182,25 @@ class Progress:
 
     def show(self, now: bool = False):
         if self.is_terminal:
-            print(f"\r{self.text():<60}", end="", file=self.out, flush=True)
+            rewrite(self.text(), self.out)
         elif now or self.clock() - self.shown_s >= self.EVERY_S:
             self.shown_s = self.clock()
             print(f"swarmtalk-suite: {self.text()}", file=self.out, flush=True)
 
     def clear(self):
         if self.is_terminal:
-            print("\r" + " " * 70 + "\r", end="", file=self.out, flush=True)
+            rewrite("", self.out)
+            print("\r", end="", file=self.out, flush=True)
+
+
+def rewrite(text: str, out):
+    """The terminal's last line anew: never longer than it is wide, or it would become two."""
+    try:
+        width = os.get_terminal_size(out.fileno()).columns or 80
+    except (OSError, ValueError):
+        width = 80
+    width = max(width - 1, 1)
+    print(f"\r{text[:width]:<{width}}", end="", file=out, flush=True)
 
 
 def duration(seconds: float) -> str:
