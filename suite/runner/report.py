@@ -173,6 +173,10 @@ LABELS = {
     "spliced": "messages put together from two", "packets_per_s": "packets of a robot / s",
     "stood_still_s": "bodies stood still for want of a processor / s",
 }
+LABELS_OF_NEWS = {
+    "converged_s": "until 95 % have heard / s",
+    "delivery": "share of the robots in reach of the TTL that heard",
+}
 MOST_ACROSS = 4  # panels, or their text is too small to read
 HIDDEN = {"program", "platform", "robots", "seed", "seconds", "success", "interrupted",
           "too_short"}
@@ -226,6 +230,12 @@ def columns(logs: list[run_log.Log]) -> dict[str, list[run_log.Log]]:
     return found
 
 
+def label_of(key: str, program: str | None = None) -> str:
+    """What a figure is called; some mean something of their own in a program."""
+    own = LABELS_OF_NEWS if program == "news" else {}
+    return own.get(key) or LABELS.get(key, key)
+
+
 def number(mean: float, half: float | None) -> str:
     """A mean and half its interval, rounded to two digits of that."""
     if not half:
@@ -263,7 +273,7 @@ def table(program: str, runs: dict[str, list[dict]]) -> str:
             few = f" ({len(values)} runs)" if len(values) < len(rs) else ""
             cells.append(f"<td>{number(mean, half if len(values) > 1 else None)}{few}</td>"
                          if values else "<td>&ndash;</td>")
-        lines.append(f"<tr><td>{html.escape(LABELS.get(key, key))}</td>{in_paper(key)}"
+        lines.append(f"<tr><td>{html.escape(label_of(key, program))}</td>{in_paper(key)}"
                      + "".join(cells) + "</tr>")
     return "\n".join(lines + ["</table>"])
 

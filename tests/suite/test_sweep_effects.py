@@ -1,15 +1,17 @@
-"""Effects and interactions: right intervals, and none where there is nothing."""
+"""Effects and interactions: right intervals, none where there is nothing, and what a report says.
+"""
 import importlib.util
 import itertools
 import random
+import re
 import sys
 
 import pytest
 
-from test_runner import ROOT
+from test_runner import ROOT, suite
 
 sys.path.insert(0, str(ROOT / "suite/runner"))
-from sweep import effects, plan as plans  # noqa: E402
+from sweep import effects, page, plan as plans  # noqa: E402
 
 
 def made(levels: dict, runs: int, value) -> tuple:
@@ -76,3 +78,41 @@ def test_cells_without_the_figure_are_left_out_and_counted():
                          lambda a, b, run: None if b == "v" and a == "2" else run)
     effect = effects.Analysis(plan, results, "x").effects()[0]
     assert (effect.used, effect.all) == (1, 2)
+
+
+def test_the_report_says_where_the_rule_was_not_content(tmp_path):
+    """In one cell nobody hears anything, in the other the figure is another one in each run."""
+    pytest.importorskip("matplotlib")
+    for below in ("1e-09", "2e-09"):  # the table is the same, the report is not
+        (tmp_path / "s.toml").write_text(
+            "program = 'hop_count'\nrobots = 4\nseconds = 12\nruns = 2\nreport = ['delivery']\n"
+            f"[stop]\nmetric = 'delivery'\nbelow = {below}\nat_most = 3\n"
+            "[vary]\nradio.loss = [1.0, 0.3]\n")
+        assert suite(tmp_path, "sweep", "s.toml").returncode == 0
+        text = (tmp_path / "sweep-s/report.html").read_text()
+        assert f"is below {below}, at most 3 runs. 0 of 2 cells came below it" in text
+        assert "Cells 0, 1 did not" in text
+
+
+def test_the_report_tells_effects_and_interactions_in_numbers_and_pictures(tmp_path):
+    pytest.importorskip("matplotlib")
+    levels = {"load": ["low", "high"], "memory": ["10", "20"], "robots": ["4", "9"]}
+    cells = [plans.Cell(i, dict(zip(levels, labels)), {},
+                        {"program": "news", "platform": "sim-kilobot", "robots": [0] * 4,
+                         "seconds": 1, "seed": i}, {})
+             for i, labels in enumerate(itertools.product(*levels.values()))]
+
+    def value(cell, run):  # more memory helps under a high load, and only there
+        labels = cell.labels
+        return 0.9 - (0.4 if labels["load"] == "high" and labels["memory"] == "10" else 0) \
+            + (run - 1.5) / 1000
+    results = {c.number: {run: {"converged_s": value(c, run)} for run in range(4)} for c in cells}
+    plan = plans.Plan(levels, cells, 4, None, [])
+    page.write(plan, results, tmp_path / "r.html", "Test", lambda cell: "x")
+    text = (tmp_path / "r.html").read_text()
+    assert "<h2>until 95 % have heard / s</h2>" in text, "hop counts' words"
+    assert "What changes it most, on average: load low &rarr; high (0.9 becomes 0.7)" in text
+    found = re.search(r"<td>load: low &rarr; high</td><td>memory: 10 &rarr; 20</td><td>(.*?)</td>"
+                      r"<td>(.*?)</td><td><b>(.*?)</b>", text)
+    assert found[1] == "-0.4" and abs(float(found[2])) < 1e-9 and found[3].startswith("0.4")
+    assert text.count("<svg") == 2 and "1 of 3 interactions differ from 0" in text

@@ -37,6 +37,7 @@ class Effect:
     since: tuple  # labels
     to: tuple
     estimate: Estimate
+    before: Estimate  # the metric at `since`; of an interaction: one change without the other
     used: int     # combinations of the other axes that have values at all ends
     all: int
 
@@ -158,8 +159,9 @@ class Analysis:
             first, *rest = self.plan.axes[axis]
             for label in rest:
                 value, used, count = self.combine((axis,), [(1.0, (label,)), (-1.0, (first,))])
-                if value:
-                    found.append(Effect((axis,), (first,), (label,), value, used, count))
+                if value:  # by the same cells
+                    before, _, _ = self.combine((axis,), [(0.0, (label,)), (1.0, (first,))])
+                    found.append(Effect((axis,), (first,), (label,), value, before, used, count))
         return found
 
     def interactions(self) -> list[Effect]:
@@ -168,8 +170,9 @@ class Analysis:
         for axes in itertools.combinations(self.axes, 2):
             (a, *more_a), (b, *more_b) = (self.plan.axes[axis] for axis in axes)
             for to_a, to_b in itertools.product(more_a, more_b):
-                value, used, count = self.combine(axes, [
-                    (1.0, (to_a, to_b)), (-1.0, (to_a, b)), (-1.0, (a, to_b)), (1.0, (a, b))])
+                corners = (to_a, to_b), (to_a, b), (a, to_b), (a, b)
+                value, used, count = self.combine(axes, list(zip((1.0, -1.0, -1.0, 1.0), corners)))
                 if value:
-                    found.append(Effect(axes, (a, b), (to_a, to_b), value, used, count))
+                    before, _, _ = self.combine(axes, list(zip((0.0, 1.0, 0.0, -1.0), corners)))
+                    found.append(Effect(axes, (a, b), (to_a, to_b), value, before, used, count))
         return found
