@@ -14,8 +14,9 @@
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr int kStatusCost = 32;    // as many cheap requests take as long
-constexpr int kReloadCost = 1000;  // the others' turn comes before the next
+constexpr int kStatusCost = 32;        // as many cheap requests take as long
+constexpr int kLeastCostInATurn = 16;  // a request, in messages: others wait for it
+constexpr int kReloadCost = 1000;      // the others' turn comes before the next
 
 // A request of a newer minor looks like no request at all, but for fields that we do not know: in
 // an Envelope without a submessage, whatever is not its id.
@@ -58,8 +59,8 @@ std::optional<StreamEnd> ClientRequests::handle(const ipc::Envelope& request, in
   }
   const bool is_repeated = request.has_reload() && operations_.has_reloaded();
   const int cost = is_repeated ? 1 : cost_of(request);
-  requests_left -= cost;
   const bool is_free = request.has_publish() || request.has_client_loss();  // they have own limits
+  requests_left -= is_free ? cost : std::max(cost, kLeastCostInATurn);
   if (!is_free) {
     if (const auto refusal = check_rate(request, std::min(cost, kStatusCost))) {
       answers_.refuse(*refusal);

@@ -119,6 +119,7 @@ class Session final : public std::enable_shared_from_this<Session> {
   ClientOperations operations_;
   ClientRequests requests_;
   int requests_left_ = 0;   // in this turn
+  int looks_ = 0;           // for a request, in this turn
   std::string doom_;        // not empty: close at the next flush, for this reason
   std::string last_words_;  // not empty: nobody hears us; close when all is read, for this reason
   bool is_malformed_ = false;

@@ -13,8 +13,8 @@ namespace swarmtalk::daemon {
 namespace {
 
 constexpr std::size_t kReadBytes = 16 * 1024;
-constexpr int kReadsPerTurn = 8;  // then the other sessions have their turn
-constexpr int kRequestsPerTurn = 256;
+constexpr int kReadsPerTurn = 8;       // then the other sessions have their turn
+constexpr int kRequestsPerTurn = 256;  // messages, of which a request counts as several
 constexpr int kLooksAtOneRequest = 3;  // before it is read, at it, behind it
 
 constexpr const char* kNoFrame =
@@ -100,6 +100,7 @@ void Session::hear_bells() {
 void Session::read_turn(bool may_look_again) {
   if (is_closed_ || is_input_closed_) return;
   requests_left_ = kRequestsPerTurn;
+  looks_ = 0;
   parse_all();  // what the last turn left
   bool has_read = false;
   bool has_read_all = false;
@@ -114,7 +115,7 @@ void Session::read_turn(bool may_look_again) {
   if (!last_words_.empty() && !is_input_closed_) {
     return has_read_all ? close(last_words_) : reading_.next_turn();
   }
-  is_streaming_ = is_streaming_ || kRequestsPerTurn - requests_left_ > kLooksAtOneRequest;
+  is_streaming_ = is_streaming_ || looks_ > kLooksAtOneRequest;
   watch();
   if (!is_input_closed_) go_on_reading(has_read, may_look_again);
 }
@@ -159,6 +160,7 @@ Session::Read Session::read_once() {
 void Session::parse_all() {
   while (!is_input_closed_ && doom_.empty() && requests_left_ > 0) {
     --requests_left_;
+    ++looks_;
     std::string_view envelope;
     const ipc::ReadResult result = reader_.next(envelope);
     if (result == ipc::ReadResult::kNeedMore) return;

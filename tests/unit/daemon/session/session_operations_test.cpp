@@ -118,5 +118,33 @@ TEST_F(SessionTest, RequestsThatCountAsManyAreGoneOnWithInTheNextTurn) {
   EXPECT_EQ(peer->receive().size(), 20u);
 }
 
+TEST_F(SessionTest, AFloodOfRequestsKeepsAnotherWaitingForFewOfThem) {
+  auto flooding = greeted();
+  auto other = greeted();
+  std::string bytes;
+  for (std::uint32_t id = 1; id <= 500; ++id) {
+    ipc::Envelope request;
+    request.set_request_id(id);
+    request.mutable_get_pose();
+    ASSERT_TRUE(ipc::append_frame(request, bytes));
+  }
+  flooding->send_bytes(bytes);
+  ipc::Envelope request;
+  request.set_request_id(1);
+  request.mutable_get_pose();
+  other->send(request);
+  std::size_t answers = 0;
+  for (int turn = 0; turn < 1000 && answers == 0; ++turn) {
+    io_.restart();
+    io_.poll_one();
+    answers = other->receive().size();
+  }
+  EXPECT_EQ(answers, 1u);
+  const std::size_t before_it = flooding->receive().size();
+  EXPECT_LE(before_it, 32u) << "of 500";
+  step();
+  EXPECT_EQ(before_it + flooding->receive().size(), 500u);
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon
