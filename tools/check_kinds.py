@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-MOST_CLOCK = 434  # today's; it may fall only
+MOST_CLOCK = 410  # today's; it may fall only
 FOLDER = re.compile(r"^ *swarmtalk_pytest\((\w+) (\w+)", re.MULTILINE)
 PROGRAM = re.compile(r"^swarmtalk_test\(([^)]*)\)", re.MULTILINE)
 TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)", re.MULTILINE)
@@ -62,7 +62,7 @@ def main():
             printed, problem = job.result()
             clock += len(re.findall("^clock: ", printed, re.MULTILINE))
             problems += [problem] if problem else []
-            problems += re.findall("^not logic: .*", printed, re.MULTILINE)
+            problems += re.findall("^not .*", printed, re.MULTILINE)
     if clock > MOST_CLOCK:
         problems.append(f"{clock} tests are of kind clock, and {MOST_CLOCK} may be: see "
                         "CONTRIBUTING.md for what makes a test one of kind logic")

@@ -12,7 +12,7 @@ import termios
 import time
 
 import pytest
-from table import Daemon, Double, kilobot_link, one_line, wait_for
+from table import Daemon, Double, kilobot_link, one_line, program, run, wait_for
 
 
 def record(address: int, kind: int, data: bytes) -> str:
@@ -262,6 +262,7 @@ def test_a_daemon_that_ends_leaves_no_controller_repeating(stack, daemon, double
     assert not double.end()["repeating"]
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("keys, parts", [
     ({"downlink": None}, ("downlink", "overhead controller")),
     ({"downlink": "ttyUSB0"}, ("downlink", "by-id")),
@@ -273,10 +274,12 @@ def test_a_daemon_that_ends_leaves_no_controller_repeating(stack, daemon, double
     ({"interface": "wlan0"}, ("interface",)),
     ({"profile": "wifi"}, ("profile", "kilobot")),
 ])
-def test_a_wrong_configuration_gets_one_line(stack, keys, parts):
+def test_a_wrong_configuration_gets_one_line(tmp_path, keys, parts):
     config = kilobot_link(**{"downlink": "/dev/swarmtalk-none", **keys})
     if "profile" in keys:
         config = config.replace('profile = "kilobot"\n', "", 1)
-    daemon = Daemon(stack, "wrong", config)
-    wait_for(lambda: not daemon.process.is_running(), what="the daemon's end")
-    one_line(daemon.process.errors.read_text(), "wrong.toml:", *parts)
+    path = tmp_path / "wrong.toml"
+    path.write_text(f'[socket]\npath = "{tmp_path}/s"\n{config}')
+    done = run(program("swarmtalkd"), "--config", path)
+    assert done.returncode == 1
+    one_line(done.stderr, "wrong.toml:", *parts)

@@ -121,7 +121,7 @@ def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
     assert (done.returncode, done.stdout) == (0, "robot 1\n"), done.stderr
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_what_a_script_logs_is_seen(name, two_robots, tmp_path):
     script = tmp_path / "logs.py"
     script.write_text("def usr(robot):\n    robot.logger.info('hello')\n"
@@ -142,7 +142,7 @@ robot.fly()
 """
 
 
-@pytest.mark.parametrize("name", ["python3", "python2.7"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 @pytest.mark.parametrize("has_debug", [True, False], ids=["debug", "no_debug"])
 def test_a_wrapped_robot_tells_what_ends_the_program(name, has_debug, tmp_path):
     program = tmp_path / "wrapped.py"
@@ -172,22 +172,27 @@ def test_a_wrapped_robot_tells_what_ends_the_program(name, has_debug, tmp_path):
     assert heard[-1].startswith("AttributeError: a Coachbot's robot has no 'fly'")
 
 
-MISTAKES = {
-    "no such script": (["nowhere.py"], 2, r"cannot read nowhere.py: No such file"),
-    "no such Python": (["--python", "python1.5", __file__], 2, r"python1.5 cannot be started"),
-    "no daemon": ([__file__], 3, r"cannot reach swarmtalkd: /nowhere does not exist"),
-}
+@pytest.mark.logic
+@pytest.mark.parametrize("script, code, pattern", [
+    ("nowhere.py", 2, r"cannot read nowhere.py: No such file"),
+    (__file__, 3, r"cannot reach swarmtalkd: /nowhere does not exist")],
+    ids=["no_such_script", "no_daemon"])
+def test_a_mistake_is_one_line(script, code, pattern):
+    assert mistake([script], "/nowhere", pattern) == code
 
 
-@pytest.mark.parametrize("what", MISTAKES, ids=[what.replace(" ", "_") for what in MISTAKES])
-def test_a_mistake_is_one_line(what, two_robots):
-    words, code, pattern = MISTAKES[what]
-    path = two_robots[0].socket if what == "no such Python" else "/nowhere"
+def test_a_python_that_is_not_there_is_told_in_one_line(two_robots):
+    words = ["--python", "python1.5", __file__]
+    assert mistake(words, two_robots[0].socket, r"python1.5 cannot be started") == 2
+
+
+def mistake(words, socket, pattern):
+    """The exit status; what is told is one line that has the pattern."""
     done = subprocess.run([RUN, *words], text=True, capture_output=True, timeout=60,
-                          env={**os.environ, "SWARMTALK_SOCKET": path})
-    assert done.returncode == code
+                          env={**os.environ, "SWARMTALK_SOCKET": socket})
     lines = [line for line in done.stderr.splitlines() if "debug channel" not in line]
     assert len(lines) == 1 and re.search(pattern, lines[0]), done.stderr
+    return done.returncode
 
 
 def test_a_script_without_usr_is_told(two_robots, tmp_path):
@@ -217,6 +222,7 @@ def test_a_traceback_begins_in_the_script(text, last, two_robots, tmp_path):
     assert "swarmtalk.py" not in done.stderr and "swarmtalk-run" not in done.stderr
 
 
+@pytest.mark.logic
 @pytest.mark.parametrize("words, told", [
     ([], "the following arguments are required: script"),
     (["--within", "far", "x.py"], "argument --within: invalid float value: 'far'"),

@@ -10,7 +10,7 @@ import threading
 import time
 
 import pytest
-from conftest import ROOT, find_python
+from conftest import PYTHON_2, ROOT, find_python
 from daemons import CLIENT
 
 import daemons
@@ -182,7 +182,7 @@ EXAMPLES = {
 }
 
 
-@pytest.mark.parametrize("language", ["python3", "python2.7", "cpp"])
+@pytest.mark.parametrize("language", ["python3", PYTHON_2, "cpp"])
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_runs(name, language, two_robots, chatter):
     with swarmtalk.Client("pose", two_robots[0].socket) as robot:
@@ -210,7 +210,7 @@ def claim(socket, is_heard):
             publisher.send(b"\x09\0\0\0")
 
 
-@pytest.mark.parametrize("language", ["python3", "python2.7", "cpp"])
+@pytest.mark.parametrize("language", ["python3", PYTHON_2, "cpp"])
 def test_the_example_writes_a_table(language, two_robots, chatter, tmp_path):
     table = tmp_path / "table.csv"
     process = subprocess.Popen(

@@ -3,8 +3,8 @@
 A folder has one, in its CMakeLists.txt; a file (`pytestmark`), a function or one of its parameters
 may be marked with another. cmake's function swarmtalk_pytest loads this plugin while it collects,
 with the folder's kind in SWARMTALK_KIND, and reads "KIND: TEST" for each test. Where a test of kind
-`logic` does what such a test may not, "not logic: TEST: WHY" is printed as well; tools/check
-refuses that.
+`logic`, or `clock`, does what such a test may not, "not KIND: TEST: WHY" is printed as well;
+tools/check refuses that.
 """
 import ast
 import inspect
@@ -55,8 +55,13 @@ def used_by(item):
     return found.values()
 
 
-def forbidden(item):
-    """What keeps a test from being of kind `logic`; nothing if it may be."""
+def forbidden(item, kind):
+    """What keeps a test from being of this kind; nothing if it may be."""
+    values = getattr(getattr(item, "callspec", None), "params", {}).values()
+    if kind != "field" and any(value == "python2.7" for value in values):
+        return "a Python 2.7 may have to be fetched"
+    if kind != "logic":
+        return None
     for function in used_by(item):
         text = textwrap.dedent(inspect.getsource(function))
         called = CALLS.search(text)
@@ -73,6 +78,6 @@ def pytest_collection_finish(session):
     for item in session.items:
         kind = kind_of(item)
         print(f"{kind}: {item.nodeid}")
-        why = forbidden(item) if kind == "logic" else None
+        why = forbidden(item, kind)
         if why:
-            print(f"not logic: {item.nodeid}: {why}")
+            print(f"not {kind}: {item.nodeid}: {why}")
