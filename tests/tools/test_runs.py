@@ -100,15 +100,18 @@ def test_what_fails_twice_is_red(project):
     status, ran, lines, counts = project(
         logic={"Hub.Sends": PASSES}, clock={ALONE: FAILS, "view.page.z": FAILS_ONCE}).run()
     assert status == 1 and counts == (2, 1, 0) and ran.count(ALONE) == 2
-    assert lines[-2:] == [f"tools/test: failed: {ALONE}",
+    again = re.fullmatch(r"  again: tools/test -R '(.*)'", lines[-2])[1]
+    assert lines[-3:] == [f"tools/test: failed: {ALONE}", lines[-2],
                           "tools/test: passed at the second try: view.page.z"]
+    assert re.fullmatch(again, ALONE) and not re.match(again, ALONE + "x")
 
 
 def test_no_other_test_gets_a_second_try(project):
     status, ran, lines, counts = project(
         logic={"Hub.Sends": FAILS_ONCE}, clock={ALONE: PASSES}).run()
     assert status == 1 and counts == (1, 1, 0) and ran == ["Hub.Sends", ALONE]
-    assert lines[-1] == "tools/test: failed: Hub.Sends"
+    assert lines[-2:] == ["tools/test: failed: Hub.Sends",
+                          "  again: tools/test -R '^(Hub\\.Sends)$'"]
 
 
 def test_a_product_that_is_broken_is_not_tried_again(project):
