@@ -1,10 +1,9 @@
 """The subcommands that look: channels, hz, ping, decode, pose watch, top, radar; and the formats of
-sub and pub. What --json prints is held against its document. Screens: test_screens.py."""
+sub and pub. What --json prints is held against its document. Screens: test_screens.py; against a
+daemon that dies or does not answer: tests/unit/cli/looking_test.cpp."""
 import json
-import os
 import re
 import signal
-import subprocess
 
 import pytest
 from conftest import ROOT, one_line, program, run, wait_for
@@ -14,13 +13,8 @@ FRAME = ("535401010032000000023096c8a8000001ce01f4000000000000170002000001" +
 KINDS = {bool: "true or false", int: "integer", float: "number", str: "text", type(None): "null"}
 
 
-@pytest.fixture
-def lab(talking_lab):
-    return talking_lab
-
-
-def test_channels_names_who_publishes_on_the_air(lab):
-    done = lab.cli(3, "channels", "--json", "-W", "2")
+def channels_names_who_publishes_on_the_air(lab):
+    done = lab.cli(3, "channels", "--json", "-W", "1")
     assert done.returncode == 0, done.stderr
     channels = {each["name"] or each["number"]: each
                 for each in json.loads(done.stdout)["channels"]}
@@ -29,11 +23,11 @@ def test_channels_names_who_publishes_on_the_air(lab):
     assert [each["node_id"] for each in channels[4711]["on_air"]] == [2]
     assert channels[4711]["subscribers_here"] == 0
     assert channels[4711]["on_air"][0]["messages_per_s"] > 0
-    done = lab.cli(3, "channels", "-W", "2")
+    done = lab.cli(3, "channels", "-W", "1")
     assert re.search(r"^alarm +\d+ .* 1$", done.stdout, re.M), done.stdout
 
 
-def test_sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
+def sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
     done = lab.cli(3, "sub", "--all", "-C", "12", "-F", "%c %s %l", "-W", "20")
     assert done.returncode == 0, done.stderr
     assert set(done.stdout.splitlines()) == {"alarm 1 5", "4711 2 6"}
@@ -47,7 +41,7 @@ def test_sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
     assert "values (not <Hf: 5 bytes, not 6)" in done.stdout
 
 
-def test_top_finds_a_channel_by_its_name_where_only_its_number_is_known(lab):
+def top_finds_a_channel_by_its_name_where_only_its_number_is_known(lab):
     channels = json.loads(lab.cli(3, "channels", "--json", "-W", "1").stdout)["channels"]
     number, = [each["number"] for each in channels if each["name"] == "alarm"]
     done = lab.cli(2, "top", "--once", "--filter", "alarm")  # nobody uses it on robot 2
@@ -58,25 +52,13 @@ def test_top_finds_a_channel_by_its_name_where_only_its_number_is_known(lab):
     assert str(number) not in done.stdout and "none of that name" in done.stdout, done.stdout
 
 
-def test_hz_tells_the_rate_of_each_sender(lab):
-    done = lab.cli(3, "hz", "alarm", "-C", "1")
+def hz_tells_the_rate_of_each_sender(lab):
+    done = lab.cli(3, "hz", "alarm", "-C", "1", "--period", "1")
     assert re.match(r"alarm: robot 1  \d+\.\d\d Hz  every 0\.\d+ s", done.stdout), done.stdout
 
 
-def test_hz_counts_a_channel_that_is_named_twice_once(udp_lab):
-    lab = udp_lab(2)
-    hz = lab.start(2, program("swarmtalk-cli"), "hz", "a", "a", "--json", "--period", "2", "-C",
-                   "3")
-    wait_for(lambda: any(each["subscribers"] for each in lab.status(2)["channels"]),
-             what="the subscription")
-    assert lab.cli(1, "pub", "a", "x", "--repeat", "5").returncode == 0
-    out, _ = hz.communicate(timeout=30)
-    reports = [json.loads(line) for line in out.splitlines()]
-    assert sum(each["messages"] for report in reports for each in report["senders"]) == 5, out
-
-
-def test_ping_tells_round_trips_and_who_does_not_answer(lab):
-    done = lab.cli(3, "ping", "1", "-C", "3", "--period", "5", "--json")
+def ping_tells_round_trips_and_who_does_not_answer(lab):
+    done = lab.cli(3, "ping", "1", "-C", "3", "--period", "2", "--json")
     assert done.returncode == 0, done.stderr
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert [each["sequence"] for each in answers] == [1, 2, 3]
@@ -112,28 +94,7 @@ def test_daemons_that_report_answer_ping_and_every_hop_is_told(udp_lab, tmp_path
     assert re.search(r"^robot 3: hops there 1  \d+\.\d\d ms  4 sent, ", text, re.M), text
 
 
-def test_a_daemon_that_does_not_report_answers_no_ping(udp_lab):
-    lab = udp_lab(2)
-    done = lab.cli(1, "ping", "2", "-C", "1", "--period", "0.5")
-    assert done.returncode == 1
-    one_line(done.stderr, "report = true", "ping --answer")
-
-
-def test_pub_sends_a_message_a_line(udp_lab, tmp_path):
-    lab = udp_lab(2)
-    sub = lab.start_sub(2, "a", "--json", "-C", "3")
-    lines = tmp_path / "lines"
-    lines.write_text("one\n\nthree")
-    done = lab.cli(1, "pub", "a", "--lines", "--file", lines, "--rate", "100")
-    assert (done.returncode, done.stderr) == (0, "")
-    out, _ = sub.communicate(timeout=60)
-    assert [json.loads(line)["text"] for line in out.splitlines()] == ["one", "", "three"]
-    lines.write_text("1 2\n1\n")
-    done = lab.cli(1, "pub", "a", "--lines", "--file", lines, "--fmt", "<HH")
-    assert done.returncode == 1
-    one_line(done.stderr, "line 2 of .*: format <HH takes 2 values, not 1; the lines before")
-
-
+@pytest.mark.logic
 def test_decode_names_the_fields_of_a_frame():
     cli = program("swarmtalk-cli")
     ethernet = "ffffffffffff02535400000288b5"
@@ -161,8 +122,10 @@ def test_decode_names_the_fields_of_a_frame():
     assert cut["problem"] in done.stderr and whole["problem"] is None
 
 
-def test_mistakes_are_one_line_and_the_documented_exit_code(udp_lab, tmp_path):
-    lab = udp_lab(1)
+@pytest.mark.logic
+def test_mistakes_are_one_line_and_the_documented_exit_code(tmp_path):
+    """All but the last need no daemon."""
+    cli = (program("swarmtalk-cli"), "--socket", tmp_path / "none")
     for words, code, pattern in (
             (("sub",), 2, "CHANNEL, or --all"),
             (("sub", "a", "-F", "%q"), 2, "-F has %q"),
@@ -190,10 +153,8 @@ def test_mistakes_are_one_line_and_the_documented_exit_code(udp_lab, tmp_path):
             (("pub", "a", "--fmt", "B", "256"), 2, "'256' is not a value"),
             (("pub", "a", "--file", tmp_path / "none"), 1, "No such file"),
             (("decode", "zz"), 2, "not hexadecimal"),
-            (("top",), 1, "top --once"),
-            (("radar",), 1, "radar --once"),
             (("top", "--sort", "x"), 2, "sort")):
-        done = lab.cli(1, *words)
+        done = run(*cli, *words)
         assert done.returncode == code, (words, done.stderr)
         one_line(done.stderr, pattern)
     for words in (("channels",), ("hz", "a"), ("pose", "watch"), ("top", "--once"),
@@ -228,31 +189,7 @@ def test_numbers_that_are_none_are_refused_by_every_option(tool, word):
     assert seen >= (1 if tool == "swarmtalk-view" else 5)
 
 
-def end_with_the_daemon(lab, started, line):
-    for process in started:
-        assert process.stdout.readline()
-    os.kill(lab.pid(1), signal.SIGKILL)
-    for process in started:
-        _, error = process.communicate(timeout=60)
-        assert process.returncode == 3
-        one_line(error, line)
-
-
-def test_a_daemon_that_dies_ends_the_screens_with_one_line(udp_lab):
-    lab = udp_lab(1)
-    started = [lab.start(1, program("swarmtalk-cli"), verb, "--json", "--period", "0.1")
-               for verb in ("top", "radar")]
-    end_with_the_daemon(lab, started, "swarmtalkd closed the connection$")
-
-
-def test_a_daemon_that_dies_ends_hz_with_one_line(udp_lab):
-    lab = udp_lab(1)
-    started = [lab.start(1, program("swarmtalk-cli"), "hz", "a", "--period", "0.1", *words)
-               for words in ((), ("--json",), ("-C", "100"))]
-    end_with_the_daemon(lab, started, "lost swarmtalkd: [^;]+$")
-
-
-def test_a_misspelt_channel_is_told_with_the_one_that_there_is(lab):
+def a_misspelt_channel_is_told_with_the_one_that_there_is(lab):
     hint = "uses channel 'alrm'; did you mean 'alarm'"
     done = lab.cli(1, "pub", "alrm", "x")
     assert done.returncode == 0
@@ -267,41 +204,6 @@ def test_a_misspelt_channel_is_told_with_the_one_that_there_is(lab):
         quiet.stderr.readline())
     quiet.send_signal(signal.SIGINT)
     quiet.communicate(timeout=60)
-
-
-def test_who_has_lost_the_daemon_is_told_what_it_means(udp_lab):
-    lab = udp_lab(2)
-    cli = program("swarmtalk-cli")
-    ping = lab.start(1, cli, "ping", "2", "-C", "16", "--period", "0.5")
-    assert "no answer" in ping.stdout.readline()
-    pub = subprocess.Popen([cli, "--socket", lab.state()[0]["socket"], "pub", "a", "--lines"],
-                           stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                           text=True)
-    pub.stdin.write("one\ntwo\n")
-    pub.stdin.flush()
-    wait_for(lambda: any(each["messages_published"] == 2
-                         for each in lab.status(1)["clients_served"]), what="two lines")
-    os.kill(lab.pid(1), signal.SIGKILL)
-    _, error = pub.communicate("three\n", timeout=60)
-    assert pub.returncode == 3
-    one_line(error, "lost swarmtalkd; 2 lines have been sent, the next one")
-    _, error = ping.communicate(timeout=60)
-    assert ping.returncode == 3
-    assert "could not be asked any more: this robot's swarmtalkd is gone" in error
-    assert "out of reach" not in error
-
-
-def test_who_waits_for_values_is_told_that_the_daemon_has_died(udp_lab, tmp_path):
-    base = tmp_path / "base.toml"
-    base.write_text("[reserved]\nharvest = true\n")
-    lab = udp_lab(1, "--config", base)
-    process = lab.start(1, program("swarmtalk-cli"), "harvest", "-W", "60")
-    wait_for(lambda: any(each["name"] == "harvest" and each["publishers"]
-                         for each in lab.status(1)["channels"]), what="the question")
-    os.kill(lab.pid(1), signal.SIGKILL)
-    _, error = process.communicate(timeout=60)
-    assert process.returncode == 3
-    one_line(error, "swarmtalkd closed the connection$")
 
 
 def paths(value, at=""):
@@ -330,7 +232,7 @@ def named(path):
 
 
 VERBS = {
-    "channels": ("-W", "0.5"), "hz": ("alarm", "-C", "1"), "top": ("-C", "1"),
+    "channels": ("-W", "0.5"), "hz": ("alarm", "-C", "1", "--period", "1"), "top": ("-C", "1"),
     "neighbours": (), "pose get": (), "pose watch": ("-C", "1"),
     "ping": ("1", "-C", "1", "--period", "10"),
     "sub": ("alarm", "-C", "1", "-W", "20"), "status": (), "decode": (FRAME,),
@@ -338,7 +240,7 @@ VERBS = {
 }
 
 
-def test_what_json_prints_is_what_its_document_says(lab):
+def what_json_prints_is_what_its_document_says(lab):
     wait_for(lambda: len(json.loads(lab.cli(3, "neighbours", "--json").stdout)["neighbours"]) == 2,
              what="the neighbours")
     for verb, words in VERBS.items():
@@ -359,6 +261,16 @@ def test_what_json_prints_is_what_its_document_says(lab):
             empty = any("[]" in path and not any(key.startswith(path[:m.end()]) for key in keys)
                         for m in re.finditer(r"\[\]", path))
             assert within or empty, f"docs/cli-json.md has {path}; {verb} does not print it"
+
+
+def test_three_robots_are_seen_by_every_command_that_looks(talking_lab):
+    for look in (channels_names_who_publishes_on_the_air,
+                 sub_prints_all_channels_and_in_a_format_of_ones_own,
+                 top_finds_a_channel_by_its_name_where_only_its_number_is_known,
+                 hz_tells_the_rate_of_each_sender, ping_tells_round_trips_and_who_does_not_answer,
+                 a_misspelt_channel_is_told_with_the_one_that_there_is,
+                 what_json_prints_is_what_its_document_says):
+        look(talking_lab)
 
 
 @pytest.mark.logic

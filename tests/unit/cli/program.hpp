@@ -77,6 +77,7 @@ class Program {
   void close_output() { close_once(out_); }
   void signal(int number) { ::kill(pid_, number); }
   std::string read_line() { return read(out_, '\n'); }
+  std::string read_error_line() { return read(error_, '\n'); }
 
   Result finish() {
     close_input();

@@ -1,0 +1,152 @@
+// What swarmtalk-cli says of a daemon that dies, of lines, of robots that do not answer: the
+// program itself against a fake daemon.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/cli/cli_fixture.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using nlohmann::json;
+
+class CliLooking : public Cli {
+ protected:
+  /// Kills the daemon once it has heard `matches` of the command: what the command says then.
+  Result loses_the_daemon(const Strings& arguments,
+                          const std::function<bool(const ipc::Envelope&)>& matches) {
+    Program program(with_socket(arguments));
+    wait_for(matches, daemon.count(matches) + 1);
+    daemon.kill();
+    const Result result = program.finish();
+    daemon.restart();
+    EXPECT_EQ(result.exit_code, 3) << arguments[0] << ": " << result.error;
+    return result;
+  }
+  /// A file beside the socket, which goes with it.
+  std::string file(const std::string& text) const {
+    const auto place = std::filesystem::path(path).parent_path() / "lines";
+    std::ofstream(place) << text;
+    return place.string();
+  }
+  std::vector<std::string> published() {
+    std::vector<std::string> payloads;
+    for (const auto& envelope : daemon.received()) {
+      if (envelope.has_publish()) payloads.push_back(envelope.publish().payload());
+    }
+    return payloads;
+  }
+};
+
+TEST_F(CliLooking, ADaemonThatDiesEndsScreensAndValuesWithOneLine) {
+  const auto is_status = [](const auto& envelope) { return envelope.has_get_status(); };
+  const auto is_neighbours = [](const auto& envelope) { return envelope.has_get_neighbours(); };
+  const std::string closed = "swarmtalk-cli: swarmtalkd closed the connection\n";
+  EXPECT_EQ(loses_the_daemon({"top", "--json", "--period", "0.1"}, is_status).error, closed);
+  EXPECT_EQ(loses_the_daemon({"radar", "--json", "--period", "0.1"}, is_neighbours).error, closed);
+  EXPECT_EQ(loses_the_daemon({"harvest", "-W", "60"}, is_publish).error, closed);
+}
+
+TEST_F(CliLooking, ADaemonThatDiesEndsRatesWithOneLine) {
+  const auto is_subscribe = [](const auto& envelope) { return envelope.has_subscribe(); };
+  for (const Strings& more : {Strings{}, {"--json"}, {"-C", "1000"}}) {
+    Strings words{"hz", "a", "--period", "0.1"};
+    words.insert(words.end(), more.begin(), more.end());
+    const std::string error = loses_the_daemon(words, is_subscribe).error;
+    EXPECT_EQ(error.find("swarmtalk-cli: lost swarmtalkd: "), 0u) << error;
+    EXPECT_EQ(lines(error), 1) << error;
+    EXPECT_EQ(error.find(';'), std::string::npos) << "nothing is promised: " << error;
+  }
+}
+
+TEST_F(CliLooking, WhoHasLostTheDaemonBetweenLinesIsToldHowManyHaveLeft) {
+  Program program(with_socket({"pub", "a", "--lines"}));
+  program.write("one\ntwo\n");
+  wait_for_publications(2);
+  daemon.kill();
+  program.write("three\n");
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_EQ(
+      result.error.find("swarmtalk-cli: lost swarmtalkd; 2 lines have been sent, the next one"), 0u)
+      << result.error;
+  EXPECT_EQ(lines(result.error), 1) << result.error;
+}
+
+TEST_F(CliLooking, ARobotThatCouldNotBeAskedIsNotCalledOutOfReach) {
+  const Result lost = loses_the_daemon({"ping", "2", "-C", "1", "--period", "5"}, is_publish);
+  EXPECT_NE(lost.error.find("could not be asked any more: this robot's swarmtalkd is gone"),
+            std::string::npos)
+      << lost.error;
+  EXPECT_EQ(lost.error.find("out of reach"), std::string::npos) << lost.error;
+}
+
+TEST_F(CliLooking, ARobotThatDoesNotAnswerIsToldWithWhatMakesItAnswer) {
+  const Result silent = run({"ping", "2", "-C", "2", "--period", "0.2"});
+  EXPECT_EQ(silent.exit_code, 1);
+  EXPECT_EQ(lines(silent.out), 3) << silent.out;
+  EXPECT_NE(
+      silent.out.find("2  no answer within 0.20 s\n2 sent, 0 answered; lost on the way there 0, "
+                      "back 0, not known where 2\n"),
+      std::string::npos)
+      << silent.out;
+  EXPECT_EQ(lines(silent.error), 1) << silent.error;
+  for (const char* word : {"robot 2 has not answered", "report = true", "ping --answer"}) {
+    EXPECT_NE(silent.error.find(word), std::string::npos) << silent.error;
+  }
+  const Result own = run({"ping", "42"});
+  EXPECT_EQ(own.exit_code, 2);
+  EXPECT_EQ(own.error, "swarmtalk-cli: robot 42 is this one; ping another\n");
+}
+
+TEST_F(CliLooking, PubSendsAMessageALine) {
+  EXPECT_EQ(run({"pub", "a", "--lines", "--file", file("one\n\nthree"), "--rate", "100"}).exit_code,
+            0);
+  EXPECT_EQ(published(), (Strings{"one", "", "three"}));
+  const Result wrong = run({"pub", "a", "--lines", "--file", file("1 2\n1\n"), "--fmt", "<HH"});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_EQ(published().size(), 4u) << "the line before was sent";
+  EXPECT_EQ(lines(wrong.error), 1) << wrong.error;
+  EXPECT_EQ(wrong.error.find("swarmtalk-cli: line 2 of "), 0u) << wrong.error;
+  EXPECT_NE(wrong.error.find(": format <HH takes 2 values, not 1; the lines before"),
+            std::string::npos)
+      << wrong.error;
+}
+
+TEST_F(CliLooking, HzCountsAChannelThatIsNamedTwiceOnce) {
+  Program program(with_socket({"hz", "a", "a", "--json", "--period", "0.2"}));
+  wait_for([](const auto& envelope) { return envelope.has_unsubscribe(); }, 1);
+  ipc::Deliver deliver;
+  deliver.set_sender(3);
+  for (int i = 0; i < 5; ++i) daemon.deliver(deliver);
+  deliver.set_sender(4);  // after all of these
+  daemon.deliver(deliver);
+  int heard = 0;
+  for (bool is_end = false; !is_end;) {
+    const std::string line = program.read_line();
+    ASSERT_FALSE(line.empty()) << "it has ended";
+    const json report = json::parse(line);
+    for (const json& sender : report["senders"]) {
+      if (sender["sender"] == 3) heard += sender["messages"].get<int>();
+      is_end = is_end || sender["sender"] == 4;
+    }
+  }
+  EXPECT_EQ(heard, 5);
+  program.signal(SIGINT);
+  program.finish();
+}
+
+TEST_F(CliLooking, ScreensWithoutATerminalSayWhatPrintsInstead) {
+  for (const std::string verb : {"top", "radar"}) {
+    const Result result = run({verb});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.error.find(verb + " --once"), std::string::npos) << result.error;
+    EXPECT_EQ(lines(result.error), 1) << result.error;
+  }
+}
+
+}  // namespace
+}  // namespace swarmtalk::test
