@@ -6,13 +6,13 @@ import pathlib
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "suite/runner"))
+sys.path[:0] = [str(ROOT / "suite/runner"), str(ROOT / "tests/support")]
 import platforms  # noqa: E402
+from commands import wait_for  # noqa: E402
 
 # Ends on the first SIGINT, with 0, as programs of ours do; says that it listens.
 OBEYS = ("import signal, sys\nsignal.signal(signal.SIGINT, lambda *_: sys.exit(0))\n"
@@ -30,7 +30,6 @@ def interrupts(monkeypatch):
         signal.signal(each, handler)
 
 
-@pytest.mark.clock
 def test_interrupt_while_a_program_is_started_ends_it(interrupts, monkeypatch, tmp_path):
     """The program runs already, and the runner does not know its number yet."""
     listens, started = tmp_path / "listens", []
@@ -39,8 +38,7 @@ def test_interrupt_while_a_program_is_started_ends_it(interrupts, monkeypatch, t
         def __init__(self, *arguments, **options):
             super().__init__(*arguments, **options)
             started.append(self)
-            while not listens.exists():
-                time.sleep(0.01)
+            wait_for(listens.exists, timeout=60, what="the program")
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(platforms.subprocess, "Popen", Started)

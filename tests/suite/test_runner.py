@@ -8,13 +8,18 @@ import shutil
 import signal
 import statistics
 import subprocess
-import time
+import sys
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 SUITE = ROOT / "suite/swarmtalk-suite"
+
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import wait_for  # noqa: E402
+
 ENVIRONMENT = os.environ | {"SWARMTALK_BUILD": str(BUILD), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -130,15 +135,16 @@ def test_unknown_keys_of_the_radio_are_named(tmp_path):
     assert done.returncode == 1 and "no key 'rnage_mm'" in done.stderr
 
 
-@pytest.mark.clock
+def is_logging(folder):
+    """Whether a simulator is in the middle of its run."""
+    return any(part.stat().st_size > 100000 for part in folder.glob("suite-logs/.*jsonl*"))
+
+
 def test_interrupt_ends_with_what_there_is(tmp_path):
     process = subprocess.Popen(
         [SUITE, "run", "hop_count", "--platform", "sim-coachbot", "--seconds", "50000"],
         cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not any(part.stat().st_size > 100000 for part in tmp_path.glob("suite-logs/.*jsonl*")) \
-            and time.monotonic() < deadline:
-        time.sleep(0.01)
+    wait_for(lambda: is_logging(tmp_path), timeout=60, what="a simulator at work")
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=200)
     assert process.returncode == 130, errors
@@ -149,25 +155,21 @@ def test_interrupt_ends_with_what_there_is(tmp_path):
         "hop_count-sim-coachbot-36-1.jsonl"]
 
 
-@pytest.mark.clock
 def test_a_killed_runner_leaves_no_simulator_running(tmp_path):
     """It would fill the disk with the rest of its log."""
     process = subprocess.Popen([SUITE, "run", "hop_count", "--seconds", "500000"], cwd=tmp_path,
                                env=ENVIRONMENT)
     children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    deadline = time.monotonic() + 60
-    while not (simulators := children.read_text().split()) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    time.sleep(0.2)  # until it listens to signals
+    wait_for(lambda: is_logging(tmp_path), timeout=60, what="a simulator at work")
+    simulator, = children.read_text().split()
     process.kill()
     process.wait()
-    state = pathlib.Path(f"/proc/{simulators[0]}/stat")
-    while state.exists() and " Z " not in state.read_text() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert not state.exists() or " Z " in state.read_text()
+    state = pathlib.Path(f"/proc/{simulator}/stat")
+    wait_for(lambda: not state.exists() or " Z " in state.read_text(), timeout=60, what="its end")
     assert not list((tmp_path / "suite-logs").glob("*.jsonl"))
 
 
+@pytest.mark.clock
 def test_two_at_once_in_one_folder_do_not_meet(tmp_path):
     """They write the same logs: each has to see whole ones only."""
     both = [subprocess.Popen([SUITE, "run", "hop_count", "--runs", "6", "--seconds", "30"],

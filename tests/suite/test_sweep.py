@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 import termios
-import time
 
 import pytest
 
@@ -52,10 +51,8 @@ def kill_and_resume(folder, at: list[int], patience_s: float):
         process = subprocess.Popen([SUITE, "sweep", "s.toml", "--jobs", "2"], cwd=folder,
                                    env=ENVIRONMENT, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL, start_new_session=True)
-        deadline = time.monotonic() + patience_s
-        while finished(folder) < limit and process.poll() is None:
-            assert time.monotonic() < deadline, "the sweep stands still"
-            time.sleep(0.01)
+        wait_for(lambda: finished(folder) >= limit or process.poll() is not None, patience_s,
+                 what="a sweep that seems to stand still")
         assert process.poll() is None, f"ended before {limit} runs"
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
@@ -82,7 +79,6 @@ def whole_and_broken(tmp_path, text: str, total: int, seed: int, patience_s: flo
     return [(tmp_path / name / "sweep-s/table.csv").read_bytes() for name in ("whole", "broken")]
 
 
-@pytest.mark.clock
 def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
     whole, broken = whole_and_broken(tmp_path, SMALL.format(runs=5), 5 * CELLS,
                                      seed=1)
@@ -98,21 +94,30 @@ def test_two_thousand_runs_killed_and_resumed_give_the_same_table(tmp_path):
     assert whole == broken and whole.count(b"\n") == 1 + 167 * CELLS
 
 
-@pytest.mark.clock
 def test_interrupt_keeps_what_is_finished_and_says_so(tmp_path):
     (tmp_path / "s.toml").write_text(SMALL.format(runs=500))
     process = subprocess.Popen([SUITE, "sweep", "s.toml"], cwd=tmp_path, env=ENVIRONMENT,
                                stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 100
-    while finished(tmp_path) < 3 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    second = suite(tmp_path, "sweep", "s.toml")
-    assert second.returncode == 1 and "another sweep is at work" in second.stderr
+    wait_for(lambda: finished(tmp_path) >= 3, timeout=100, what="finished runs")
+    with open(tmp_path / "sweep-s/lock", encoding="utf-8") as lock:  # it works alone there
+        with pytest.raises(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=100)
     kept = finished(tmp_path)
     assert process.returncode == 130 and f"{kept} finished runs are kept" in errors, errors
     assert kept < 500 * CELLS and not list(tmp_path.glob("sweep-s/runs/*/.*"))
+
+
+def test_a_sweep_that_is_at_work_keeps_others_out(tmp_path):
+    (tmp_path / "s.toml").write_text(FOUR + "runs = 1\n")
+    (tmp_path / "sweep-s").mkdir()
+    with open(tmp_path / "sweep-s/lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # as a sweep does
+        done = suite(tmp_path, "sweep", "s.toml")
+        assert done.returncode == 1 and "another sweep is at work in" in done.stderr, done
+        assert finished(tmp_path) == 0
+    assert suite(tmp_path, "sweep", "s.toml").returncode == 0
 
 
 def test_a_swept_profile_is_compiled_once_and_makes_a_difference(tmp_path):
@@ -391,15 +396,12 @@ def make_scenario(folder, scenario: dict) -> pathlib.Path:
     return path
 
 
-@pytest.mark.clock
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
     (tmp_path / "s.toml").write_text(SMALL.format(runs=3))
     process = subprocess.Popen([SUITE, "sweep", "s.toml", "--jobs", "2"], cwd=tmp_path,
                                env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
     children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    deadline = time.monotonic() + 100
-    while finished(tmp_path) < 5 and time.monotonic() < deadline:
-        time.sleep(0.01)
+    wait_for(lambda: finished(tmp_path) >= 5, timeout=100, what="finished runs")
     os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
     _, errors = process.communicate(timeout=250)
     assert process.returncode == 0 and finished(tmp_path) == 3 * CELLS, errors
