@@ -26,6 +26,11 @@ def node(number):
     return f"[node]\nid = {number}\n"
 
 
+def standing(number):
+    """A robot that knows where it is: 1.5 m from the one before."""
+    return node(number) + f"pose = [{1.5 * number}, 0.0, 0.0]\n"
+
+
 @pytest.fixture
 def wires():
     with Wires() as made:
@@ -36,13 +41,13 @@ def wires():
 @pytest.fixture
 def robot(wires):
     """Robot 1, healthy, on the wire "a"."""
-    return wires.robot("a").start(node(1) + HEALTHY)
+    return wires.robot("a").start(standing(1) + HEALTHY)
 
 
 @pytest.fixture
 def pair(wires, robot):
     """Two healthy robots; robot 2 answers questions, and both have an IP address."""
-    other = wires.robot("a").start(node(2) + HEALTHY)
+    other = wires.robot("a").start(standing(2) + HEALTHY)
     for each in (robot, other):
         for words in (("link", "set", "lo", "up"),
                       ("address", "add", f"10.231.78.{each.number}/24", "dev", "a0")):
@@ -72,9 +77,15 @@ def only(robot, name, *words):
 
 
 @pytest.mark.clock
-def test_a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair):
+def test_a_healthy_pair_is_surveyed_and_an_interface_is_switched_on(wires, pair):
+    a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair)
+    a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires, pair[0])
+    an_interface_that_is_switched_off_is_named_and_switched_on(pair[0])
+
+
+def a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair):
     robot, other = pair
-    for words in ((), ("--peer", 2), ("--peer", 2, "--address", "10.231.78.2")):
+    for words in ((), ("--peer", 2, "--address", "10.231.78.2")):
         found, report = examine(robot, *words)
         assert found == {} and report["not_looked_at"] == [], report
     done = robot.cli("doctor", "--period", "0.1", "--peer", 2)
@@ -99,9 +110,7 @@ def test_a_robot_alone_is_healthy(robot):
                             if each["id"] == "nobody-heard"] == ["nobody-heard"]
 
 
-@pytest.mark.clock
-def test_an_interface_that_is_switched_off_is_named_and_switched_on(pair):
-    robot, _ = pair
+def an_interface_that_is_switched_off_is_named_and_switched_on(robot):
     robot.execute("ip", "link", "set", "a0", "down")
     wait_for(lambda: not robot.link("air")["up"], what="the link to go down")
     finding = only(robot, "interface-down")
@@ -149,7 +158,7 @@ def test_a_user_outside_the_group_is_told(robot):
 
 
 def test_a_wrong_configuration_is_named_with_its_line(robot):
-    robot.configure(node(1) + HEALTHY + "beacon = 3\n")
+    robot.configure(standing(1) + HEALTHY + "beacon = 3\n")
     assert "links.air.beacon" in only(robot, "configuration-wrong")["what"]
     # The daemon goes on, and the same is told where it does not run.
     robot.stop()
@@ -159,11 +168,11 @@ def test_a_wrong_configuration_is_named_with_its_line(robot):
 
 
 def test_a_configuration_that_is_not_in_force_is_named_and_reloaded(robot):
-    robot.configure(node(1) + LINK + "beacon_ms = 200\n")
+    robot.configure(standing(1) + LINK + "beacon_ms = 200\n")
     assert "links.air.beacon_ms" in only(robot, "configuration-changed")["what"]
     examine(robot, "--fix", code=0)
     assert examine(robot)[0] == {}
-    robot.configure(node(1) + LINK + "beacon_ms = 200\nethertype = 0x88b6\n")
+    robot.configure(standing(1) + LINK + "beacon_ms = 200\nethertype = 0x88b6\n")
     assert "ethertype" in only(robot, "configuration-needs-restart")["what"]
     os.unlink(robot._config)
     assert "cannot" in only(robot, "configuration-wrong")["what"]
@@ -246,7 +255,7 @@ def port(wires, number, *words):
 
 
 @pytest.mark.clock
-def test_a_link_that_works_one_way_only_is_named(wires, pair):
+def test_a_link_that_works_one_way_only_is_named_and_a_survey_of_it_has_no_losses(wires, pair):
     robot, other = pair
     port(wires, 2, "bcast_flood", "off", "mcast_flood", "off")
     finding = only(robot, "one-way", "--peer", 2)
@@ -258,6 +267,12 @@ def test_a_link_that_works_one_way_only_is_named(wires, pair):
     finding = only(other, "one-way", "--peer", 1, "--peer-report", report)
     assert "hears this robot, and is not heard" in finding["what"]
     assert list(examine(other, "--peer", 1)[0]) == ["peer-silent"]
+    # Nothing comes through: lines without losses, and an error that says what to do.
+    done = robot.cli("survey", "--peer", 2, "-C", 1, "--period", "0.3")
+    assert done.returncode == 1
+    one_line(done.stderr, "robot 2 has not answered", "ping --answer")
+    row, = rows_of(done.stdout)
+    assert (row["answered"], row["loss_there"], row["loss_back"]) == ("0", "", "")
 
 
 @needs_nft
@@ -416,14 +431,7 @@ def rows_of(text):
     return rows
 
 
-@pytest.mark.clock
-def test_a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires):
-    def config(number, x):
-        return f"[node]\nid = {number}\npose = [{x}, 0.0, 0.0]\n" + HEALTHY
-
-    robot = wires.robot("a").start(config(1, 0.0))
-    other = wires.robot("a").start(config(2, 1.5))
-    other.listen("ping", "--answer")
+def a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires, robot):
     file = wires.file("survey.csv")
     done = robot.cli("survey", "--peer", 2, file, "-C", 3, "--period", "0.5")
     assert (done.returncode, done.stderr) == (0, "")
@@ -441,10 +449,3 @@ def test_a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires):
         done = run("/usr/bin/python3", "-c", code, file, wires.file("survey.svg"), timeout=120)
         assert done.returncode == 0, done.stderr
         assert "<svg" in pathlib.Path(wires.file("survey.svg")).read_text()
-    # Nothing comes through: lines without losses, and an error that says what to do.
-    port(wires, 2, "bcast_flood", "off", "mcast_flood", "off")
-    done = robot.cli("survey", "--peer", 2, "-C", 1, "--period", "0.3")
-    assert done.returncode == 1
-    one_line(done.stderr, "robot 2 has not answered", "ping --answer")
-    row, = rows_of(done.stdout)
-    assert (row["answered"], row["loss_there"], row["loss_back"]) == ("0", "", "")
