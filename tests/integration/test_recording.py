@@ -19,6 +19,7 @@ def start_record(lab, robot, *arguments):
         return any(channel["name"] == "debug" and channel["subscribers"]
                    for channel in lab.status(robot)["channels"])
 
+    wait_for(lambda: not is_listening(), what="the recorder before it to be gone")
     process = lab.start(robot, program("swarmtalk-cli"), "record", *arguments)
     wait_for(lambda: is_listening() or process.poll() is not None, what="the recorder")
     return process
@@ -82,9 +83,8 @@ def spacing(messages):
     return [(each["received_at_ns"] - messages[0]["received_at_ns"]) / 1e9 for each in messages]
 
 
-def test_play_sends_the_same_messages_in_order_and_with_the_same_spacing(udp_lab, tmp_path):
+def play_sends_the_same_messages_in_order_and_with_the_same_spacing(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2)
     before = record_twelve(lab, path)
     after = played(lab, 1, path, 12)
     assert [(m["channel"], m["text"]) for m in after] == [(m["channel"], m["text"]) for m in before]
@@ -95,9 +95,8 @@ def test_play_sends_the_same_messages_in_order_and_with_the_same_spacing(udp_lab
     assert spacing(fast)[-1] < old[-1]
 
 
-def test_play_keeps_the_order_across_channels_however_fast(udp_lab, tmp_path):
+def play_keeps_the_order_across_channels_however_fast(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2)
     said = ["a0", "a1", "a2", "b0", "b1", "b2", "a3", "a4", "b3"]
     recorder = start_record(lab, 2, path, "--channels", "a,b", "-C", str(len(said)))
     wait_for_channel(lab, 2, "b")
@@ -108,8 +107,7 @@ def test_play_keeps_the_order_across_channels_however_fast(udp_lab, tmp_path):
     assert [message["text"] for message in again] == said
 
 
-def test_record_finds_channels_on_the_air_that_nobody_here_uses(udp_lab, tmp_path):
-    lab = udp_lab(2)
+def record_finds_channels_on_the_air_that_nobody_here_uses(lab, tmp_path):
     recorder = start_record(lab, 2, "--jsonl", "-C", "3")
     pub = lab.start(1, program("swarmtalk-cli"), "pub", "4711", "x", "--repeat", "0",
                     "--rate", "20")
@@ -122,11 +120,11 @@ def test_record_finds_channels_on_the_air_that_nobody_here_uses(udp_lab, tmp_pat
     assert {"pose", "neighbours", "losses"} <= {line["type"] for line in lines}
 
 
-def test_more_channels_than_one_program_may_use_are_recorded_or_named(udp_lab, tmp_path):
+def more_channels_than_one_program_may_use_are_recorded_or_named(udp_lab, tmp_path):
     base = tmp_path / "base.toml"
     base.write_text("[limits]\nchannels_per_client = 1\n")
     lab = udp_lab(2, "--config", base)
-    recorder = start_record(lab, 2, tmp_path / "a.mcap")  # eight programs at most, one for `debug`
+    recorder = start_record(lab, 2, tmp_path / "all.mcap")  # at most eight programs, one: `debug`
     everything = lab.start(2, program("swarmtalk-cli"), "sub", "--all")
     wait_for(lambda: any(each["name"] == "debug" and each["subscribers"] == 3
                          for each in lab.status(2)["channels"]), what="both")
@@ -161,10 +159,9 @@ def record_one_of_each(lab, path, *channels):
     recorder.communicate()
 
 
-def test_play_that_waits_in_a_quiet_lab_says_what_for(udp_lab, tmp_path):
-    path = tmp_path / "a.mcap"
-    record_one_of_each(udp_lab(2), path, "a")
-    other = udp_lab(1)
+def play_that_waits_in_a_quiet_lab_says_what_for(lab, other, tmp_path):
+    path = tmp_path / "waits.mcap"
+    record_one_of_each(lab, path, "a")
     player = other.start(1, program("swarmtalk-cli"), "play", path, "--wait")
     line = player.stderr.readline()
     assert "waiting: no other robot is heard" in line and "beacon_ms" in line
@@ -174,13 +171,10 @@ def test_play_that_waits_in_a_quiet_lab_says_what_for(udp_lab, tmp_path):
     player.communicate()
 
 
-def test_play_leaves_out_what_robots_say_to_who_looks(udp_lab, tmp_path):
-    base = tmp_path / "base.toml"
-    base.write_text("[reserved]\nharvest = true\ndebug = true\n")
+def play_leaves_out_what_robots_say_to_who_looks(lab, other, tmp_path):
+    """The programs of `other` may not send there."""
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2, "--config", base)
     record_one_of_each(lab, path, "harvest", "a")
-    other = udp_lab(1)  # whose programs may not send there
     done = other.cli(1, "play", path)
     assert done.returncode == 0, done.stderr
     one_line(done.stderr, "1 message of the channel harvest is left out", "-c harvest")
@@ -195,9 +189,17 @@ def test_play_leaves_out_what_robots_say_to_who_looks(udp_lab, tmp_path):
     one_line(done.stderr, "lines of the channel debug are left out", "debug = true")
 
 
-def test_a_channel_recorded_by_its_number_is_played_by_its_name(udp_lab, tmp_path):
+def test_what_a_lab_said_is_played_in_another(udp_lab, tmp_path):
+    base = tmp_path / "base.toml"
+    base.write_text("[reserved]\nharvest = true\ndebug = true\n")
+    lab, other = udp_lab(2, "--config", base), udp_lab(1)
+    play_that_waits_in_a_quiet_lab_says_what_for(lab, other, tmp_path)
+    play_leaves_out_what_robots_say_to_who_looks(lab, other, tmp_path)
+    more_channels_than_one_program_may_use_are_recorded_or_named(udp_lab, tmp_path)
+
+
+def a_channel_recorded_by_its_number_is_played_by_its_name(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2)
     recorder = start_record(lab, 2, "-C", "3", path)  # nobody there names the channel
     pub = lab.start(1, program("swarmtalk-cli"), "pub", "alarm", "x", "--repeat", "0",
                     "--rate", "20")
@@ -213,8 +215,7 @@ def test_a_channel_recorded_by_its_number_is_played_by_its_name(udp_lab, tmp_pat
     one_line(done.stderr, "no messages of these channels")
 
 
-def test_a_channel_that_is_named_twice_is_heard_once(udp_lab, tmp_path):
-    lab = udp_lab(2)
+def a_channel_that_is_named_twice_is_heard_once(lab, tmp_path):
     sub = lab.start_sub(2, "alarm", "alarm", "62769", "-F", "%c %p", "-C", "2", "-W", "60")
     number, = [each["number"] for each in lab.status(2)["channels"] if each["name"] == "alarm"]
     recorder = start_record(lab, 2, "--jsonl", "-c", f"alarm,alarm,{number}", "-C", "2", "-W", "60")
@@ -228,8 +229,7 @@ def test_a_channel_that_is_named_twice_is_heard_once(udp_lab, tmp_path):
     assert [each["text"] for each in heard] == ["x", "y"]
 
 
-def test_a_misspelt_channel_is_told_with_the_one_that_there_is(udp_lab, tmp_path):
-    lab = udp_lab(2)
+def a_misspelt_channel_is_told_with_the_one_that_there_is(lab, tmp_path):
     path = tmp_path / "a.mcap"
     talker = lab.start(2, program("swarmtalk-cli"), "pub", "alarm", "x", "--repeat", "0",
                        "--rate", "20")
@@ -248,8 +248,7 @@ def test_a_misspelt_channel_is_told_with_the_one_that_there_is(udp_lab, tmp_path
     one_line(done.stderr, r"has no messages of 'alrm'; did you mean 'alarm'\?$")
 
 
-def test_one_message_is_told_as_one(udp_lab, tmp_path):
-    lab = udp_lab(2)
+def one_message_is_told_as_one(lab, tmp_path):
     recorder = start_record(lab, 2, tmp_path / "a.mcap", "-c", "alarm", "-C", "1", "-W", "60")
     wait_for(lambda: any(each["name"] == "alarm" and each["subscribers"]
                          for each in lab.status(2)["channels"]), what="the recorder")
@@ -259,18 +258,16 @@ def test_one_message_is_told_as_one(udp_lab, tmp_path):
     one_line(out, r"1 message on 1 channel, \d+ bytes")
 
 
-def test_an_interrupted_recorder_leaves_a_whole_file(udp_lab, tmp_path):
+def an_interrupted_recorder_leaves_a_whole_file(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(1)
     code, text, error = end(start_record(lab, 1, path))
     assert (code, error) == (128 + signal.SIGINT, "")
     one_line(text, r"0 messages on 0 channels, \d+ bytes")
     one_line(lab.cli(1, "play", path).stderr, "has no messages$")
 
 
-def test_a_killed_recorder_leaves_whole_seconds_and_play_says_so(udp_lab, tmp_path):
+def a_killed_recorder_leaves_whole_seconds_and_play_says_so(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2)
     recorder = start_record(lab, 2, path, "--channels", "a")
     wait_for_channel(lab, 2, "a")
     lab.cli(1, "pub", "a", "first")
@@ -294,10 +291,9 @@ def recorder_pid(path):
     raise AssertionError(f"nobody has {path} open")
 
 
-def test_a_full_disk_ends_the_recorder_with_one_line_and_a_readable_file(udp_lab, tmp_path):
+def a_full_disk_ends_the_recorder_with_one_line_and_a_readable_file(lab, tmp_path):
     path = tmp_path / "a.mcap"
-    lab = udp_lab(2)
-    words = f"ulimit -f 64; exec {program('swarmtalk-cli')} record {path} --channels a"
+    words = f"ulimit -f 24; exec {program('swarmtalk-cli')} record {path} --channels a"
     recorder = lab.start(2, "sh", "-c", words)
     wait_for_channel(lab, 2, "a")
     pub = lab.start(1, program("swarmtalk-cli"), "pub", "a", "--hex", os.urandom(600).hex(),
@@ -307,32 +303,53 @@ def test_a_full_disk_ends_the_recorder_with_one_line_and_a_readable_file(udp_lab
     assert (recorder.returncode, out) == (1, "")
     one_line(without_hint(error), "cannot write .*a.mcap: File too large",
              "readable up to its last whole chunk")
-    assert path.stat().st_size <= 64 * 1024
+    assert path.stat().st_size <= 24 * 1024
 
 
-def test_record_and_play_tell_mistakes_in_one_line(udp_lab, tmp_path):
+def mistakes_of_record_are_told_in_one_line(lab, tmp_path):
     path = tmp_path / "a.mcap"
+    assert lab.cli(1, "record", path, "-W", "0.1").returncode == 0
+    for words, pattern in ((("record", path), "File exists; --replace overwrites it"),
+                           (("record", tmp_path, "--replace"), "Is a directory"),
+                           (("record", tmp_path / "no" / "a"), "No such file"),
+                           (("play", path), "has no messages")):
+        done = lab.cli(1, *words)
+        assert done.returncode == 1, done.stderr
+        one_line(done.stderr, pattern)
+    done = run(program("swarmtalk-cli"), "--socket", tmp_path / "none", "play", path)
+    assert done.returncode == 3
+    one_line(done.stderr, "none does not exist")
+
+
+def test_two_robots_are_recorded_and_played(udp_lab, tmp_path):
+    lab = udp_lab(2)
+    for step in (a_channel_recorded_by_its_number_is_played_by_its_name,  # nobody has named it yet
+                 a_channel_that_is_named_twice_is_heard_once,
+                 a_misspelt_channel_is_told_with_the_one_that_there_is,
+                 one_message_is_told_as_one, an_interrupted_recorder_leaves_a_whole_file,
+                 play_sends_the_same_messages_in_order_and_with_the_same_spacing,
+                 play_keeps_the_order_across_channels_however_fast,
+                 record_finds_channels_on_the_air_that_nobody_here_uses,
+                 a_killed_recorder_leaves_whole_seconds_and_play_says_so,
+                 a_full_disk_ends_the_recorder_with_one_line_and_a_readable_file,
+                 mistakes_of_record_are_told_in_one_line):
+        folder = tmp_path / step.__name__
+        folder.mkdir()
+        step(lab, folder)
+
+
+@pytest.mark.logic
+def test_mistakes_are_told_in_one_line_without_a_daemon(tmp_path):
     text = tmp_path / "a.txt"
     text.write_text("no recording, but a text")
-    lab = udp_lab(1)
-    cli = program("swarmtalk-cli")
-    assert lab.cli(1, "record", path, "-W", "0.1").returncode == 0
     for words, code, pattern in (
-            (("record", path), 1, "File exists; --replace overwrites it"),
-            (("record", tmp_path, "--replace"), 1, "Is a directory"),
-            (("record",), 2, "FILE"),
-            (("record", tmp_path / "no" / "a"), 1, "No such file"),
-            (("play", text), 1, "not an MCAP file"),
+            (("record",), 2, "FILE"), (("play", text), 1, "not an MCAP file"),
             (("play", tmp_path / "b"), 1, "No such file"),
             (("play", tmp_path), 1, "not a regular file"),
-            (("play", path), 1, "has no messages")):
-        done = lab.cli(1, *words)
-        assert done.returncode == code, done.stderr
+            (("record", tmp_path / "c"), 3, "none does not exist")):
+        done = run(program("swarmtalk-cli"), "--socket", tmp_path / "none", *words)
+        assert done.returncode == code, (words, done.stderr)
         one_line(done.stderr, pattern)
-    for words in (("record", tmp_path / "c"), ("play", path)):
-        done = run(cli, "--socket", tmp_path / "none", *words)
-        assert done.returncode == 3
-        one_line(done.stderr, "none")
     assert not (tmp_path / "c").exists()
 
 
