@@ -31,7 +31,7 @@ def wires():
         yield made
 
 
-def test_a_virtual_range_drops_what_comes_from_beyond(wires):
+def a_virtual_range_drops_what_comes_from_beyond(wires, robots):
     def config(*limit):
         return node(1, "pose = [0.0, 0.0, 0.0]") + "\n".join([LINK, *limit])
 
@@ -41,10 +41,10 @@ def test_a_virtual_range_drops_what_comes_from_beyond(wires):
         wait_for(lambda: hearer.link("air")["counters"]["packets_received"] == packets,
                  what="the packets")
 
-    hearer = wires.robot("a").start(config("virtual_range_m = 1.0"))
-    others = {"far": wires.robot("a").start(node(3, "pose = [1.1, 0.0, 0.0]") + LINK),
-              "near": wires.robot("a").start(node(2, "pose = [0.9, 0.0, 0.0]") + LINK),
-              "lost": wires.robot("a").start(node(4) + LINK)}
+    hearer = next(robots).start(config("virtual_range_m = 1.0"))
+    others = {"far": next(robots).start(node(3, "pose = [1.1, 0.0, 0.0]") + LINK),
+              "near": next(robots).start(node(2, "pose = [0.9, 0.0, 0.0]") + LINK),
+              "lost": next(robots).start(node(4) + LINK)}
     listener = hearer.subscribe("c")
     all_publish(3)
     hearer.configure(config("virtual_range_m = 1.0", 'virtual_range_unknown = "drop"'))
@@ -62,10 +62,10 @@ def test_a_virtual_range_drops_what_comes_from_beyond(wires):
     assert counters["packets_unknown_distance"] == 1
 
 
-def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
+def a_pose_comes_as_text_and_garbage_is_counted_and_told(wires, robots):
     path = wires.file("pose.sock")
-    robot = wires.robot("a").start(node(1, f'pose_socket = "{path}"', "pose_max_age_ms = 60000")
-                                   + LINK)
+    robot = next(robots).start(node(1, f'pose_socket = "{path}"', "pose_max_age_ms = 60000")
+                               + LINK)
     writer = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     for garbage in (b"", b"hello", b"1 2", b"1 2 nan", b"99 0 0", b"\xff" * 1000):
         writer.sendto(garbage, path)
@@ -84,8 +84,8 @@ def test_a_pose_comes_as_text_and_garbage_is_counted_and_told(wires):
     assert not os.path.exists(path)
 
 
-def test_who_listens_while_no_link_is_up_is_told(wires):
-    robot = wires.robot("a").start(node(1) + LINK + "[reserved]\nharvest = true\n")
+def who_listens_while_no_link_is_up_is_told(wires, robots):
+    robot = next(robots).start(node(1) + LINK + "[reserved]\nharvest = true\n")
     listening = [("sub", "c"), ("log",), ("harvest",),
                  ("capture", wires.file("c.pcap"), "--replace")]
     for words in listening:
@@ -97,10 +97,12 @@ def test_who_listens_while_no_link_is_up_is_told(wires):
                  "ip link set a0 up", "nothing comes from other robots")
     offering = robot.listen("harvest", "--offer", "key=value")
     one_line(offering.stderr.readline(), "no link is up", "air: down:")
+    robot.execute("ip", "link", "set", "a0", "up")
+    wires.wait_for_wire(robot, "a")
 
 
-def test_who_listens_is_told_once_when_the_last_link_goes_and_comes(wires):
-    robot = wires.robot("a").start(node(1) + LINK)
+def who_listens_is_told_once_when_the_last_link_goes_and_comes(wires, robots):
+    robot = next(robots).start(node(1) + LINK)
     sub = robot.listen("sub", "c")
     for state, words in (("down", "no link is up"), ("up", "a link is up again: air")) * 2:
         robot.execute("ip", "link", "set", "a0", state)
@@ -112,9 +114,9 @@ def test_who_listens_is_told_once_when_the_last_link_goes_and_comes(wires):
     assert sub.communicate(timeout=30)[1] == ""
 
 
-def test_neighbours_are_listed_with_distance_pose_and_address(wires):
-    first = wires.robot("a").start(node(1, "pose = [0.0, 0.0, 0.0]") + LINK)
-    second = wires.robot("a").start(node(2, "pose = [3.0, 4.0, 0.0]") + LINK)
+def neighbours_are_listed_with_distance_pose_and_address(wires, robots):
+    first = next(robots).start(node(1, "pose = [0.0, 0.0, 0.0]") + LINK)
+    second = next(robots).start(node(2, "pose = [3.0, 4.0, 0.0]") + LINK)
     assert neighbours(first) == []
     second.publish("c", "x")
     other, = wait_for(lambda: neighbours(first), what="the frame")
@@ -129,9 +131,9 @@ def test_neighbours_are_listed_with_distance_pose_and_address(wires):
     assert "5.00 m" in line and mac in line
 
 
-def test_two_robots_with_one_id_are_told_by_a_third(wires):
-    watcher = wires.robot("a").start(node(1) + LINK)
-    twins = [wires.robot("a").start(node(7) + LINK) for _ in range(2)]
+def two_robots_with_one_id_are_told_by_a_third(wires, robots):
+    watcher = next(robots).start(node(1) + LINK)
+    twins = [next(robots).start(node(7) + LINK) for _ in range(2)]
     for twin in [*twins, *twins]:
         twin.publish("c", "x")
     wait_for(lambda: watcher.counter("duplicate_neighbours") == 1, what="the duplicate")
@@ -157,10 +159,10 @@ while True:
 """
 
 
-def test_own_frames_from_a_repeater_with_another_address_are_echoes(wires):
-    robot = wires.robot("a").start(node(1) + LINK)
+def own_frames_from_a_repeater_with_another_address_are_echoes(wires, robots):
+    robot = next(robots).start(node(1) + LINK)
     repeater = wires.keep(subprocess.Popen(
-        ["ip", "netns", "exec", wires.robot("a").namespace, sys.executable, "-c", REPEAT],
+        ["ip", "netns", "exec", next(robots).namespace, sys.executable, "-c", REPEAT],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
     assert repeater.stdout.readline() == "ready\n"
     robot.publish("c", "x", "--ttl", "3")
@@ -169,10 +171,10 @@ def test_own_frames_from_a_repeater_with_another_address_are_echoes(wires):
     assert neighbours(robot) == []
 
 
-def test_silent_robots_see_each_other_by_their_beacons(wires):
+def silent_robots_see_each_other_by_their_beacons(wires, robots):
     beacon = LINK + "beacon_ms = 100\n"
-    first = wires.robot("a").start(node(1) + beacon)
-    wires.robot("a").start(node(2) + beacon)
+    first = next(robots).start(node(1) + beacon)
+    next(robots).start(node(2) + beacon)
     other, = wait_for(lambda: neighbours(first), what="a beacon")
     assert other["node_id"] == 2
     wait_for(lambda: first.link("air")["counters"]["beacons_sent"] >= 2, what="beacons")
@@ -184,9 +186,9 @@ def test_silent_robots_see_each_other_by_their_beacons(wires):
     assert first.link("air")["counters"]["beacons_sent"] == sent
 
 
-def test_the_loss_of_a_last_message_is_found_by_a_beacon(wires):
-    hearer = wires.robot("a").start(node(1) + LINK)
-    sender = wires.robot("a").start(node(2) + LINK + "beacon_ms = 200\n")
+def the_loss_of_a_last_message_is_found_by_a_beacon(wires, robots):
+    hearer = next(robots).start(node(1) + LINK)
+    sender = next(robots).start(node(2) + LINK + "beacon_ms = 200\n")
     listener = hearer.subscribe("c")
     sender.publish("c", "heard")
     wait_for(lambda: hearer.counter("messages_received") == 1, what="the first message")
@@ -202,8 +204,8 @@ def test_the_loss_of_a_last_message_is_found_by_a_beacon(wires):
     assert hearer.counter("messages_lost_air") == 1
 
 
-def test_air_time_is_estimated_where_the_rate_is_known(wires):
-    robot = wires.robot("a").start(node(1) + LINK + "air_rate_mbps = 1.0\n")
+def air_time_is_estimated_where_the_rate_is_known(wires, robots):
+    robot = next(robots).start(node(1) + LINK + "air_rate_mbps = 1.0\n")
     for _ in range(3):
         robot.publish("c", "x" * 64)
     counters = robot.link("air")["counters"]
@@ -214,9 +216,9 @@ def test_air_time_is_estimated_where_the_rate_is_known(wires):
     assert 'swarmtalk_link_airtime_us_sent_total{link="air"} 4944' in metrics
 
 
-def test_log_lines_are_heard_around_where_debug_is_on(wires):
-    listener = wires.robot("a").start(node(1) + LINK)
-    robot = wires.robot("a").start(node(2) + LINK)
+def log_lines_are_heard_around_where_debug_is_on(wires, robots):
+    listener = next(robots).start(node(1) + LINK)
+    robot = next(robots).start(node(2) + LINK)
     refused = robot.cli("log", "hello")
     assert refused.returncode == 1
     assert "put the line debug = true under [reserved] in /etc/" in refused.stderr
@@ -237,13 +239,13 @@ def test_log_lines_are_heard_around_where_debug_is_on(wires):
     assert [(line["sender"], line["text"]) for line in told[:2]] == [(2, "lost the line"), (2, "")]
 
 
-def test_values_are_harvested_over_two_hops(wires):
+def values_are_harvested_over_two_hops(wires, robots):
     # A chain: nobody hears farther than 1.5 m, and the one in the middle has nothing to tell.
     def config(number):
         return (node(number, f"pose = [{number}.0, 0.0, 0.0]") + LINK
                 + "virtual_range_m = 1.5\n[reserved]\nharvest = true\n")
 
-    first, _, third = (wires.robot("a").start(config(number)) for number in (1, 2, 3))
+    first, _, third = (next(robots).start(config(number)) for number in (1, 2, 3))
     third.listen("harvest", "--offer", "battery=3.9", "state=idle")
     first.listen("harvest", "--offer", "battery=4.1")
     done = first.cli("harvest", "bat", "--json", "-W", "3")
@@ -257,10 +259,10 @@ def test_values_are_harvested_over_two_hops(wires):
     assert alone.stdout.splitlines() == ['robot 1  "battery" = "4.1"  from this robot']
 
 
-def test_a_program_in_c_looks_around(wires):
+def a_program_in_c_looks_around(wires, robots):
     reserved = LINK + "[reserved]\nharvest = true\n"
-    robot = wires.robot("a").start(node(1) + reserved)
-    other = wires.robot("a").start(node(2, "pose = [3.0, 4.0, 0.0]") + reserved)
+    robot = next(robots).start(node(1) + reserved)
+    other = next(robots).start(node(2, "pose = [3.0, 4.0, 0.0]") + reserved)
     other.listen("harvest", "--offer", "battery=3.9")
     done = robot.execute(program("c_robot"), 0, 0, 1,
                          env={**os.environ, "SWARMTALK_SOCKET": robot.socket})
@@ -271,9 +273,9 @@ def test_a_program_in_c_looks_around(wires):
     assert done.returncode == 0
 
 
-def test_packets_that_wait_for_the_pacer_leave_in_one_frame(wires):
-    hearer = wires.robot("a").start(node(1) + LINK)
-    robot = wires.robot("a").start(node(2) + LINK + "rate_hz = 0.5\njitter_us = 1000\n")
+def packets_that_wait_for_the_pacer_leave_in_one_frame(wires, robots):
+    hearer = next(robots).start(node(1) + LINK)
+    robot = next(robots).start(node(2) + LINK + "rate_hz = 0.5\njitter_us = 1000\n")
     channels = [str(number) for number in range(6)]
     listener = hearer.subscribe(*channels)
     robot.publish("0", "leaves at once")
@@ -287,3 +289,30 @@ def test_packets_that_wait_for_the_pacer_leave_in_one_frame(wires):
     assert counters["packets_sent"] == 7
     assert counters["frames_sent"] < 7
     assert hearer.link("air")["counters"]["frames_received"] == counters["frames_sent"]
+
+
+def on_one_wire(wires, steps):
+    """Does each step with daemons of its own, in the same robots."""
+    robots = [wires.robot("a") for _ in range(4)]
+    for step in steps:
+        step(wires, iter(robots))
+        wires.end_all()
+
+
+def test_who_is_around_and_where(wires):
+    on_one_wire(wires, (a_virtual_range_drops_what_comes_from_beyond,
+                        neighbours_are_listed_with_distance_pose_and_address,
+                        a_pose_comes_as_text_and_garbage_is_counted_and_told,
+                        two_robots_with_one_id_are_told_by_a_third,
+                        own_frames_from_a_repeater_with_another_address_are_echoes,
+                        values_are_harvested_over_two_hops, a_program_in_c_looks_around))
+
+
+def test_what_is_on_the_air_and_what_is_lost(wires):
+    on_one_wire(wires, (who_listens_while_no_link_is_up_is_told,
+                        who_listens_is_told_once_when_the_last_link_goes_and_comes,
+                        silent_robots_see_each_other_by_their_beacons,
+                        the_loss_of_a_last_message_is_found_by_a_beacon,
+                        air_time_is_estimated_where_the_rate_is_known,
+                        log_lines_are_heard_around_where_debug_is_on,
+                        packets_that_wait_for_the_pacer_leave_in_one_frame))

@@ -46,6 +46,13 @@ class Wires:
             run("ip", "netns", "del", name)
         self._folder.cleanup()
 
+    def end_all(self):
+        """Ends what runs in the robots: programs, then daemons. The robots and wires stay."""
+        for process in reversed(self._processes):
+            if process.poll() is None:
+                process.terminate()
+                process.communicate(timeout=30)
+
     def _namespace(self, name):
         full = f"{self._prefix}{name}"
         _ip("netns", "add", full)
