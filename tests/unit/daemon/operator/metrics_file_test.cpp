@@ -69,6 +69,32 @@ TEST_F(MetricsFileTest, FolderThatComesLaterIsWrittenTo) {
   EXPECT_EQ(content(path), "one");
 }
 
+TEST_F(MetricsFileTest, WhoReadsWhileItIsWrittenHasAWholeFile) {
+  const std::string path = folder_ + "/m";
+  MetricsFile metrics(io_, [this] { return text_; });
+  metrics.configure({path, 15});
+  std::ifstream reader(path);
+  text_ = "another";
+  metrics.configure({path, 15});
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(reader), {}), "one");
+  EXPECT_EQ(content(path), "another");
+}
+
+TEST_F(MetricsFileTest, WhatCannotBeWrittenIsToldOnce) {
+  int times = 0;
+  MetricsFile metrics(io_, [this, &times] {
+    ++times;
+    return text_;
+  });
+  testing::internal::CaptureStdout();  // the default logger's
+  metrics.configure({"/nonexistent/m", 1});
+  while (times < 3) io_.run_one();
+  const std::string log = testing::internal::GetCapturedStdout();
+  const std::string told = "metrics.file: /nonexistent/m cannot be written";
+  EXPECT_NE(log.find(told), std::string::npos) << log;
+  EXPECT_EQ(log.find(told), log.rfind(told)) << log;
+}
+
 TEST_F(MetricsFileTest, DoesNotWriteThroughALinkThatSomebodyPutThere) {
   std::ofstream(folder_ + "/precious") << "precious";
   std::filesystem::create_symlink(folder_ + "/precious", folder_ + "/m.new");
