@@ -4,7 +4,7 @@ import re
 import signal
 
 import pytest
-from conftest import needs_root, wait_for
+from conftest import needs_root, program, run, wait_for
 from wires import Wires, written
 
 pytestmark = needs_root
@@ -16,12 +16,13 @@ MESSAGES = 100
 @pytest.fixture
 def wires():
     with Wires() as made:
-        made.wire("a")
+        for name in "ab":
+            made.wire(name)
         yield made
 
 
-def start(wires, number, keys=""):
-    return wires.robot("a").start(f"[node]\nid = {number}\n{LINK}{keys}")
+def config(number, keys=""):
+    return f"[node]\nid = {number}\n{LINK}{keys}"
 
 
 def publish(sender, hearers, *words, rate=40):
@@ -56,9 +57,7 @@ def expect(messages, least, most, payload=None):
         assert all(bytes.fromhex(message["hex"]) == payload for message in messages)
 
 
-def test_four_packets_arrive_though_a_fifth_of_all_frames_is_lost(wires):
-    sender, *hearers = (start(wires, number) for number in (1, 2, 3))
-    wires.lose("a", 0.2)
+def four_packets_arrive_though_a_fifth_of_all_frames_is_lost(wires, sender, hearers):
     payload = bytes(i * 7 % 251 for i in range(4 * 1383))
     path = wires.file("message")
     with open(path, "wb") as file:
@@ -83,15 +82,13 @@ def test_four_packets_arrive_though_a_fifth_of_all_frames_is_lost(wires):
         expect(messages, 96, 100, payload)
 
 
-def test_one_packet_arrives_for_little_air_though_a_fifth_of_all_frames_is_lost(wires):
-    sender, *hearers = (start(wires, number) for number in (1, 2, 3))
-    wires.lose("a", 0.2)
+def one_packet_arrives_for_little_air_though_a_fifth_of_all_frames_is_lost(sender, hearers):
     text = "x" * 24
-    plain, plain_counters = publish(sender, hearers, text)
+    plain, plain_counters = publish(sender, hearers, text, rate=100)
     assert plain_counters["frames_sent"] == MESSAGES
     for messages in plain:
         expect(messages, 64, 94)  # 80
-    redundant, counters = publish(sender, hearers, text, "--redundancy", "1")
+    redundant, counters = publish(sender, hearers, text, "--redundancy", "1", rate=100)
     for messages in redundant:
         expect(messages, 88, 100)  # 96
     assert counters["repairs_sent"] == MESSAGES
@@ -99,8 +96,9 @@ def test_one_packet_arrives_for_little_air_though_a_fifth_of_all_frames_is_lost(
     assert counters["airtime_us_sent"] <= 1.3 * plain_counters["airtime_us_sent"]
 
 
-def test_redundancy_follows_the_loss_that_is_measured(wires):
-    sender, hearer = (start(wires, number, "beacon_ms = 20\n") for number in (1, 2))
+def redundancy_follows_the_loss_that_is_measured(wires):
+    sender, _ = (wires.robot("b").start(config(number, "beacon_ms = 20\n").replace("a0", "b0"))
+                 for number in (1, 2))
     path = wires.file("message")
     with open(path, "wb") as file:
         file.write(bytes(4 * 1383))
@@ -108,7 +106,7 @@ def test_redundancy_follows_the_loss_that_is_measured(wires):
     words = ("c", "--file", path, "--repeat", "10", "--rate", "100", "--redundancy", "auto")
     assert sender.cli("pub", *words).returncode == 0
     assert sender.link("air")["counters"]["repairs_sent"] == 0
-    wires.lose("a", 0.3)
+    wires.lose("b", 0.3)
     wait_for(lambda: neighbour(sender)["loss"] > 0.12, what="the loss to be measured")
     # It is looked up once a second.
     wait_for(lambda: sender.cli("pub", *words).returncode == 0
@@ -124,11 +122,25 @@ def neighbour_frames(robot):
     return heard_of[0]["frames"] if heard_of else 0
 
 
-def test_where_there_is_no_redundancy_it_is_told(wires):
-    sender = start(wires, 1, 'profile = "footbot"\nnode_id = 1\n')
+def where_there_is_no_redundancy_it_is_told(sender):
+    sender.stop()
+    sender.start(config(1, 'profile = "footbot"\nnode_id = 1\n'))
     done = sender.cli("pub", "3", "x", "--redundancy", "2")
     assert done.returncode == 0
     assert re.search(r"without repair packets.*profile \"wifi\".*--copies", done.stderr)
-    refused = sender.cli("pub", "3", "x", "--redundancy", "13")
-    assert refused.returncode == 2
-    assert "auto, or 1 to 12, not 13" in refused.stderr
+
+
+def test_messages_arrive_though_a_fifth_of_all_frames_is_lost(wires):
+    sender, *hearers = (wires.robot("a").start(config(number)) for number in (1, 2, 3))
+    wires.lose("a", 0.2)
+    four_packets_arrive_though_a_fifth_of_all_frames_is_lost(wires, sender, hearers)
+    one_packet_arrives_for_little_air_though_a_fifth_of_all_frames_is_lost(sender, hearers)
+    where_there_is_no_redundancy_it_is_told(sender)
+    redundancy_follows_the_loss_that_is_measured(wires)
+
+
+@pytest.mark.logic
+def test_more_redundancy_than_there_is_is_refused():
+    done = run(program("swarmtalk-cli"), "pub", "3", "x", "--redundancy", "13")
+    assert done.returncode == 2
+    assert "auto, or 1 to 12, not 13" in done.stderr
