@@ -37,12 +37,13 @@ def accounted(status):
     return status["received"] + sum(lost.values()) == status["expected"]
 
 
-def test_range_decides_who_hears_whom_and_tcpdump_sees_it(radio_lab, tmp_path):
-    """Three robots at (0, 0), (0.5, 0), (0, 0.5): the last two are 0.71 m apart."""
-    lab = radio_lab(3, "--range", "0.6")
+def range_decides_who_hears_whom_and_tcpdump_sees_it(lab, tmp_path):
+    """Three robots within 10 m, and the third by itself."""
+    assert lab.tool("move", 3, 0, 12).returncode == 0
     dump = tmp_path / "robot-1.pcap"
     words = ["tcpdump", "-q", "-i", "wlan0", "-U", "-w", str(dump), "--immediate-mode"]
     watcher = lab.start(1, *words)
+    before = lab.medium()
     try:
         wait_for(lambda: dump.exists() and dump.stat().st_size >= 24, what="tcpdump to listen")
         assert heard(lab, 2, [1, 3], messages=5) == [5, 0]
@@ -53,18 +54,17 @@ def test_range_decides_who_hears_whom_and_tcpdump_sees_it(radio_lab, tmp_path):
     assert seen.count("02:53:54:00:00:02 > ff:ff:ff:ff:ff:ff") >= 5, seen
     status = lab.medium()
     assert accounted(status)
-    assert [robot["in_range"] for robot in status["robots"]] == [2, 1, 1]
-    assert status["robots"][2]["lost"]["range"] >= 5
-    assert status["robots"][0]["received"] >= 5
+    assert [robot["in_range"] for robot in status["robots"]] == [2, 2, 0, 2]
+    assert status["robots"][2]["lost"]["range"] >= before["robots"][2]["lost"]["range"] + 5
+    assert status["robots"][0]["received"] >= before["robots"][0]["received"] + 5
     assert status["late"]["events"] == status["sent"] > 0
     text = lab.tool("medium", "status").stdout
-    assert "3 robots" in text and "too far away" in text and "late:" in text
+    assert "4 robots" in text and "too far away" in text and "late:" in text
 
 
-def test_a_loss_of_30_percent_is_that_at_the_receiving_daemon_and_one_way(radio_lab):
-    lab = radio_lab(2)
+def a_loss_of_30_percent_is_that_at_the_receiving_daemon_and_one_way(lab):
     done = lab.tool("link", 1, 2, "--loss", "0.3", "--one-way")
-    assert done.stdout.splitlines() == ["robot 1 -> robot 2: in range by 60.0 dB, loss 30 %"]
+    assert done.stdout.splitlines() == ["robot 1 -> robot 2: in range by 30.0 dB, loss 30 %"]
     share = 1 - heard(lab, 1, [2], messages=600, rate=300)[0] / 600
     assert 0.25 <= share <= 0.35, share
     assert heard(lab, 2, [1], messages=50, rate=100) == [50]
@@ -73,8 +73,7 @@ def test_a_loss_of_30_percent_is_that_at_the_receiving_daemon_and_one_way(radio_
     assert heard(lab, 1, [2], messages=50, rate=100) == [50]
 
 
-def test_a_robot_that_moves_is_heard_where_it_is_and_its_daemon_knows_the_place(radio_lab):
-    lab = radio_lab(2, "--range", "10")
+def a_robot_that_moves_is_heard_where_it_is_and_its_daemon_knows_the_place(lab):
     assert lab.tool("move", 2, "30", "-2.5").returncode == 0
     assert heard(lab, 1, [2]) == [0]
     pose = json.loads(lab.cli(2, "pose", "get", "--json").stdout)
@@ -87,8 +86,7 @@ def test_a_robot_that_moves_is_heard_where_it_is_and_its_daemon_knows_the_place(
     assert json.loads(lab.cli(2, "pose", "get", "--json").stdout)["x_m"] == 3
 
 
-def test_partitions_and_jammers_come_and_go(radio_lab):
-    lab = radio_lab(4, "--spacing", "1")  # in a square
+def partitions_and_jammers_come_and_go(lab):
     assert heard(lab, 1, [2, 3, 4]) == [1, 1, 1]
     assert lab.tool("partition", "1,4").returncode == 0
     assert heard(lab, 1, [2, 3, 4]) == [0, 0, 1]
@@ -106,18 +104,43 @@ def test_partitions_and_jammers_come_and_go(radio_lab):
     assert status["lost"]["partition"] >= 4 and status["lost"]["jam"] >= 1
 
 
-def test_more_than_the_air_carries_waits_and_is_dropped_and_counted(radio_lab, tmp_path):
+def more_than_the_air_carries_waits_and_is_dropped_and_counted(lab):
     """Frames of 1400 bytes take 2 ms at 6 Mb/s; a queue has room for 64."""
-    base = tmp_path / "base.toml"
-    base.write_text("[links.wifi]\njitter_us = 0\n")  # each frame as soon as it can
-    lab = radio_lab(2, "--config", base)
+    before = lab.medium()
+    assert before["robots"][0]["lost"]["queue_full"] == 0
     done = lab.cli(1, "pub", "big", "x" * 1300, "--repeat", 400)
     assert done.returncode == 0, done.stderr
-    status = wait_for(lambda: (status := lab.medium())["offered"] > 300 and status,
+    wanted = before["offered"] + 300
+    status = wait_for(lambda: (status := lab.medium())["offered"] > wanted and status,
                       what="the frames")
     assert status["robots"][0]["lost"]["queue_full"] > 50
     wait_for(lambda: (s := lab.medium())["sent"] + s["lost"]["queue_full"] == s["offered"],
              what="the queue to empty")
+
+
+def mistakes_with_the_medium_get_one_line(lab):
+    one_line(lab.tool("link", 1, 5, "--loss", 1).stderr, "no robot 5; robots are 1 to 4")
+    one_line(lab.tool("link", 1, 1).stderr, "no link to itself")
+    one_line(lab.tool("link", 1, 2, "--loss", 2).stderr, "--loss")
+    one_line(lab.tool("move", 5, 0, 0).stderr, "'5' is not in this lab")
+    one_line(lab.tool("jam", 1, 1).stderr, "X Y RADIUS in metres, or --off")
+    one_line(lab.tool("partition").stderr, "name robots")
+    one_line(lab.tool("medium").stderr, "subcommand")
+    one_line(lab.tool("up", 2, "--medium", "radio", "--rate", 7).stderr, "--rate")
+
+
+def test_a_channel_is_changed_while_robots_use_it(radio_lab, tmp_path):
+    """Four robots in a square of 1 m."""
+    base = tmp_path / "base.toml"
+    base.write_text("[links.wifi]\njitter_us = 0\n")  # each frame as soon as it can
+    lab = radio_lab(4, "--spacing", "1", "--range", "10", "--config", base)
+    partitions_and_jammers_come_and_go(lab)
+    a_loss_of_30_percent_is_that_at_the_receiving_daemon_and_one_way(lab)
+    a_robot_that_moves_is_heard_where_it_is_and_its_daemon_knows_the_place(lab)
+    range_decides_who_hears_whom_and_tcpdump_sees_it(lab, tmp_path)
+    more_than_the_air_carries_waits_and_is_dropped_and_counted(lab)
+    mistakes_with_the_medium_get_one_line(lab)
+    killed_it_leaves_nothing_behind(lab, medium_pid)
 
 
 def medium_pid(lab):
@@ -128,9 +151,8 @@ def keeper_pid(lab):
     return int(run("pgrep", "-o", "-f", f"swarmtalk-lab --name {lab.name} keep").stdout)
 
 
-@pytest.mark.parametrize("victim", [medium_pid, keeper_pid])
-def test_a_lab_whose_medium_is_killed_leaves_nothing_behind(radio_lab, victim):
-    lab = radio_lab(2)
+def killed_it_leaves_nothing_behind(lab, victim):
+    """Neither where the medium is killed nor where what keeps the lab is."""
     daemons = [robot["pid"] for robot in lab.state()]
     parts = [medium_pid(lab), keeper_pid(lab)]
     os.kill(victim(lab), signal.SIGKILL)
@@ -140,8 +162,7 @@ def test_a_lab_whose_medium_is_killed_leaves_nothing_behind(radio_lab, victim):
     one_line(lab.tool("status").stderr, "was taken down: the medium.* killed|ended by signal 9")
 
 
-@needs_root
-def test_a_run_that_is_killed_takes_its_medium_with_it():
+def a_run_that_is_killed_takes_its_medium_with_it():
     name = f"killed{os.getpid()}"
     process = subprocess.Popen([TOOL, "--name", name, "run", "2", "--medium", "radio", "--",
                                 "/bin/sh", "-c", "echo ready; exec sleep 60"],
@@ -155,8 +176,7 @@ def test_a_run_that_is_killed_takes_its_medium_with_it():
     one_line(run(TOOL, "--name", name, "down").stderr, "no lab called")
 
 
-@needs_root
-def test_run_and_down_leave_nothing_behind(radio_lab):
+def run_and_down_leave_nothing_behind(lab):
     name = f"run{os.getpid()}"
     done = run(TOOL, "--name", name, "run", "2", "--medium", "radio", "--", "/bin/sh", "-c",
                f"{TOOL} medium status --json; echo $SWARMTALK_MEDIUM")
@@ -164,12 +184,11 @@ def test_run_and_down_leave_nothing_behind(radio_lab):
     status, socket = done.stdout.splitlines()
     assert json.loads(status)["range_m"] == 50
     assert leftovers(name) == [] and not pathlib.Path(socket).exists()
-    lab = radio_lab(2)
     assert lab.down().returncode == 0
     assert leftovers(lab.name) == []
 
 
-def test_without_namespaces_the_same_radio_is_on_udp_links(radio_udp_lab):
+def without_namespaces_the_same_radio_is_on_udp_links(radio_udp_lab):
     """Three robots at (0, 0), (0.5, 0), (0, 0.5); two labs do not hear each other."""
     lab = radio_udp_lab(3, "--range", "0.6")
     other = radio_udp_lab(2)
@@ -194,8 +213,7 @@ def folder_of_everybody():
         yield pathlib.Path(folder)
 
 
-@needs_root
-def test_it_needs_no_privilege(folder_of_everybody):
+def it_needs_no_privilege(folder_of_everybody):
     """With copies of our programs: the build folder may be closed to other users."""
     name = f"nobody{os.getpid()}"
     for each in (TOOL, CLI, program("swarmtalkd")):
@@ -217,17 +235,15 @@ def test_it_needs_no_privilege(folder_of_everybody):
              "root", "--medium radio-udp")
 
 
-def test_mistakes_with_the_medium_get_one_line(radio_lab, udp_lab):
-    lab = radio_lab(2)
-    one_line(lab.tool("link", 1, 3, "--loss", 1).stderr, "no robot 3; robots are 1 to 2")
-    one_line(lab.tool("link", 1, 1).stderr, "no link to itself")
-    one_line(lab.tool("link", 1, 2, "--loss", 2).stderr, "--loss")
-    one_line(lab.tool("move", 5, 0, 0).stderr, "'5' is not in this lab")
-    one_line(lab.tool("jam", 1, 1).stderr, "X Y RADIUS in metres, or --off")
-    one_line(lab.tool("partition").stderr, "name robots")
-    one_line(lab.tool("medium").stderr, "subcommand")
-    one_line(lab.tool("up", 2, "--medium", "radio", "--rate", 7).stderr, "--rate")
+@needs_root
+def test_a_radio_without_namespaces_and_what_all_leave_behind(radio_lab, radio_udp_lab, udp_lab,
+                                                              folder_of_everybody):
+    without_namespaces_the_same_radio_is_on_udp_links(radio_udp_lab)
+    it_needs_no_privilege(folder_of_everybody)
     one_line(udp_lab(1).tool("heal").stderr, "cannot be changed.*--medium radio")
+    a_run_that_is_killed_takes_its_medium_with_it()
+    run_and_down_leave_nothing_behind(radio_lab(2))
+    killed_it_leaves_nothing_behind(radio_lab(2), keeper_pid)
 
 
 @pytest.mark.field
