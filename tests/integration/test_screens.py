@@ -14,11 +14,6 @@ from conftest import program
 from tmux import Tmux, needs_tmux
 
 
-@pytest.fixture
-def lab(talking_lab):
-    return talking_lab
-
-
 def on_terminal(columns, tool, *words):
     """What a command prints on a terminal so wide."""
     pid, terminal = pty.fork()
@@ -41,12 +36,11 @@ def on_terminal(columns, tool, *words):
     return text.decode().replace("\r", "")
 
 
-@pytest.mark.parametrize("columns", [40, 200])
-def test_headings_are_bold_on_a_terminal(udp_lab, columns):
-    lab = udp_lab(1)
+def headings_are_bold_on_a_terminal(lab):
     tool, socket = program("swarmtalk-cli"), ("--socket", lab.state()[0]["socket"])
-    text = on_terminal(columns, tool, *socket, "status")
-    assert "\x1b[1mLINK" in text and "u001b" not in text, text
+    for columns in (40, 200):
+        text = on_terminal(columns, tool, *socket, "status")
+        assert "\x1b[1mLINK" in text and "u001b" not in text, text
     assert "\x1b" not in lab.cli(1, "status").stdout
 
 
@@ -70,9 +64,7 @@ def in_robot(lab, robot, *words):
                      program("swarmtalk-cli"), *words])
 
 
-@needs_tmux
-@pytest.mark.parametrize("width", [80, 40])
-def test_top_and_radar_fit_the_terminal_and_obey_keys(lab, width):
+def top_and_radar_fit_the_terminal_and_obey_keys(lab, width):
     with Tmux(width, 24, in_robot(lab, 3, "top")) as screen:
         text = screen.wait("^alarm +[0-9]")
         for head in ("^CHANNEL +MSG/S", "^PROGRAM", "^NEIGHBOUR", "^4711 +[0-9]", "^q quit"):
@@ -99,24 +91,28 @@ def test_top_and_radar_fit_the_terminal_and_obey_keys(lab, width):
         screen.wait(r"rings at 0\.25 m and 0\.50 m$")
         screen.keys("C-c")
         screen.wait("^exit code 130$")
-    with Tmux(width, 24, in_robot(lab, 3, "radar")) as screen:
-        screen.wait("^2 heard")
+
+
+def a_daemon_that_dies_ends_radar_with_one_line(lab):
+    with (Tmux(80, 24, in_robot(lab, 3, "radar")) as wide,
+          Tmux(40, 24, in_robot(lab, 3, "radar")) as narrow):
+        for screen in (wide, narrow):
+            screen.wait("^2 heard")
         os.kill(lab.pid(3), signal.SIGKILL)
-        text = screen.wait("^exit code 3$")
-        assert "swarmtalkd closed the connection" in text.replace("\n", ""), text
+        for screen in (wide, narrow):
+            text = screen.wait("^exit code 3$")
+            assert "swarmtalkd closed the connection" in text.replace("\n", ""), text
 
 
-@needs_tmux
-@pytest.mark.parametrize("verb", ["top", "radar"])
-def test_once_fits_the_terminal(lab, verb):
-    with Tmux(40, 60, in_robot(lab, 3, verb, "--once")) as screen:
-        screen.wait("^exit code 0$")
-        lines = [line.rstrip() for line in screen.whole_lines()]
-        assert max(len(line) for line in lines) <= 40, lines
+def once_fits_the_terminal(lab):
+    for verb in ("top", "radar"):
+        with Tmux(40, 60, in_robot(lab, 3, verb, "--once")) as screen:
+            screen.wait("^exit code 0$")
+            lines = [line.rstrip() for line in screen.whole_lines()]
+            assert max(len(line) for line in lines) <= 40, lines
 
 
-@needs_tmux
-def test_channels_fit_the_terminal(lab):
+def channels_fit_the_terminal(lab):
     with Tmux(40, 60, in_robot(lab, 3, "channels", "-W", "1")) as screen:
         screen.wait("^exit code 0$")
         lines = [line.rstrip() for line in screen.whole_lines()]
@@ -126,15 +122,13 @@ def test_channels_fit_the_terminal(lab):
         assert re.search("^CHANNEL +NUMBER +MSG/S .*ROBOTS *$", screen.wait("^exit code 0$"), re.M)
 
 
-@needs_tmux
-def test_the_keys_are_seen_on_a_low_terminal(lab):
+def the_keys_are_seen_on_a_low_terminal(lab):
     with Tmux(60, 8, in_robot(lab, 3, "top")) as screen:
         text = screen.wait("^CHANNEL")
         assert text.splitlines()[7].startswith("q quit"), text
 
 
-@needs_tmux
-def test_arrows_move_what_is_too_long_for_the_terminal(lab):
+def arrows_move_what_is_too_long_for_the_terminal(lab):
     sub = lab.start(3, program("swarmtalk-cli"), "sub", *"123456")
     try:
         with Tmux(60, 16, in_robot(lab, 3, "top")) as screen:  # five lines for the channels
@@ -158,15 +152,14 @@ def test_arrows_move_what_is_too_long_for_the_terminal(lab):
         sub.wait(20)
 
 
-@needs_tmux
-@pytest.mark.parametrize("verb", ["top", "radar"])
-def test_a_terminal_that_cannot_be_drawn_on_is_told(lab, verb):
-    with Tmux(200, 24, "TERM=dumb " + in_robot(lab, 3, verb)) as screen:
-        text = screen.wait("^exit code 1$")
-        assert f"set TERM to its kind, as in TERM=xterm; {verb} --once" in text, text
+def a_terminal_that_cannot_be_drawn_on_is_told(lab):
+    for verb in ("top", "radar"):
+        with Tmux(200, 24, "TERM=dumb " + in_robot(lab, 3, verb)) as screen:
+            text = screen.wait("^exit code 1$")
+            assert f"set TERM to its kind, as in TERM=xterm; {verb} --once" in text, text
 
 
-def test_a_terminal_that_goes_away_ends_top(lab):
+def a_terminal_that_goes_away_ends_top(lab):
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm"}
     words = in_robot(lab, 3, "top").split()
@@ -177,3 +170,19 @@ def test_a_terminal_that_goes_away_ends_top(lab):
     os.close(ours)
     process.communicate(timeout=60)
     assert process.returncode is not None
+
+
+@needs_tmux
+def test_screens_fit_the_terminal_and_obey_keys(talking_lab):
+    for width in (80, 40):
+        top_and_radar_fit_the_terminal_and_obey_keys(talking_lab, width)
+    the_keys_are_seen_on_a_low_terminal(talking_lab)
+    arrows_move_what_is_too_long_for_the_terminal(talking_lab)
+    a_daemon_that_dies_ends_radar_with_one_line(talking_lab)
+
+
+@needs_tmux
+def test_what_is_printed_fits_the_terminal(talking_lab):
+    for look in (headings_are_bold_on_a_terminal, once_fits_the_terminal, channels_fit_the_terminal,
+                 a_terminal_that_cannot_be_drawn_on_is_told, a_terminal_that_goes_away_ends_top):
+        look(talking_lab)
