@@ -24,10 +24,7 @@ def wires():
         yield made
 
 
-def test_a_message_crosses_to_a_small_profile_and_back_with_its_origin(wires):
-    wifi = wires.robot("a").start(node(1) + WIFI)
-    small = wires.robot("b").start(node(9) + SMALL)
-    wires.robot("a", "b").start(node(2) + WIFI + SMALL + "node_id = 250\n" + RULE)
+def a_message_crosses_to_a_small_profile_and_back_with_its_origin(wifi, small):
     listener = small.subscribe("3", "-C", "1", "-W", "40")
     wifi.publish("alarm", "12345")
     message, = heard(listener)
@@ -42,10 +39,7 @@ def test_a_message_crosses_to_a_small_profile_and_back_with_its_origin(wires):
     assert (message["origin"]["link"], message["origin"]["node"]) == ("small", 9)
 
 
-def test_the_gateways_own_programs_reach_both_links(wires):
-    wifi = wires.robot("a").start(node(1) + WIFI)
-    small = wires.robot("b").start(node(9) + SMALL)
-    gateway = wires.robot("a", "b").start(node(2) + WIFI + SMALL + "node_id = 250\n" + RULE)
+def the_gateways_own_programs_reach_both_links(wifi, small, gateway):
     listeners = [wifi.subscribe("alarm", "-C", "1", "-W", "40"),
                  small.subscribe("3", "-C", "1", "-W", "40")]
     gateway.publish("alarm", "stop!")
@@ -62,14 +56,12 @@ def from_others(listener):
     return sorted(message["text"] for message in heard(listener) if not message["local"])
 
 
-@pytest.mark.parametrize("profile", ["kilobot", "wifi", "footbot"])
-def test_two_gateways_side_by_side_do_not_go_round_in_circles(wires, profile):
+def two_gateways_side_by_side_do_not_go_round_in_circles(wifi, small, gateways, profile):
     other = SMALL.replace("kilobot", profile)
-    wifi = wires.robot("a").start(node(1) + WIFI)
-    small = wires.robot("b").start(node(9) + other)
-    gateways = [
-        wires.robot("a", "b").start(node(number) + WIFI + other + f"node_id = {number}\n" + RULE)
-        for number in (250, 251)]
+    wifi.start(node(1) + WIFI)
+    small.start(node(9) + other)
+    for number, each in zip((250, 251), gateways):
+        each.start(node(number) + WIFI + other + f"node_id = {number}\n" + RULE)
     at_wifi = wifi.subscribe("alarm")
     at_small = small.subscribe("3")
     for text in ("one__", "two__", "three"):
@@ -95,24 +87,26 @@ def test_two_gateways_side_by_side_do_not_go_round_in_circles(wires, profile):
         assert counters["gateway_full"] == counters["gateway_link_down"] == 0
 
 
-def test_a_robot_on_both_links_hears_another_once(wires):
-    both = WIFI + SMALL.replace('profile = "kilobot"\n', "")
-    first = wires.robot("a", "b").start(node(1) + both)
-    second = wires.robot("a", "b").start(node(2) + both)
-    listener = second.subscribe("c")
-    for number in range(3):
-        first.publish("c", str(number))
-    wait_for(lambda: second.counter("link_duplicates") == 3, what="the other link's packets")
-    listener.terminate()
-    assert [m["text"] for m in heard(listener)] == ["0", "1", "2"]
+def test_messages_cross_a_gateway_and_two_go_round_in_no_circles(wires):
+    wifi, small = wires.robot("a"), wires.robot("b")
+    gateways = [wires.robot("a", "b") for _ in range(2)]
+    wifi.start(node(1) + WIFI)
+    small.start(node(9) + SMALL)
+    gateways[0].start(node(2) + WIFI + SMALL + "node_id = 250\n" + RULE)
+    a_message_crosses_to_a_small_profile_and_back_with_its_origin(wifi, small)
+    the_gateways_own_programs_reach_both_links(wifi, small, gateways[0])
+    for profile in ("kilobot", "wifi", "footbot"):
+        wires.end_all()
+        two_gateways_side_by_side_do_not_go_round_in_circles(wifi, small, gateways, profile)
 
 
-def test_who_hears_both_links_hears_once_also_after_one_was_down(wires):
+def who_hears_both_links_hears_once_also_after_one_was_down(wires, first, second):
     both = WIFI + SMALL.replace('profile = "kilobot"\n', "")
-    first = wires.robot("a", "b").start(node(1) + both)
-    second = wires.robot("a", "b").start(node(2) + both)
+    first.start(node(1) + both)
+    second.start(node(2) + both)
     listener = second.subscribe("c")
     first.publish("c", "0")
+    wait_for(lambda: second.counter("link_duplicates") == 1, what="the other link's packet")
     first.execute("ip", "link", "set", "a0", "down")
     wait_for(lambda: not first.link("wifi")["up"], what="the link to go down")
     first.publish("c", "1")
@@ -127,32 +121,40 @@ def test_who_hears_both_links_hears_once_also_after_one_was_down(wires):
     assert second.counter("messages_lost_air") == 0, "what one link lost, the other brought"
 
 
-def test_one_link_goes_on_when_the_other_loses_its_interface(wires):
-    both = WIFI + SMALL
-    first = wires.robot("a").start(node(1) + WIFI)
-    second = wires.robot("a", "b").start(node(2) + both)
+def one_link_goes_on_when_the_other_loses_its_interface(first, second):
+    first.start(node(1) + WIFI)
+    second.start(node(2) + WIFI + SMALL)
     second.execute("ip", "link", "del", "b0")
     listener = first.subscribe("c", "-C", "1", "-W", "40")
     second.publish("c", "still here")
     assert heard(listener)[0]["text"] == "still here"
     assert second.link("small")["up"] is False
     assert "gone" in second.link("small")["state"]
+    # A start without it.
+    second.stop()
+    begin = len(second.logged())
+    second.start(node(1) + WIFI + SMALL, wait=False)
+    assert second.daemon.wait(timeout=30) == 1
+    one_line(second.logged()[begin:], r"2\.toml:8: key 'links\.small\.interface'",
+             "no such interface", "a0")
 
 
-def test_a_link_whose_interface_is_missing_is_named_at_the_start(wires):
-    robot = wires.robot("a")
-    robot.start(node(1) + WIFI + SMALL, wait=False)
-    assert robot.daemon.wait(timeout=30) == 1
-    one_line(robot.logged(), r"1\.toml:8: key 'links\.small\.interface'", "no such interface", "a0")
-
-
-def test_too_long_for_the_small_link_says_so(wires):
-    robot = wires.robot("a", "b").start(node(2) + WIFI + SMALL)
+def too_long_for_the_small_link_says_so(robot):
+    robot.start(node(2) + WIFI + SMALL)
     one_line(robot.cli("pub", "3", "x" * 41).stderr, "41 bytes", "40")
     one_line(robot.cli("pub", "3", "").stderr, "at least 1 byte")
     robot.publish("big", "x" * 5000)
     one_line(robot.cli("pub", "3", "x", "--ttl", "16").stderr, "TTL 16", "15")
     robot.publish("big", "x", "--ttl", "16")
+
+
+def test_robots_on_two_links_hear_once_and_go_on_with_one(wires):
+    first, second = (wires.robot("a", "b") for _ in range(2))
+    who_hears_both_links_hears_once_also_after_one_was_down(wires, first, second)
+    wires.end_all()
+    too_long_for_the_small_link_says_so(first)
+    wires.end_all()
+    one_link_goes_on_when_the_other_loses_its_interface(first, second)
 
 
 @pytest.mark.logic
