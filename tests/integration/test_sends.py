@@ -20,8 +20,10 @@ except swarmtalk.Error as error:
 """
 
 
-def test_two_sends_in_a_row_both_arrive(udp_lab):
-    lab = udp_lab(2)
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
+
+
+def two_sends_in_a_row_both_arrive(lab):
     sub = lab.start_sub(2, "two", "-C", "2", "-W", "20")
     done = lab.execute(1, program("two_sends"), "2", "wait")
     assert (done.returncode, done.stdout, done.stderr) == (0, "0 refused\n", "")
@@ -42,63 +44,41 @@ if sys.argv[1:] == ["killed"]:
 """
 
 
-@pytest.mark.parametrize("words", [
-    pytest.param([program("leaving"), "9"], id="C++"),
-    pytest.param([program("two_sends"), "9", "leave"], id="C"),
-    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON], id="Python"),
-    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON, "killed"], id="killed"),
-])
-def test_what_a_program_sent_before_it_ended_arrives(udp_lab, words):
-    lab = udp_lab(2)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
+def what_a_program_sent_before_it_ended_arrives(lab, *words):
     for _ in range(4):
         sub = lab.start_sub(2, "two", "-C", "9", "-W", "20")
-        done = lab.execute(1, *words, env=environment)
+        done = lab.execute(1, *words, env=ENVIRONMENT)
         assert done.stderr == ""
         assert done.returncode == (-9 if "killed" in words else 0)
         out, errors = sub.communicate(timeout=30)
         assert sub.returncode == 0, out + errors
-        assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), out
+        assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), (words[0], out)
 
 
-@pytest.mark.parametrize("words", [
-    pytest.param([program("leaving"), "2"], id="C++"),
-    pytest.param([program("two_sends"), "2", "close"], id="C"),
-    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON], id="Python"),
-])
-def test_what_was_refused_at_the_end_is_told(udp_lab, tmp_path, words):
-    (tmp_path / "base.toml").write_text("[limits]\npublish_rate_hz = 1\npublish_burst = 1\n")
-    lab = udp_lab(1, "--config", tmp_path / "base.toml")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
-    done = lab.execute(1, *words, env=environment)
+def what_was_refused_at_the_end_is_told(lab, *words):
+    done = lab.execute(1, *words, env=ENVIRONMENT)
     assert done.returncode == 0
     one_line(done.stderr, "publishes more than 1 message per second.*publish more slowly")
 
 
-@pytest.mark.parametrize("how", ["killed", "stopped"])
-@pytest.mark.parametrize("words", [
-    pytest.param([program("leaving"), "2", "wait"], id="C++"),
-    pytest.param([program("two_sends"), "2", "close", "wait"], id="C"),
-    pytest.param(["/usr/bin/python3", "-c", IN_PYTHON, "wait"], id="Python"),
-])
-def test_a_daemon_that_has_gone_meanwhile_is_told(udp_lab, words, how):
-    lab = udp_lab(1)
+def a_daemon_that_has_gone_meanwhile_is_told(lab, how, *programs):
     daemon = lab.pid(1)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
-    process = lab.start(1, *words, env=environment, stdin=subprocess.PIPE)
-    assert process.stdout.readline() == "ready\n"
+    started = [lab.start(1, *words, env=ENVIRONMENT, stdin=subprocess.PIPE) for words in programs]
+    for process in started:
+        assert process.stdout.readline() == "ready\n"
     os.kill(daemon, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
     try:
-        _, errors = process.communicate("\n", timeout=30)
+        told = [process.communicate("\n", timeout=30)[1] for process in started]
     finally:
         if how == "stopped":
             os.kill(daemon, signal.SIGCONT)
-    one_line(errors, "was gone when" if how == "killed" else "did not answer when",
-             "this program ended: whether its last messages left is not known")
+    for errors in told:
+        one_line(errors, "was gone when" if how == "killed" else "did not answer when",
+                 "this program ended: whether its last messages left is not known")
 
 
-def test_more_than_can_wait_are_told_and_counted(udp_lab):
-    done = udp_lab(1).execute(1, program("two_sends"), "1000", "wait")
+def more_than_can_wait_are_told_and_counted(lab):
+    done = lab.execute(1, program("two_sends"), "1000", "wait")
     refused = int(done.stdout.split()[0])
     assert refused > 100
     lines = done.stderr.splitlines()
@@ -119,12 +99,8 @@ print(publisher._publish_number)
 """
 
 
-@pytest.mark.parametrize("keep", ["pass", "kept.append(answer)"], ids=["the_last", "all"])
-def test_answers_that_python_keeps_to_its_end_are_counted_as_well(udp_lab, tmp_path, keep):
-    (tmp_path / "base.toml").write_text("[links.wifi]\nrate_hz = 5\n")
-    done = udp_lab(1, "--config", tmp_path / "base.toml").execute(
-        1, "/usr/bin/python3", "-c", KEPT.format(keep=keep),
-        env={**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")})
+def answers_that_python_keeps_to_its_end_are_counted_as_well(lab, keep):
+    done = lab.execute(1, "/usr/bin/python3", "-c", KEPT.format(keep=keep), env=ENVIRONMENT)
     lines = done.stderr.splitlines()
     assert len(lines) >= 2, done.stderr  # at once, and how many more at the end
     told = [re.search(r"(?:channel two:|since then) (a|[0-9]+) ", line)[1] for line in lines]
@@ -132,20 +108,49 @@ def test_answers_that_python_keeps_to_its_end_are_counted_as_well(udp_lab, tmp_p
     assert sum(1 if each == "a" else int(each) for each in told) == refused, done.stderr
 
 
-def test_who_wants_no_queue_expects_to_be_refused(udp_lab):
-    done = udp_lab(1).execute(1, program("two_sends"), "1000", "no-queue")
+def who_wants_no_queue_expects_to_be_refused(lab):
+    done = lab.execute(1, program("two_sends"), "1000", "no-queue")
     assert int(done.stdout.split()[0]) > 100
     assert done.stderr == ""
 
 
-def test_a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(udp_lab, tmp_path):
-    (tmp_path / "base.toml").write_text("[limits]\npublish_queue_max = 7\n")
-    lab = udp_lab(1, "--config", tmp_path / "base.toml")
-    done = lab.execute(1, "/usr/bin/python3", "-c", NO_ROOM,
-                       env={**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")})
+def a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(lab):
+    done = lab.execute(1, "/usr/bin/python3", "-c", NO_ROOM, env=ENVIRONMENT)
     assert done.returncode == 0, done.stderr
     assert ("a publisher's queue of 16 messages is longer than publish_queue_max under [limits] of "
             "the daemon's configuration, 7; ask for a shorter one, or for none") in done.stdout
+
+
+IN_C_PLUS_PLUS, IN_C, BY_PYTHON = [program("leaving")], [program("two_sends")], [
+    "/usr/bin/python3", "-c", IN_PYTHON]
+
+
+def test_what_a_program_sends_before_it_ends_arrives_or_it_is_told(udp_lab):
+    lab = udp_lab(2)
+    two_sends_in_a_row_both_arrive(lab)
+    for words in ((*IN_C_PLUS_PLUS, "9"), (*IN_C, "9", "leave"), BY_PYTHON, (*BY_PYTHON, "killed")):
+        what_a_program_sent_before_it_ended_arrives(lab, *words)
+    more_than_can_wait_are_told_and_counted(lab)
+    who_wants_no_queue_expects_to_be_refused(lab)
+    for how in ("stopped", "killed"):
+        a_daemon_that_has_gone_meanwhile_is_told(lab, how, (*IN_C_PLUS_PLUS, "2", "wait"),
+                                                 (*IN_C, "2", "close", "wait"),
+                                                 (*BY_PYTHON, "wait"))
+
+
+def test_what_a_daemons_limits_refuse_is_told(udp_lab, tmp_path):
+    def lab(text):
+        (tmp_path / "base.toml").write_text(text)
+        return udp_lab(1, "--config", tmp_path / "base.toml")
+
+    slow = lab("[limits]\npublish_rate_hz = 1\npublish_burst = 1\n")
+    for words in ((*IN_C_PLUS_PLUS, "2"), (*IN_C, "2", "close"), BY_PYTHON):
+        what_was_refused_at_the_end_is_told(slow, *words)
+    paced = lab("[links.wifi]\nrate_hz = 5\n")
+    for keep in ("pass", "kept.append(answer)"):  # the last answer, all of them
+        answers_that_python_keeps_to_its_end_are_counted_as_well(paced, keep)
+    a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(
+        lab("[limits]\npublish_queue_max = 7\n"))
 
 
 @pytest.mark.logic
