@@ -4,17 +4,7 @@ import math
 import time
 
 import pytest
-from conftest import one_line, program, wait_for
-
-
-@pytest.fixture(params=["bridge", "udp"])
-def lab(request):
-    """A lab factory on each medium; raw frames need root."""
-    if request.param == "bridge":
-        import os
-        if os.geteuid() != 0:
-            pytest.skip("network namespaces need root")
-    return request.getfixturevalue(f"{request.param}_lab")
+from conftest import needs_root, one_line, program, wait_for
 
 
 def heard(process, timeout=60):
@@ -23,8 +13,8 @@ def heard(process, timeout=60):
     return [json.loads(line) for line in out.splitlines()]
 
 
-def test_a_message_crosses_with_distance_and_bearing(lab):
-    robots = lab(4)  # a 2 x 2 grid, half a metre apart, all heading along +x
+def a_message_crosses_with_distance_and_bearing(robots):
+    """In a 2 x 2 grid, half a metre apart, all heading along +x."""
     listener = robots.start_sub(4, "greetings", "--json", "-C", "1", "-W", "40")
     assert robots.cli(1, "pub", "greetings", "good morning").returncode == 0
     message, = heard(listener)
@@ -36,8 +26,7 @@ def test_a_message_crosses_with_distance_and_bearing(lab):
     assert message["bearing_rad"] == pytest.approx(-0.75 * math.pi, abs=0.01)
 
 
-def test_every_robot_hears_it_once(lab):
-    robots = lab(3)
+def every_robot_hears_it_once(robots):
     listeners = [robots.start_sub(i, "all", "--json") for i in (1, 2, 3)]
     assert robots.cli(2, "pub", "all", "x", "--ttl", "3").returncode == 0
     for listener in listeners:
@@ -48,8 +37,7 @@ def test_every_robot_hears_it_once(lab):
         assert listener.communicate(timeout=60)[0] == ""
 
 
-def test_a_stale_pose_gives_an_unknown_distance_not_zero(udp_lab):
-    robots = udp_lab(2)
+def a_stale_pose_gives_an_unknown_distance_not_zero(robots):
     assert robots.cli(1, "pose", "set", "0", "0", "0", "--age-out").returncode == 0
     wait_for(lambda: robots.status(1)["pose"] is None, what="the pose to go stale")
     listener = robots.start_sub(2, "c", "--json", "-C", "1", "-W", "40")
@@ -59,8 +47,7 @@ def test_a_stale_pose_gives_an_unknown_distance_not_zero(udp_lab):
     assert message["bearing_rad"] is None
 
 
-def test_every_size_crosses_two_namespaces_byte_for_byte(bridge_lab):
-    robots = bridge_lab(2)
+def every_size_crosses_two_namespaces_byte_for_byte(robots):
     receiver = robots.start(2, program("size_sweep"), "receive")
     done = robots.execute(1, program("size_sweep"), "send", timeout=240)
     receiver.terminate()
@@ -69,8 +56,7 @@ def test_every_size_crosses_two_namespaces_byte_for_byte(bridge_lab):
     assert "16385 sizes, 0 to 16384 bytes, all intact" in done.stdout
 
 
-def test_a_message_that_is_too_long_is_refused_with_the_limit(udp_lab, tmp_path):
-    robots = udp_lab(1)
+def a_message_that_is_too_long_is_refused_with_the_limit(robots, tmp_path):
     words = tmp_path / "long"
     words.write_bytes(b"x" * 16385)
     done = robots.execute(1, "/bin/sh", "-c",
@@ -79,8 +65,7 @@ def test_a_message_that_is_too_long_is_refused_with_the_limit(udp_lab, tmp_path)
     assert done.returncode == 1
 
 
-def test_an_empty_message_is_a_message(udp_lab):
-    robots = udp_lab(2)
+def an_empty_message_is_a_message(robots):
     listener = robots.start_sub(2, "c", "--json", "-C", "2", "-W", "40")
     assert robots.cli(1, "pub", "c", "").returncode == 0
     assert robots.cli(1, "pub", "c", "then").returncode == 0
@@ -88,8 +73,7 @@ def test_an_empty_message_is_a_message(udp_lab):
     assert (first["text"], second["text"]) == ("", "then")
 
 
-def test_a_listener_on_the_same_robot_hears_it_marked_local(udp_lab):
-    robots = udp_lab(1)
+def a_listener_on_the_same_robot_hears_it_marked_local(robots):
     listener = robots.start_sub(1, "c", "--json", "-C", "1", "-W", "40")
     assert robots.cli(1, "pub", "c", "hi").returncode == 0
     message, = heard(listener)
@@ -97,10 +81,22 @@ def test_a_listener_on_the_same_robot_hears_it_marked_local(udp_lab):
     assert message["distance_m"] == 0
 
 
-def test_channels_are_apart(udp_lab):
-    robots = udp_lab(2)
+def channels_are_apart(robots):
     listener = robots.start_sub(2, "left", "--json", "-C", "1", "-W", "20")
     assert robots.cli(1, "pub", "right", "x").returncode == 0
     assert robots.cli(1, "pub", "left", "y").returncode == 0
     out, _ = listener.communicate(timeout=30)
     assert [json.loads(line)["text"] for line in out.splitlines()] == ["y"]
+
+
+@needs_root
+def test_messages_between_robots_are_intact_sensed_or_refused(bridge_lab, udp_lab, tmp_path):
+    every_size_crosses_two_namespaces_byte_for_byte(bridge_lab(2))
+    raw, udp = bridge_lab(4), udp_lab(4)
+    for robots in (raw, udp):
+        for step in (a_message_crosses_with_distance_and_bearing, every_robot_hears_it_once,
+                     an_empty_message_is_a_message, channels_are_apart,
+                     a_listener_on_the_same_robot_hears_it_marked_local):
+            step(robots)
+        a_message_that_is_too_long_is_refused_with_the_limit(robots, tmp_path)
+    a_stale_pose_gives_an_unknown_distance_not_zero(udp)
