@@ -30,26 +30,29 @@ def leftovers(name):
 
 def test_up_status_exec_down(bridge_lab):
     lab = bridge_lab(3)
+    exec_all_prefixes_each_line_and_returns_the_first_failure(lab)
     state = lab.state()
     assert [robot["robot"] for robot in state] == [1, 2, 3]
     assert all(robot["answers"] for robot in state)
     assert [(r["x_m"], r["y_m"]) for r in state] == [(0, 0), (0.5, 0), (0, 0.5)]
     done = lab.execute(2, "/bin/sh", "-c", "echo $SWARMTALK_ROBOT; exit 7")
     assert (done.stdout, done.returncode) == ("2\n", 7)
+    done = lab.execute(1, "/bin/sh", "-c", "sleep 300 >/dev/null 2>&1 & echo $!")
+    left_in_the_background = int(done.stdout)
+    assert is_running(left_in_the_background)
     assert lab.down().returncode == 0
     assert leftovers(lab.name) == []
+    assert not is_running(left_in_the_background)
 
 
-def test_exec_all_prefixes_each_line_and_returns_the_first_failure(bridge_lab):
-    lab = bridge_lab(2)
+def exec_all_prefixes_each_line_and_returns_the_first_failure(lab):
     done = lab.execute("all", "/bin/sh", "-c", "echo a; printf b; exit $((SWARMTALK_ROBOT - 1))")
     assert sorted(done.stdout.splitlines()) == [
-        "robot 1 | a", "robot 1 | b", "robot 2 | a", "robot 2 | b"]
+        f"robot {robot} | {line}" for robot in (1, 2, 3) for line in "ab"]
     assert done.returncode == 1
 
 
-@pytest.mark.parametrize("medium", [pytest.param("bridge", marks=needs_root), "udp"])
-def test_run_leaves_nothing_behind(medium):
+def run_leaves_nothing_behind(medium):
     name = f"run{os.getpid()}{medium}"
     done = run(program("swarmtalk-lab"), "--name", name, "run", "2", "--medium", medium, "--",
                program("swarmtalk-lab"), "status", "--json")
@@ -58,9 +61,7 @@ def test_run_leaves_nothing_behind(medium):
     assert leftovers(name) == []
 
 
-@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
-@needs_root
-def test_an_interrupted_run_leaves_nothing_behind(by):
+def an_interrupted_run_leaves_nothing_behind(by):
     name = f"int{os.getpid()}"
     process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "2", "--",
                                 "/bin/sh", "-c", "echo ready; exec sleep 60"],
@@ -72,8 +73,7 @@ def test_an_interrupted_run_leaves_nothing_behind(by):
     assert leftovers(name) == []
 
 
-@needs_root
-def test_an_interrupted_start_leaves_nothing_behind():
+def an_interrupted_start_leaves_nothing_behind():
     name = f"start{os.getpid()}"
     process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "up", "12"],
                                stderr=subprocess.PIPE, text=True)
@@ -85,8 +85,7 @@ def test_an_interrupted_start_leaves_nothing_behind():
     assert leftovers(name) == []
 
 
-@needs_root
-def test_a_killed_run_is_cleaned_up_by_the_next():
+def a_killed_run_is_cleaned_up_by_the_next():
     name = f"kill{os.getpid()}"
     process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "1", "--",
                                 "/bin/sh", "-c", "echo ready; sleep 1"],
@@ -102,15 +101,8 @@ def test_a_killed_run_is_cleaned_up_by_the_next():
     assert leftovers(name) == []
 
 
-def test_a_command_left_in_the_background_ends_with_the_lab(bridge_lab):
-    lab = bridge_lab(1)
-    done = lab.execute(1, "/bin/sh", "-c", "sleep 300 >/dev/null 2>&1 & echo $!")
-    pid = int(done.stdout)
-    lab.down()
-    assert not is_running(pid)
-
-
-def test_mistakes_get_one_line(udp_lab, tmp_path):
+@pytest.mark.logic
+def test_mistakes_without_a_lab_get_one_line(tmp_path):
     tool = program("swarmtalk-lab")
     name = f"err{os.getpid()}"
     one_line(run(tool, "--name", name, "exec", "1", "--", "true").stderr, "swarmtalk-lab up")
@@ -119,19 +111,27 @@ def test_mistakes_get_one_line(udp_lab, tmp_path):
     assert run(tool, "up", "0").returncode == 2
     assert run(tool, "--name", "../x", "up", "1").returncode == 2
     assert run(tool, "--name", name, "exec", "1").returncode == 2
-    lab = udp_lab(2)
+    bad = tmp_path / "bad.toml"
+    for text, patterns in (("[channels]\nhello = \n", ["bad.toml:2"]),
+                           ("[node]\nnonsense = 1\n", ["robot 1", "nonsense"])):
+        bad.write_text(text)
+        done = run(tool, "--name", name, "up", "1", "--medium", "udp", "--config", bad)
+        assert done.returncode == 1
+        one_line(done.stderr, *patterns)
+    done = run(tool, "--medium", "udp", "down")
+    assert done.returncode == 2
+    one_line(done.stderr, "--medium is for up and run")
+    assert not leftovers(name)
+
+
+def mistakes_with_a_lab_get_one_line(lab):
     one_line(lab.execute(3, "true").stderr, "'3' is not in this lab", "1 to 2")
     one_line(lab.execute("one", "true").stderr, "'one' names no robot")
     one_line(lab.execute(1, "/nonexistent").stderr, "/nonexistent: No such file")
     one_line(lab.tool("up", 2, "--medium", "udp").stderr, "is up", "down")
-    bad = tmp_path / "bad.toml"
-    bad.write_text("[channels]\nhello = \n")
-    one_line(run(tool, "--name", name, "up", "1", "--medium", "udp", "--config", bad).stderr,
-             r"bad.toml:2")
-    assert not leftovers(name)
 
 
-def test_the_name_may_stand_behind_the_verb():
+def the_name_may_stand_behind_the_verb():
     tool, name = program("swarmtalk-lab"), f"behind{os.getpid()}"
     done = run(tool, "run", "--name", name, "2", "--medium", "udp", "--",
                tool, "status", "--name", name, "--json")
@@ -140,35 +140,38 @@ def test_the_name_may_stand_behind_the_verb():
     one_line(run(tool, "down", "--name", name).stderr, f"no lab called '{name}' is up")
 
 
-def test_options_of_a_start_may_stand_before_the_verb():
+def options_of_a_start_may_stand_before_the_verb():
     tool, name = program("swarmtalk-lab"), f"before{os.getpid()}"
     done = run(tool, "--medium", "udp", "--spacing", "2", "--name", name, "run", "2", "--",
                tool, "status", "--name", name, "--json")
     assert done.returncode == 0, done.stderr
     assert [json.loads(line)["x_m"] for line in done.stdout.splitlines()] == [0, 2]
-    done = run(tool, "--medium", "udp", "down")
-    assert done.returncode == 2
-    one_line(done.stderr, "--medium is for up and run")
 
 
 @needs_root
-def test_a_lab_of_another_user_is_told_apart_from_none(udp_lab):
-    lab = udp_lab(1)
+def test_runs_leave_nothing_behind_however_they_end():
+    for medium in ("bridge", "udp"):
+        run_leaves_nothing_behind(medium)
+    for by in (signal.SIGINT, signal.SIGTERM):
+        an_interrupted_run_leaves_nothing_behind(by)
+    an_interrupted_start_leaves_nothing_behind()
+    a_killed_run_is_cleaned_up_by_the_next()
+    the_name_may_stand_behind_the_verb()
+    options_of_a_start_may_stand_before_the_verb()
+
+
+def a_lab_of_another_user_is_told_apart_from_none(lab):
     done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
                program("swarmtalk-lab"), "--name", lab.name, "status")
     one_line(done.stderr, f"the lab '{lab.name}' belongs to root", "sudo swarmtalk-lab")
 
 
-def test_the_labs_that_there_are_are_listed(udp_lab):
-    labs = [udp_lab(1), udp_lab(1)]
+def the_labs_that_there_are_are_listed(*labs):
     done = run(program("swarmtalk-lab"), "--name", "nowhere", "status")
     one_line(done.stderr, r" \(there are: .*; choose with --name\)$", *(lab.name for lab in labs))
 
 
-def test_a_pose_socket_of_the_configuration_is_one_for_each_robot(udp_lab, tmp_path):
-    base = tmp_path / "base.toml"
-    base.write_text('[node]\npose_socket = "/run/swarmtalk/pose.sock"\n')
-    lab = udp_lab(2, "--config", base)
+def a_pose_socket_of_the_configuration_is_one_for_each_robot(lab):
     for robot, place in ((1, (3.0, 1.0)), (2, (4.0, 2.0))):
         path = str(lab.state()[robot - 1]["socket"]).replace(".sock", ".pose")
         wait_for(lambda: f"x {place[0]:.3f} m  y {place[1]:.3f} m" in (
@@ -243,8 +246,7 @@ def test_its_version_is_told_without_proc():
     assert re.match(r"\d+\.\d+", done.stdout)
 
 
-def test_status_fits_a_narrow_terminal(udp_lab):
-    lab = udp_lab(2)
+def status_fits_a_narrow_terminal(lab):
     for columns in (40, 80):
         pid, terminal = pty.fork()
         if pid == 0:
@@ -270,28 +272,18 @@ def test_without_root_it_says_so_in_one_line():
     assert done.returncode == 1
 
 
-def test_a_file_made_for_one_robot_serves_for_all(udp_lab, tmp_path):
-    base = tmp_path / "base.toml"
-    base.write_text('[node]\nid = 3\npose = [9.0, 9.0, 0.0]\n[channels]\nfood = 7\n')
-    lab = udp_lab(2, "--config", base)
+def a_file_made_for_one_robot_serves_for_all(lab):
     assert [lab.status(robot)["node_id"] for robot in (1, 2)] == [1, 2]
     assert json.loads(lab.cli(1, "pose", "get", "--json").stdout)["x_m"] == 0
 
 
-@pytest.mark.parametrize("medium, given, expected", [
-    ("radio-udp", "", 5000), ("radio-udp", "jitter_us = 0", 0), ("udp", "", None)])
-def test_robots_on_the_air_do_not_send_on_in_the_same_instant(request, tmp_path, medium, given,
-                                                              expected):
-    base = tmp_path / "base.toml"
-    base.write_text(f"[links.wifi]\n{given}\n")
-    lab = request.getfixturevalue(medium.replace("-", "_") + "_lab")(1, "--config", base)
+def robots_on_the_air_do_not_send_on_in_the_same_instant(lab, expected):
     config = (lab.folder() / "robot-1.toml").read_text()
     found = re.search(r"^jitter_us = (\d+)", config, re.MULTILINE)
     assert (int(found.group(1)) if found else None) == expected, config
 
 
-def test_status_tells_why_a_daemon_ended(udp_lab):
-    lab = udp_lab(2)
+def status_tells_why_a_daemon_ended(lab):
     os.kill(lab.pid(2), signal.SIGTERM)
     wait_for(lambda: not is_running(lab.pid(2)), what="the daemon to end")
     done = lab.tool("status")
@@ -300,10 +292,21 @@ def test_status_tells_why_a_daemon_ended(udp_lab):
     assert "systemctl" not in done.stdout
 
 
-def test_a_daemon_that_cannot_start_is_quoted(udp_lab, tmp_path):
-    base = tmp_path / "base.toml"
-    base.write_text("[node]\nnonsense = 1\n")
-    done = run(program("swarmtalk-lab"), "--name", f"bad{os.getpid()}", "up", "1", "--medium",
-               "udp", "--config", base)
-    one_line(done.stderr, "robot 1", "nonsense")
-    assert done.returncode == 1
+@needs_root
+def test_a_lab_without_namespaces_as_its_file_says(udp_lab, radio_udp_lab, tmp_path):
+    base, usual, still = (tmp_path / f"{name}.toml" for name in ("base", "usual", "still"))
+    base.write_text('[node]\nid = 3\npose = [9.0, 9.0, 0.0]\n'
+                    'pose_socket = "/run/swarmtalk/pose.sock"\n[channels]\nfood = 7\n[links.wifi]\n')
+    lab = udp_lab(2, "--config", base)
+    still.write_text("[links.wifi]\njitter_us = 0\n")
+    usual.write_text("[links.wifi]\n\n")
+    on_the_air, in_step = (radio_udp_lab(1, "--config", each) for each in (usual, still))
+    for each, expected in ((lab, None), (on_the_air, 5000), (in_step, 0)):
+        robots_on_the_air_do_not_send_on_in_the_same_instant(each, expected)
+    a_file_made_for_one_robot_serves_for_all(lab)
+    a_pose_socket_of_the_configuration_is_one_for_each_robot(lab)
+    a_lab_of_another_user_is_told_apart_from_none(lab)
+    the_labs_that_there_are_are_listed(lab, on_the_air)
+    mistakes_with_a_lab_get_one_line(lab)
+    status_fits_a_narrow_terminal(lab)
+    status_tells_why_a_daemon_ended(lab)
