@@ -3,6 +3,8 @@
 #include <cap-ng.h>
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "drivers/socket/raw_l2.hpp"
 #include "tests/unit/drivers/test_network.hpp"
 
@@ -55,6 +57,18 @@ class RawL2Changes : public ::testing::Test {
     })) << a_->state();
   }
 
+  // Steps of the stories below.
+  void survive_down_and_up();
+  void notice_that_the_other_end_is_down();
+  void pull_nothing_while_down();
+  void survive_deletion_and_return();
+  void survive_deletion_and_return_before_it_is_noticed();
+  void need_no_capability();
+  void follow_the_mtu();
+  void say_what_an_mtu_is_too_small_for();
+  void follow_a_renamed_interface();
+  void prefer_another_interface_of_its_name_to_the_renamed_one();
+
   std::optional<TestNetwork> network_;
   boost::asio::io_context io_;
   TestLinkUser user_a_{1};
@@ -63,7 +77,7 @@ class RawL2Changes : public ::testing::Test {
   std::unique_ptr<RawL2Link> b_;
 };
 
-TEST_F(RawL2Changes, SurvivesDownAndUp) {
+void RawL2Changes::survive_down_and_up() {
   network_->ip('a', "link set air0 down");
   expect_state_of_a("'air0' is switched off (ip link set air0 up)", false);
   EXPECT_EQ(counter(*a_, "link_down_events"), 1U);
@@ -72,14 +86,14 @@ TEST_F(RawL2Changes, SurvivesDownAndUp) {
   expect_exchange();
 }
 
-TEST_F(RawL2Changes, NoticesThatTheOtherEndIsDown) {
+void RawL2Changes::notice_that_the_other_end_is_down() {
   network_->ip('b', "link set air0 down");
   expect_state_of_a("has no carrier (plug in its cable, or join its Wi-Fi)", false);
   network_->ip('b', "link set air0 up");
   expect_exchange();
 }
 
-TEST_F(RawL2Changes, PullsNothingWhileDown) {
+void RawL2Changes::pull_nothing_while_down() {
   network_->ip('a', "link set air0 down");
   expect_state_of_a("switched off", false);
   user_a_.waiting.push_back(numbered_packet(77, 50));
@@ -92,7 +106,8 @@ TEST_F(RawL2Changes, PullsNothingWhileDown) {
       << "sent without another wake";
 }
 
-TEST_F(RawL2Changes, SurvivesDeletionAndReturn) {
+void RawL2Changes::survive_deletion_and_return() {
+  const std::uint64_t had = counter(*a_, "link_down_events");
   for (int round = 0; round < 3; ++round) {
     network_->ip('a', "link del air0");
     expect_state_of_a("interface 'air0' is gone (ip link lists those there are)", false);
@@ -100,40 +115,37 @@ TEST_F(RawL2Changes, SurvivesDeletionAndReturn) {
     network_->add_pair();
     expect_exchange();
   }
-  EXPECT_EQ(counter(*a_, "link_down_events"), 3U);
+  EXPECT_EQ(counter(*a_, "link_down_events") - had, 3U);
 }
 
-TEST_F(RawL2Changes, SurvivesDeletionAndReturnBeforeItNotices) {
+void RawL2Changes::survive_deletion_and_return_before_it_is_noticed() {
   network_->ip('a', "link del air0");
   network_->add_pair();
   expect_exchange();
 }
 
-TEST_F(RawL2Changes, FollowsARenamedInterface) {
-  network_->ip('a', "link set air0 down");
-  network_->ip('a', "link set air0 name radio0");
-  network_->ip('a', "link set radio0 up");
-  expect_state_of_a("up (renamed to 'radio0')", true);
-  expect_exchange();
-  network_->ip('a', "link set radio0 down");
-  network_->ip('a', "link set radio0 name air0");
-  network_->ip('a', "link set air0 up");
-  expect_state_of_a("up, MTU", true);
-  expect_exchange();
-}
-
-TEST_F(RawL2Changes, PrefersAnotherInterfaceOfItsNameToTheRenamedOne) {
-  network_->ip('a', "link set air0 down");
-  network_->ip('a', "link set air0 name old0");
-  expect_state_of_a("renamed to 'old0'", false);
-  network_->ip('b', "link set air0 down");
-  network_->ip('b', "link set air0 name old0");
+void RawL2Changes::need_no_capability() {
+  // Capabilities belong to a thread: this one gives up all it has and runs the links, while the
+  // main thread, still root, plays with the interface.
+  std::promise<void> runs, is_down;
+  std::thread daemon([&] {
+    capng_clear(CAPNG_SELECT_BOTH);
+    if (capng_apply(CAPNG_SELECT_CAPS) != 0) std::abort();
+    EXPECT_EQ(socket(AF_PACKET, SOCK_RAW, 0), -1) << "still has CAP_NET_RAW";
+    runs.set_value();
+    EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); }));
+    is_down.set_value();
+    EXPECT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); }));
+    expect_exchange();
+  });
+  runs.get_future().wait();
+  network_->ip('a', "link del air0");
+  is_down.get_future().wait();
   network_->add_pair();
-  expect_exchange();
-  expect_state_of_a("up, MTU", true);
+  daemon.join();
 }
 
-TEST_F(RawL2Changes, FollowsTheMtu) {
+void RawL2Changes::follow_the_mtu() {
   for (const int mtu : {9000, 1500, 1427}) {
     for (const char side : {'a', 'b'}) {
       network_->ip(side, "link set air0 mtu " + std::to_string(mtu));
@@ -147,9 +159,10 @@ TEST_F(RawL2Changes, FollowsTheMtu) {
     EXPECT_EQ(counter(*a_, "frames_sent") - had, mtu == 9000 ? 4U : 20U);
   }
   EXPECT_EQ(counter(*b_, "frames_truncated"), 0U);
+  for (const char side : {'a', 'b'}) network_->ip(side, "link set air0 mtu 1500");
 }
 
-TEST_F(RawL2Changes, SaysWhatAnMtuIsTooSmallFor) {
+void RawL2Changes::say_what_an_mtu_is_too_small_for() {
   user_a_.header.pose = frame::FramePose{0, 0, 0, 0};
   network_->ip('a', "link set air0 mtu 300");
   expect_state_of_a("up, MTU 300 bytes, too small: packets of more than 273 bytes are dropped",
@@ -166,22 +179,44 @@ TEST_F(RawL2Changes, SaysWhatAnMtuIsTooSmallFor) {
   expect_exchange(1400);
 }
 
-TEST_F(RawL2Changes, NeedsNoCapabilityAfterItIsOpened) {
-  // Capabilities belong to a thread: this one gives up all it has and runs the links, while the
-  // main thread, still root, plays with the interface.
-  std::thread daemon([&] {
-    capng_clear(CAPNG_SELECT_BOTH);
-    if (capng_apply(CAPNG_SELECT_CAPS) != 0) std::abort();
-    EXPECT_EQ(socket(AF_PACKET, SOCK_RAW, 0), -1) << "still has CAP_NET_RAW";
-    EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); }));
-    EXPECT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); }));
-    expect_exchange();
-  });
-  std::this_thread::sleep_for(50ms);
-  network_->ip('a', "link del air0");
-  std::this_thread::sleep_for(50ms);
+void RawL2Changes::follow_a_renamed_interface() {
+  network_->ip('a', "link set air0 down");
+  network_->ip('a', "link set air0 name radio0");
+  network_->ip('a', "link set radio0 up");
+  expect_state_of_a("up (renamed to 'radio0')", true);
+  expect_exchange();
+  network_->ip('a', "link set radio0 down");
+  network_->ip('a', "link set radio0 name air0");
+  network_->ip('a', "link set air0 up");
+  expect_state_of_a("up, MTU", true);
+  expect_exchange();
+}
+
+void RawL2Changes::prefer_another_interface_of_its_name_to_the_renamed_one() {
+  network_->ip('a', "link set air0 down");
+  network_->ip('a', "link set air0 name old0");
+  expect_state_of_a("renamed to 'old0'", false);
+  network_->ip('b', "link set air0 down");
+  network_->ip('b', "link set air0 name old0");
   network_->add_pair();
-  daemon.join();
+  expect_exchange();
+  expect_state_of_a("up, MTU", true);
+}
+
+TEST_F(RawL2Changes, LivesThroughDownsDeletionsAndTheLossOfItsCapabilities) {
+  survive_down_and_up();
+  notice_that_the_other_end_is_down();
+  pull_nothing_while_down();
+  survive_deletion_and_return();
+  survive_deletion_and_return_before_it_is_noticed();
+  need_no_capability();
+}
+
+TEST_F(RawL2Changes, FollowsTheNameAndTheMtu) {
+  follow_the_mtu();
+  say_what_an_mtu_is_too_small_for();
+  follow_a_renamed_interface();
+  prefer_another_interface_of_its_name_to_the_renamed_one();
 }
 
 }  // namespace

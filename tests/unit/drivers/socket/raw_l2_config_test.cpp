@@ -48,19 +48,13 @@ TEST(RawL2Config, RefusesAnEthertypeThatIsALength) {
   EXPECT_NE(text.find("ethertype 0x05ff is a length"), std::string::npos) << text;
 }
 
-TEST(RawL2Config, RefusesAnInterfaceThatIsNotEthernet) {
+TEST(RawL2Config, RefusesWhatIsNotEthernetAndNamesTheCapabilityThatIsMissing) {
   SWARMTALK_SKIP_WITHOUT_ROOT();
-  TestNetwork network;
+  const TestNetwork network;
   network.ip('a', "tuntap add dev tun0 mode tun");
   std::string text;
   network.inside('a', [&] { text = refusal(config_of("tun0")); });
   EXPECT_NE(text.find("not an Ethernet or Wi-Fi interface"), std::string::npos) << text;
-}
-
-TEST(RawL2Config, NamesTheCapabilityThatIsMissing) {
-  SWARMTALK_SKIP_WITHOUT_ROOT();
-  TestNetwork network;
-  std::string text;
   network.inside('a', [&] {  // in a thread of its own, whose capabilities are its own
     capng_clear(CAPNG_SELECT_BOTH);
     ASSERT_EQ(capng_apply(CAPNG_SELECT_CAPS), 0);

@@ -16,10 +16,17 @@ class RawL2Exchange : public ::testing::Test {
   void SetUp() override {
     SWARMTALK_SKIP_WITHOUT_ROOT();
     network_.emplace();
-    config_.interface = "air0";
   }
 
-  void open() {
+  /// A new pair of links: nothing was counted or heard so far.
+  void open(const std::function<void(RawL2Config&)>& change = {}) {
+    a_.reset();
+    b_.reset();
+    user_a_ = TestLinkUser(1);
+    user_b_ = TestLinkUser(2);
+    config_ = RawL2Config{};
+    config_.interface = "air0";
+    if (change) change(config_);
     a_ = network_->link<RawL2Link>('a', io_, config_);
     b_ = network_->link<RawL2Link>('b', io_, config_);
     a_->start(user_a_);
@@ -40,6 +47,21 @@ class RawL2Exchange : public ::testing::Test {
     });
   }
 
+  // Steps of the stories below, each on links of its own.
+  void carry_packets_of_every_size_in_both_directions();
+  void hand_up_the_transmitters_header_and_no_echo();
+  void time_reception_by_the_kernel_not_by_the_reading();
+  void put_packets_that_wait_into_full_frames();
+  void speak_on_the_configured_ethertype_only();
+  void carry_the_small_packets_of_another_profile();
+  void carry_ten_thousand_packets_in_a_window_without_loss();
+  void lose_nothing_when_the_kernels_send_queue_is_full();
+  void count_what_the_kernel_drops();
+  void keep_the_rate_limit();
+  void retry_what_the_interfaces_queue_drops();
+  void wait_until_the_socket_is_writable();
+  void give_up_a_frame_after_a_second_and_count_it();
+
   std::optional<TestNetwork> network_;
   boost::asio::io_context io_;
   RawL2Config config_;
@@ -49,7 +71,7 @@ class RawL2Exchange : public ::testing::Test {
   std::unique_ptr<RawL2Link> b_;
 };
 
-TEST_F(RawL2Exchange, CarriesPacketsOfEverySizeInBothDirections) {
+void RawL2Exchange::carry_packets_of_every_size_in_both_directions() {
   open();
   for (std::size_t size = 4; size <= config_.max_packet_bytes; size += 4) {
     user_a_.waiting.push_back(numbered_packet(1, size));
@@ -67,15 +89,7 @@ TEST_F(RawL2Exchange, CarriesPacketsOfEverySizeInBothDirections) {
   }
 }
 
-TEST_F(RawL2Exchange, IsNotWokenByItsOwnFramesLeaving) {
-  open();
-  send_from_a(1, 20);
-  ASSERT_TRUE(run_until(io_, [&] { return !user_b_.received.empty(); }));
-  run_for(io_, 20ms);
-  EXPECT_EQ(counter(*a_, "own_echoes"), 0U);
-}
-
-TEST_F(RawL2Exchange, HandsUpTheTransmittersHeader) {
+void RawL2Exchange::hand_up_the_transmitters_header_and_no_echo() {
   open();
   user_a_.header.pose = frame::FramePose::from_metres(1.0, -2.0, 0.5, 0.04);
   send_from_a(1, 20);
@@ -85,9 +99,11 @@ TEST_F(RawL2Exchange, HandsUpTheTransmittersHeader) {
   EXPECT_EQ(reception.transmitter_epoch, user_a_.header.epoch);
   EXPECT_EQ(reception.frame_counter, 1U);
   EXPECT_EQ(reception.pose, user_a_.header.pose);
+  run_for(io_, 20ms);
+  EXPECT_EQ(counter(*a_, "own_echoes"), 0U) << "it is woken by its own frames leaving";
 }
 
-TEST_F(RawL2Exchange, TimesReceptionByTheKernelNotByTheReading) {
+void RawL2Exchange::time_reception_by_the_kernel_not_by_the_reading() {
   open();
   send_from_a(1, 20);
   ASSERT_TRUE(run_until(io_, [&] { return !user_b_.received.empty(); }));
@@ -106,7 +122,7 @@ TEST_F(RawL2Exchange, TimesReceptionByTheKernelNotByTheReading) {
   EXPECT_LE(user_b_.receptions[0].received_at, sent + 20ms);
 }
 
-TEST_F(RawL2Exchange, PutsPacketsThatWaitIntoFullFrames) {
+void RawL2Exchange::put_packets_that_wait_into_full_frames() {
   open();
   constexpr std::size_t kPackets = 100;
   constexpr std::size_t kPacketBytes = 60;
@@ -120,7 +136,26 @@ TEST_F(RawL2Exchange, PutsPacketsThatWaitIntoFullFrames) {
   EXPECT_EQ(counter(*b_, "bytes_received"), counter(*a_, "bytes_sent"));
 }
 
-TEST_F(RawL2Exchange, CarriesTenThousandPacketsInAWindowWithoutLoss) {
+void RawL2Exchange::speak_on_the_configured_ethertype_only() {
+  open([](RawL2Config& config) { config.ethertype = 0x88B6; });
+  WireProbe probe(*network_, 'a');
+  probe.inject(Bytes(50, 1), Bytes{2, 0, 0, 0, 0, 9}, 0x88B5);
+  send_from_a(1, 20);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_b_.received.empty(); }));
+  EXPECT_EQ(counter(*b_, "frames_not_ours"), 0U);
+}
+
+void RawL2Exchange::carry_the_small_packets_of_another_profile() {
+  open([](RawL2Config& config) {
+    config.profile = frame::ProfileId::kKilobot;
+    config.max_packet_bytes = 9;
+  });
+  for (std::uint32_t i = 0; i < 50; ++i) send_from_a(i, 9);
+  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == 50; }));
+  EXPECT_EQ(counter(*a_, "frames_sent"), 1U);
+}
+
+void RawL2Exchange::carry_ten_thousand_packets_in_a_window_without_loss() {
   constexpr std::uint32_t kPackets = 10000;
   constexpr std::uint32_t kWindow = 256;
   open();
@@ -144,7 +179,7 @@ TEST_F(RawL2Exchange, CarriesTenThousandPacketsInAWindowWithoutLoss) {
   EXPECT_EQ(counter(*a_, "send_errors"), 0U);
 }
 
-TEST_F(RawL2Exchange, LosesNothingWhenTheKernelsSendQueueIsFull) {
+void RawL2Exchange::lose_nothing_when_the_kernels_send_queue_is_full() {
   // Far more than a socket's send buffer holds, at once; what the receiver cannot take, it counts.
   constexpr std::uint32_t kPackets = 3000;
   open();
@@ -156,7 +191,31 @@ TEST_F(RawL2Exchange, LosesNothingWhenTheKernelsSendQueueIsFull) {
   EXPECT_EQ(counter(*a_, "send_errors"), 0U);
 }
 
-TEST_F(RawL2Exchange, RetriesWhatTheInterfacesQueueDrops) {
+void RawL2Exchange::count_what_the_kernel_drops() {
+  open([](RawL2Config& config) { config.receive_buffer_bytes = 4096; });
+  for (std::uint32_t i = 0; i < 100; ++i) send_from_a(i, 1400);
+  // The loop does not read meanwhile: frames leave in the same turn that pulls them.
+  EXPECT_TRUE(run_until(io_,
+                        [&] {
+                          return counter(*a_, "frames_sent") == 100 &&
+                                 user_b_.received.size() + counter(*b_, "kernel_drops") == 100;
+                        }))
+      << user_b_.received.size() << " " << counter(*b_, "kernel_drops");
+  EXPECT_GT(counter(*b_, "kernel_drops"), 0U);
+}
+
+void RawL2Exchange::keep_the_rate_limit() {
+  open([](RawL2Config& config) {
+    config.pacer.rate_limit_hz = 100.0;
+    config.pacer.burst_frames = 2;
+  });
+  const MonotonicTime before = std::chrono::steady_clock::now();
+  for (std::uint32_t i = 0; i < 12; ++i) send_from_a(i, 1400);  // a frame each
+  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == 12; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - before, 95ms);
+}
+
+void RawL2Exchange::retry_what_the_interfaces_queue_drops() {
   // A queue of 8 kB on a wire of 10 Mbit/s: the sixth frame in a row is refused (ENOBUFS).
   constexpr std::uint32_t kPackets = 60;
   open();
@@ -169,7 +228,7 @@ TEST_F(RawL2Exchange, RetriesWhatTheInterfacesQueueDrops) {
   EXPECT_EQ(counter(*a_, "send_errors"), 0U);
 }
 
-TEST_F(RawL2Exchange, WaitsUntilTheSocketIsWritable) {
+void RawL2Exchange::wait_until_the_socket_is_writable() {
   // A long queue: it is the socket's send buffer that is full first (EAGAIN).
   constexpr std::uint32_t kPackets = 400;
   open();
@@ -182,7 +241,7 @@ TEST_F(RawL2Exchange, WaitsUntilTheSocketIsWritable) {
   EXPECT_EQ(counter(*a_, "send_errors"), 0U);
 }
 
-TEST_F(RawL2Exchange, GivesUpAFrameAfterASecondAndCountsIt) {
+void RawL2Exchange::give_up_a_frame_after_a_second_and_count_it() {
   open();
   run_tc('a', "tbf rate 8kbit burst 2kb limit 2kb");  // a frame in one and a half seconds
   for (std::uint32_t i = 0; i < 10; ++i) send_from_a(i, 1400);
@@ -190,48 +249,23 @@ TEST_F(RawL2Exchange, GivesUpAFrameAfterASecondAndCountsIt) {
   EXPECT_EQ(counter(*a_, "frames_sent") + counter(*a_, "send_errors"), 10U);
 }
 
-TEST_F(RawL2Exchange, CountsWhatTheKernelDrops) {
-  config_.receive_buffer_bytes = 4096;
-  open();
-  for (std::uint32_t i = 0; i < 100; ++i) send_from_a(i, 1400);
-  // The loop does not read meanwhile: frames leave in the same turn that pulls them.
-  EXPECT_TRUE(run_until(io_,
-                        [&] {
-                          return counter(*a_, "frames_sent") == 100 &&
-                                 user_b_.received.size() + counter(*b_, "kernel_drops") == 100;
-                        }))
-      << user_b_.received.size() << " " << counter(*b_, "kernel_drops");
-  EXPECT_GT(counter(*b_, "kernel_drops"), 0U);
+TEST_F(RawL2Exchange, CarriesPacketsBothWaysAndSaysOfWhom) {
+  carry_packets_of_every_size_in_both_directions();
+  hand_up_the_transmitters_header_and_no_echo();
+  time_reception_by_the_kernel_not_by_the_reading();
+  put_packets_that_wait_into_full_frames();
+  speak_on_the_configured_ethertype_only();
+  carry_the_small_packets_of_another_profile();
 }
 
-TEST_F(RawL2Exchange, KeepsTheRateLimit) {
-  config_.pacer.rate_limit_hz = 100.0;
-  config_.pacer.burst_frames = 2;
-  open();
-  const MonotonicTime before = std::chrono::steady_clock::now();
-  for (std::uint32_t i = 0; i < 12; ++i) send_from_a(i, 1400);  // a frame each
-  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == 12; }));
-  EXPECT_GE(std::chrono::steady_clock::now() - before, 95ms);
-}
-
-TEST_F(RawL2Exchange, SpeaksOnTheConfiguredEthertypeOnly) {
-  config_.ethertype = 0x88B6;
-  open();
-  WireProbe probe(*network_, 'a');
-  TestLinkUser scratch(3);
-  probe.inject(Bytes(50, 1), Bytes{2, 0, 0, 0, 0, 9}, 0x88B5);
-  send_from_a(1, 20);
-  ASSERT_TRUE(run_until(io_, [&] { return !user_b_.received.empty(); }));
-  EXPECT_EQ(counter(*b_, "frames_not_ours"), 0U);
-}
-
-TEST_F(RawL2Exchange, CarriesTheSmallPacketsOfAnotherProfile) {
-  config_.profile = frame::ProfileId::kKilobot;
-  config_.max_packet_bytes = 9;
-  open();
-  for (std::uint32_t i = 0; i < 50; ++i) send_from_a(i, 9);
-  ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == 50; }));
-  EXPECT_EQ(counter(*a_, "frames_sent"), 1U);
+TEST_F(RawL2Exchange, LosesNothingSilentlyWhateverIsFull) {
+  carry_ten_thousand_packets_in_a_window_without_loss();
+  lose_nothing_when_the_kernels_send_queue_is_full();
+  count_what_the_kernel_drops();
+  keep_the_rate_limit();
+  retry_what_the_interfaces_queue_drops();
+  wait_until_the_socket_is_writable();
+  give_up_a_frame_after_a_second_and_count_it();
 }
 
 }  // namespace

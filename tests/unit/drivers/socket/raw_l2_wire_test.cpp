@@ -43,11 +43,22 @@ class RawL2Wire : public ::testing::Test {
 
   void expect_counted(const std::string& name, const Bytes& bytes) {
     SCOPED_TRACE(name);
+    const std::uint64_t had = counter(*link_, name);
     probe_->inject(bytes, kNeighbourMac);
-    EXPECT_TRUE(run_until(io_, [&] { return counter(*link_, name) == 1; }));
+    EXPECT_TRUE(run_until(io_, [&] { return counter(*link_, name) == had + 1; }));
     EXPECT_EQ(counter(*link_, "frames_received"), 0U);
     EXPECT_TRUE(user_.received.empty());
   }
+
+  // Steps of the stories below.
+  void say_nothing_unasked();
+  void lock_its_filter_and_ignore_outgoing_frames();
+  void count_what_is_no_frame_of_its_own();
+  void drop_and_count_its_own_echo();
+  void not_see_frames_of_other_ethertypes();
+  void receive_a_frame_with_ethernet_padding();
+  void keep_what_comes_before_a_bad_packet_length();
+  void send_broadcast_frames_of_its_ethertype_and_nothing_else();
 
   std::optional<TestNetwork> network_;
   std::optional<WireProbe> probe_;
@@ -57,7 +68,84 @@ class RawL2Wire : public ::testing::Test {
   std::unique_ptr<RawL2Link> link_;
 };
 
-TEST_F(RawL2Wire, SendsBroadcastFramesOfItsEthertypeAndNothingElse) {
+void RawL2Wire::say_nothing_unasked() {
+  run_for(io_, 100ms);
+  EXPECT_TRUE(probe_->heard().empty());
+}
+
+void RawL2Wire::lock_its_filter_and_ignore_outgoing_frames() {
+  // The link's socket is the only packet socket of this process that is not the probe's.
+  int locked = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    const int descriptor = std::stoi(entry.path().filename());
+    int domain = 0;
+    socklen_t size = sizeof domain;
+    if (getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) continue;
+    if (domain != AF_PACKET) continue;
+    int is_locked = 0;
+    getsockopt(descriptor, SOL_SOCKET, SO_LOCK_FILTER, &is_locked, &size);
+    if (is_locked == 0) continue;
+    ++locked;
+    int ignores_outgoing = 0;
+    getsockopt(descriptor, SOL_PACKET, PACKET_IGNORE_OUTGOING, &ignores_outgoing, &size);
+    EXPECT_EQ(ignores_outgoing, 1);
+    EXPECT_NE(setsockopt(descriptor, SOL_SOCKET, SO_DETACH_FILTER, nullptr, 0), 0);
+    EXPECT_THROW(attach_locked_ether_filter(descriptor, 0x0800), std::runtime_error);
+  }
+  EXPECT_EQ(locked, 1);
+}
+
+void RawL2Wire::count_what_is_no_frame_of_its_own() {
+  Bytes truncated = good_frame();
+  truncated.pop_back();
+  Bytes other_version = good_frame();
+  other_version[2] = 2;
+  Bytes unknown_flags = good_frame();
+  unknown_flags[3] = 0x80;
+  expect_counted("frames_not_ours", Bytes(200, 0xA5));
+  expect_counted("frames_not_ours", {});
+  expect_counted("frames_truncated", truncated);
+  expect_counted("frames_other_version", other_version);
+  expect_counted("frames_unknown_flags", unknown_flags);
+  expect_counted("frames_other_profile", good_frame(frame::ProfileId::kKilobot));
+}
+
+void RawL2Wire::drop_and_count_its_own_echo() {
+  const Bytes mac = WireProbe(*network_, 'a').mac();
+  probe_->inject(good_frame(), mac);  // as an access point repeats it
+  ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "own_echoes") == 1; }));
+  EXPECT_TRUE(user_.received.empty());
+}
+
+void RawL2Wire::not_see_frames_of_other_ethertypes() {
+  probe_->inject(good_frame(), kNeighbourMac, 0x0800);
+  probe_->inject(good_frame(), kNeighbourMac, 0x88B6);
+  probe_->inject(good_frame(), kNeighbourMac);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
+  run_for(io_, 20ms);
+  EXPECT_EQ(user_.received.size(), 1U);
+  user_.received.clear();
+}
+
+void RawL2Wire::receive_a_frame_with_ethernet_padding() {
+  Bytes bytes = good_frame();
+  bytes.resize(46);
+  probe_->inject(bytes, kNeighbourMac);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
+  EXPECT_EQ(user_.received[0], numbered_packet(1, 10));
+  user_.received.clear();
+}
+
+void RawL2Wire::keep_what_comes_before_a_bad_packet_length() {
+  Bytes bytes = good_frame();
+  bytes.push_back(0xFF);
+  bytes[5] = static_cast<std::uint8_t>(bytes[5] + 1);  // the frame's length
+  probe_->inject(bytes, kNeighbourMac);
+  ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "frames_bad_packet_length") == 1; }));
+  EXPECT_EQ(user_.received.size(), 1U);
+}
+
+void RawL2Wire::send_broadcast_frames_of_its_ethertype_and_nothing_else() {
   for (std::uint32_t i = 0; i < 200; ++i) {
     user_.waiting.push_back(numbered_packet(i, 4 + 7 * i));
     link_->wake();
@@ -78,94 +166,15 @@ TEST_F(RawL2Wire, SendsBroadcastFramesOfItsEthertypeAndNothingElse) {
   }
 }
 
-TEST_F(RawL2Wire, SaysNothingUnasked) {
-  run_for(io_, 100ms);
-  EXPECT_TRUE(probe_->heard().empty());
-}
-
-TEST_F(RawL2Wire, ReceivesAFrameWithEthernetPadding) {
-  Bytes bytes = good_frame();
-  bytes.resize(46);
-  probe_->inject(bytes, kNeighbourMac);
-  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
-  EXPECT_EQ(user_.received[0], numbered_packet(1, 10));
-}
-
-TEST_F(RawL2Wire, CountsGarbage) {
-  expect_counted("frames_not_ours", Bytes(200, 0xA5));
-}
-
-TEST_F(RawL2Wire, CountsAFrameWithoutContent) {
-  expect_counted("frames_not_ours", {});
-}
-
-TEST_F(RawL2Wire, CountsATruncatedFrame) {
-  Bytes bytes = good_frame();
-  bytes.pop_back();
-  expect_counted("frames_truncated", bytes);
-}
-
-TEST_F(RawL2Wire, CountsAnotherVersion) {
-  Bytes bytes = good_frame();
-  bytes[2] = 2;
-  expect_counted("frames_other_version", bytes);
-}
-
-TEST_F(RawL2Wire, CountsUnknownFlags) {
-  Bytes bytes = good_frame();
-  bytes[3] = 0x80;
-  expect_counted("frames_unknown_flags", bytes);
-}
-
-TEST_F(RawL2Wire, CountsAnotherProfile) {
-  expect_counted("frames_other_profile", good_frame(frame::ProfileId::kKilobot));
-}
-
-TEST_F(RawL2Wire, KeepsWhatComesBeforeABadPacketLength) {
-  Bytes bytes = good_frame();
-  bytes.push_back(0xFF);
-  bytes[5] = static_cast<std::uint8_t>(bytes[5] + 1);  // the frame's length
-  probe_->inject(bytes, kNeighbourMac);
-  ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "frames_bad_packet_length") == 1; }));
-  EXPECT_EQ(user_.received.size(), 1U);
-}
-
-TEST_F(RawL2Wire, DropsAndCountsItsOwnEcho) {
-  const Bytes mac = WireProbe(*network_, 'a').mac();
-  probe_->inject(good_frame(), mac);  // as an access point repeats it
-  ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "own_echoes") == 1; }));
-  EXPECT_TRUE(user_.received.empty());
-}
-
-TEST_F(RawL2Wire, DoesNotSeeFramesOfOtherEthertypes) {
-  probe_->inject(good_frame(), kNeighbourMac, 0x0800);
-  probe_->inject(good_frame(), kNeighbourMac, 0x88B6);
-  probe_->inject(good_frame(), kNeighbourMac);
-  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
-  run_for(io_, 20ms);
-  EXPECT_EQ(user_.received.size(), 1U);
-}
-
-TEST_F(RawL2Wire, HasItsFilterLockedAndIgnoresOutgoingFrames) {
-  // The link's socket is the only packet socket of this process that is not the probe's.
-  int locked = 0;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    const int descriptor = std::stoi(entry.path().filename());
-    int domain = 0;
-    socklen_t size = sizeof domain;
-    if (getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) continue;
-    if (domain != AF_PACKET) continue;
-    int is_locked = 0;
-    getsockopt(descriptor, SOL_SOCKET, SO_LOCK_FILTER, &is_locked, &size);
-    if (is_locked == 0) continue;
-    ++locked;
-    int ignores_outgoing = 0;
-    getsockopt(descriptor, SOL_PACKET, PACKET_IGNORE_OUTGOING, &ignores_outgoing, &size);
-    EXPECT_EQ(ignores_outgoing, 1);
-    EXPECT_NE(setsockopt(descriptor, SOL_SOCKET, SO_DETACH_FILTER, nullptr, 0), 0);
-    EXPECT_THROW(attach_locked_ether_filter(descriptor, 0x0800), std::runtime_error);
-  }
-  EXPECT_EQ(locked, 1);
+TEST_F(RawL2Wire, TakesAndSendsFramesOfItsOwnAndCountsTheOthers) {
+  say_nothing_unasked();
+  lock_its_filter_and_ignore_outgoing_frames();
+  count_what_is_no_frame_of_its_own();
+  drop_and_count_its_own_echo();
+  not_see_frames_of_other_ethertypes();
+  receive_a_frame_with_ethernet_padding();
+  keep_what_comes_before_a_bad_packet_length();
+  send_broadcast_frames_of_its_ethertype_and_nothing_else();
 }
 
 }  // namespace

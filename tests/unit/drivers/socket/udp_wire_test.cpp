@@ -14,7 +14,6 @@ class UdpWire : public ::testing::Test {
   void SetUp() override {
     SWARMTALK_SKIP_WITHOUT_ROOT();
     network_.emplace();
-    config_.interface = "air0";
     add_addresses();
   }
 
@@ -36,12 +35,28 @@ class UdpWire : public ::testing::Test {
     EXPECT_EQ(user_b_.received.back(), numbered_packet(1, 1400));
   }
 
-  void open() {
+  /// A new pair of links: nothing was counted or heard so far.
+  void open(const std::function<void(UdpConfig&)>& change = {}) {
+    a_.reset();
+    b_.reset();
+    user_a_ = TestLinkUser(1);
+    user_b_ = TestLinkUser(2);
+    config_ = UdpConfig{};
+    config_.interface = "air0";
+    if (change) change(config_);
     a_ = network_->link<UdpLink>('a', io_, config_);
     b_ = network_->link<UdpLink>('b', io_, config_);
     a_->start(user_a_);
     b_->start(user_b_);
   }
+
+  // Steps of the stories below.
+  void send_whole_datagrams_with_ttl_one();
+  void not_hear_its_group_on_another_interface();
+  void join_again_when_the_interface_returns();
+  void use_the_networks_broadcast_address();
+  void use_the_broadcast_address_of_all_networks_without_a_route();
+  void never_fragment_on_a_small_mtu();
 
   std::optional<TestNetwork> network_;
   boost::asio::io_context io_;
@@ -52,7 +67,7 @@ class UdpWire : public ::testing::Test {
   std::unique_ptr<UdpLink> b_;
 };
 
-TEST_F(UdpWire, SendsWholeDatagramsWithTtlOne) {
+void UdpWire::send_whole_datagrams_with_ttl_one() {
   open();
   WireProbe probe(*network_, 'b');
   expect_exchange();
@@ -69,26 +84,7 @@ TEST_F(UdpWire, SendsWholeDatagramsWithTtlOne) {
   EXPECT_EQ(datagrams, 1);
 }
 
-TEST_F(UdpWire, UsesTheNetworksBroadcastAddress) {
-  config_.address = "10.83.84.255";
-  open();
-  expect_exchange();
-}
-
-// There is no route to 255.255.255.255; what is sent there leaves by the configured interface.
-TEST_F(UdpWire, UsesTheBroadcastAddressOfAllNetworksWithoutARoute) {
-  config_.address = "255.255.255.255";
-  open();
-  expect_exchange();
-  network_->ip('a', "link del air0");
-  ASSERT_TRUE(run_until(io_, [&] { return !a_->is_up() && !b_->is_up(); })) << a_->state();
-  network_->add_pair();
-  add_addresses();
-  ASSERT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); })) << a_->state();
-  expect_exchange();
-}
-
-TEST_F(UdpWire, DoesNotHearItsGroupOnAnotherInterface) {
+void UdpWire::not_hear_its_group_on_another_interface() {
   open();
   UdpConfig local_config = config_;
   local_config.interface = "lo";
@@ -100,7 +96,7 @@ TEST_F(UdpWire, DoesNotHearItsGroupOnAnotherInterface) {
   EXPECT_TRUE(user_local.received.empty());
 }
 
-TEST_F(UdpWire, JoinsAgainWhenTheInterfaceReturns) {
+void UdpWire::join_again_when_the_interface_returns() {
   open();
   expect_exchange();
   network_->ip('a', "link del air0");
@@ -115,15 +111,40 @@ TEST_F(UdpWire, JoinsAgainWhenTheInterfaceReturns) {
   EXPECT_EQ(counter(*a_, "link_down_events"), 1U);
 }
 
-TEST_F(UdpWire, NeverFragmentsOnASmallMtu) {
-  config_.max_packet_bytes = 200;
+void UdpWire::use_the_networks_broadcast_address() {
+  open([](UdpConfig& config) { config.address = "10.83.84.255"; });
+  expect_exchange();
+}
+
+void UdpWire::use_the_broadcast_address_of_all_networks_without_a_route() {
+  // There is no route to 255.255.255.255: what is sent there leaves by the configured interface.
+  open([](UdpConfig& config) { config.address = "255.255.255.255"; });
+  expect_exchange();
+  network_->ip('a', "link del air0");
+  ASSERT_TRUE(run_until(io_, [&] { return !a_->is_up() && !b_->is_up(); })) << a_->state();
+  network_->add_pair();
+  add_addresses();
+  ASSERT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); })) << a_->state();
+  expect_exchange();
+}
+
+void UdpWire::never_fragment_on_a_small_mtu() {
   network_->ip('a', "link set air0 mtu 600");
-  open();
+  open([](UdpConfig& config) { config.max_packet_bytes = 200; });
   WireProbe probe(*network_, 'b');
   for (std::uint32_t i = 0; i < 10; ++i) user_a_.waiting.push_back(numbered_packet(i, 200));
   a_->wake();
   ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == 10; }));
   for (const Bytes& bytes : probe.heard()) EXPECT_LE(bytes.size(), 614U);
+}
+
+TEST_F(UdpWire, StaysOnItsNetworkAndFollowsItsInterface) {
+  send_whole_datagrams_with_ttl_one();
+  not_hear_its_group_on_another_interface();
+  join_again_when_the_interface_returns();
+  use_the_networks_broadcast_address();
+  use_the_broadcast_address_of_all_networks_without_a_route();
+  never_fragment_on_a_small_mtu();
 }
 
 }  // namespace
