@@ -6,24 +6,10 @@ import shlex
 import signal
 import subprocess
 
-import pytest
 from table import Daemon, Double, kilobot_link, one_line, wait_for
 from tmux import Tmux, needs_tmux
 
 WAIT_S = 60
-
-
-@pytest.fixture
-def double(stack):
-    return Double(stack, "--robots", 1)
-
-
-@pytest.fixture
-def daemon(stack, double):
-    made = Daemon(stack, "daemon", kilobot_link(double.terminal, settle_ms=0,
-                                                time_scale=0.6)).wait_up()
-    made.wait_link("table")
-    return made
 
 
 def state(double):
@@ -45,12 +31,10 @@ def screen_of(daemon, width=80):
     return Tmux(width, 24, shlex.join(daemon.words("kilobot", "calibrate")))
 
 
-@needs_tmux
-@pytest.mark.parametrize("width", [80, 40])
-def test_each_change_is_sent_and_what_is_shown_is_saved(daemon, double, width):
-    with screen_of(daemon, width) as screen:
+def change_and_save(daemon, double):
+    """Each change is sent, and what is shown is saved."""
+    with screen_of(daemon) as screen:
         text = screen.wait("^> turn left +70  not sent$", WAIT_S)
-        assert all(len(line) <= width for line in text.splitlines())
         for words in ("^MOTION +DUTY +ROBOT$", "^  straight right +65  not sent$", "q quit$"):
             assert re.search(words, text, re.M), text
         screen.keys("s")
@@ -75,42 +59,23 @@ def test_each_change_is_sent_and_what_is_shown_is_saved(daemon, double, width):
     assert told[0] == (2, 71, 0, 0, 0)
     save = told.index((0, 0, 0, 0, 0))
     assert told[save - 2:save] == [(2, 71, 0, 0, 0), (4, 0, 0, 75, 65)], told
-    last = double.end()
-    assert last["robots"][0]["eeprom_uid"] == 12
-    assert not last["repeating"]
-    assert last["dangerous_frames"] == 0
 
 
-@needs_tmux
-def test_a_robot_that_moves_is_paused_at_the_end(daemon, double):
-    with screen_of(daemon) as screen:
-        screen.wait("not sent", WAIT_S)
+def leave_a_moving_robot(daemon, double):
+    """It is paused at the end; on a narrow screen, which no line leaves."""
+    with screen_of(daemon, 40) as screen:
+        text = screen.wait("^> turn left +70  not sent$", WAIT_S)
+        assert all(len(line) <= 40 for line in text.splitlines())
         screen.keys("PPage", "PPage", "PPage", "PPage", "PPage", "PPage")
         screen.wait("^> turn left +120  sent$", WAIT_S)
         screen.keys("C-c")
-        text = screen.wait("^exit code 130$", WAIT_S)
+        text = screen.wait("^exit code 130$", WAIT_S).replace("\n", "")
         assert "turn left 120; not saved: reset ends them; pause was sent" in text, text
     wait_for(lambda: state(double) == ["idle"], what="the robot to stand still")
     assert max(told[1] for told in calibrations(double)) == 120
 
 
-@needs_tmux
-def test_what_is_refused_is_shown_and_a_lost_daemon_ends_the_screen(stack, daemon, double):
-    with screen_of(daemon) as screen:
-        screen.wait("not sent", WAIT_S)
-        held = stack.start("held", *daemon.words("kilobot", "run", "--hold", "0"))
-        wait_for(lambda: state(double) == ["running"], what="the robot to run")
-        screen.keys("Enter")
-        screen.wait("^the overhead controller is busy with 'run', until it is stopped", WAIT_S)
-        assert held.end(signal.SIGINT) == 130
-        screen.keys("Enter")
-        screen.wait("^> turn left +70  sent$", WAIT_S)
-        daemon.process.end()
-        text = screen.wait("^exit code 3$", WAIT_S)
-        assert "a robot that moves goes on until pause" in text, text
-
-
-def test_a_terminal_that_goes_away_leaves_no_robot_moving(daemon, double):
+def let_the_terminal_go_away(daemon, double):
     ours, theirs = pty.openpty()
     process = subprocess.Popen(daemon.words("kilobot", "calibrate"), stdin=theirs, stdout=theirs,
                                stderr=subprocess.DEVNULL, start_new_session=True,
@@ -125,9 +90,41 @@ def test_a_terminal_that_goes_away_leaves_no_robot_moving(daemon, double):
     wait_for(lambda: state(double) == ["idle"], what="the robot to stand still")
 
 
-def test_without_a_terminal_there_is_no_screen(daemon, double):
+def have_no_terminal(daemon, double):
     before = double.frame_types()
     done = daemon.kilobot("calibrate")
     assert done.returncode == 1
     one_line(done.stderr, "draws on a terminal", "calibrate left, right and straight")
     assert double.frame_types() == before
+
+
+def be_refused_and_lose_the_daemon(stack, daemon, double):
+    with screen_of(daemon) as screen:
+        screen.wait("not sent", WAIT_S)
+        held = stack.start("held", *daemon.words("kilobot", "run", "--hold", "0"))
+        wait_for(lambda: state(double) == ["running"], what="the robot to run")
+        screen.keys("Enter")
+        screen.wait("^the overhead controller is busy with 'run', until it is stopped", WAIT_S)
+        assert held.end(signal.SIGINT) == 130
+        screen.keys("Enter")
+        screen.wait("^> turn left +70  sent$", WAIT_S)
+        daemon.process.end()
+        text = screen.wait("^exit code 3$", WAIT_S)
+        assert "a robot that moves goes on until pause" in text, text
+
+
+@needs_tmux
+def test_a_robot_is_calibrated_on_the_screen_and_never_left_moving(stack):
+    double = Double(stack, "--robots", 1)
+    daemon = Daemon(stack, "daemon", kilobot_link(double.terminal, settle_ms=0,
+                                                  time_scale=0.6)).wait_up()
+    daemon.wait_link("table")
+    change_and_save(daemon, double)
+    leave_a_moving_robot(daemon, double)
+    let_the_terminal_go_away(daemon, double)
+    have_no_terminal(daemon, double)
+    be_refused_and_lose_the_daemon(stack, daemon, double)
+    last = double.end()
+    assert last["robots"][0]["eeprom_uid"] == 12
+    assert not last["repeating"]
+    assert last["dangerous_frames"] == 0

@@ -46,6 +46,18 @@ def say_until(daemon, channel, number, is_answered):
     raise AssertionError("no answer to five messages")
 
 
+def status_tells_versions_and_the_battery(daemon):
+    def state_with(*parts):
+        return all(part in daemon.link("table")["state"] for part in parts)
+
+    wait_for(lambda: state_with("ohc (version 2)"), what="the controller's version")
+    wait_for(lambda: state_with("has uid 77, version 1, battery 700 (green)"), what="the battery")
+    # Where robots are is heard as a message of no profile.
+    assert daemon.kilobot("position", "7,120,-45,90").returncode == 0
+    wait_for(lambda: daemon.link("table")["counters"]["gateway_other_messages"] == 1,
+             what="the position")
+
+
 @needs_root
 def test_from_the_command_line_through_robots_to_another_daemon(stack):
     """A number from `pub` is counted up by the robots and heard far away, with its distance."""
@@ -62,6 +74,7 @@ def test_from_the_command_line_through_robots_to_another_daemon(stack):
     near = Daemon(stack, "near", air(3, 0.0) + table + rules, wire.prefix(0)).wait_up()
     far = Daemon(stack, "far", air(4, 5.0), wire.prefix(1)).wait_up()
     near.wait_link("table")
+    status_tells_versions_and_the_battery(near)
     here = stack.start("here", *near.words("sub", 0, "--json"))
     there = stack.start("there", *far.words("sub", 5, "--json"))
 
@@ -90,25 +103,6 @@ def test_from_the_command_line_through_robots_to_another_daemon(stack):
     assert counters["gateway_frames_missing"] == 0
     assert counters["own_echoes"] > 0, "the gateway hears the controller as well"
     assert counters["node_id_collisions"] == 0, "and takes it for nobody else"
-
-
-def test_status_tells_versions_and_the_gateways_battery(stack):
-    start_emulator(stack, [{"x_mm": 0, "y_mm": 0, "image": swarm.image("gateway"),
-                            "pty": str(stack.folder / "gateway"), "uid": 77}])
-    daemon = Daemon(stack, "daemon", kilobot_link(
-        stack.folder / "ohc", stack.folder / "gateway", settle_ms=SETTLE_MS,
-        time_scale=TIME_SCALE)).wait_up()
-    daemon.wait_link("table")
-
-    def state_with(*parts):
-        return all(part in daemon.link("table")["state"] for part in parts)
-
-    wait_for(lambda: state_with("ohc (version 2)"), what="the controller's version")
-    wait_for(lambda: state_with("has uid 77, version 1, battery 700 (green)"), what="the battery")
-    # Where robots are is heard as a message of no profile.
-    assert daemon.kilobot("position", "7,120,-45,90").returncode == 0
-    wait_for(lambda: daemon.link("table")["counters"]["gateway_other_messages"] == 1,
-             what="the position")
 
 
 @pytest.mark.field

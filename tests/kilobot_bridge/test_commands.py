@@ -5,6 +5,7 @@ late, and what a real controller would still hear is lost on it.
 """
 import fcntl
 import os
+import pathlib
 import pty
 import signal
 import subprocess
@@ -21,7 +22,7 @@ def record(address: int, kind: int, data: bytes) -> str:
 
 
 def hex_file(folder, program: bytes):
-    path = folder / "program.hex"
+    path = folder / f"program-{len(program)}.hex"
     path.write_text("".join(record(i, 0, program[i:i + 16]) for i in range(0, len(program), 16))
                     + record(0, 1, b""))
     return path
@@ -30,14 +31,8 @@ def hex_file(folder, program: bytes):
 LINK = {"settle_ms": 0, "time_scale": 0.6}
 
 
-@pytest.fixture
-def double(stack):
-    return Double(stack, "--robots", 2)
-
-
-@pytest.fixture
-def daemon(stack, double):
-    made = Daemon(stack, "daemon", kilobot_link(double.terminal, **LINK)).wait_up()
+def start_daemon(stack, double, *uplink, **keys):
+    made = Daemon(stack, "daemon", kilobot_link(double.terminal, *uplink, **LINK, **keys)).wait_up()
     made.wait_link("table")
     wait_for(double.frame_types, what="the first STOP")
     return made
@@ -47,7 +42,15 @@ def states(double):
     return [e["state"] for e in double.events("robot", robot=0)]
 
 
-def test_robots_run_pause_and_keep_a_uid(daemon, double):
+def said(double):
+    return [e["hex"] for e in double.events("infrared", damaged=False)]
+
+
+def wait_stopped(double):
+    wait_for(lambda: double.frame_types()[-2:] == [0, 0], what="STOP")
+
+
+def send_messages(daemon, double):
     done = daemon.kilobot("run")
     assert (done.returncode, done.stdout) == (0, "sent run\n"), done.stderr
     assert daemon.kilobot("pause").stdout == "sent pause\n"
@@ -58,140 +61,45 @@ def test_robots_run_pause_and_keep_a_uid(daemon, double):
     assert daemon.kilobot("stop").stdout == "sent stop\n"
     wait_for(lambda: double.frame_types()[-1] == 0, what="the last STOP")
     assert states(double)[:2] == ["running", "idle"]
-    message = "01020300000000000009"
-    assert len([e for e in double.events("infrared", damaged=False)
-                if e["hex"].startswith(message)]) >= 3
-    state = double.end()
-    assert [robot["eeprom_uid"] for robot in state["robots"]] == [1234, 1234]
-    assert not state["repeating"]
-    assert state["dangerous_frames"] == 0
-    assert not any(robot["bootloader_damaged"] for robot in state["robots"])
-
-
-def test_robots_wait_in_their_bootloader_for_a_program(daemon, double):
-    done = daemon.kilobot("bootload")
-    assert done.returncode == 0, done.stderr
-    assert "sent bootload; robots that flash blue wait" in done.stdout
-    assert states(double) == ["bootloader"]
-    assert 4 not in double.frame_types(), "pages are not sent"
-    assert daemon.kilobot("run").returncode == 0
-    wait_for(lambda: states(double)[-1] == "running", what="the old program")
-    assert double.end()["dangerous_frames"] == 0
-
-
-@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
-def test_a_held_message_is_said_anew_until_it_is_stopped(stack, daemon, double, by):
-    cli = stack.start("held", *daemon.words("kilobot", "pause", "--hold", 0))
-    wait_for(lambda: double.frame_types().count(2) >= 3, what="the message, again and again")
-    assert "until it is stopped" in daemon.link("table")["state"]
-    one_line(daemon.kilobot("run").stderr, "busy with 'pause', until it is stopped")
-    assert cli.end(by) == (128 + by if by == signal.SIGINT else -by)
-    wait_for(lambda: double.frame_types()[-2:] == [0, 0], what="STOP")
-    if by == signal.SIGINT:
-        one_line(cli.errors.read_text().splitlines()[0], "until Ctrl-C")
-        one_line(cli.errors.read_text().splitlines()[1], "stopped; STOP was sent")
-    assert daemon.kilobot("send", 9, "01", "--hold", 1.5).stdout == "sent send\n"
-    wait_for(lambda: double.frame_types()[-2:] == [0, 0], what="STOP")
-    assert not double.end()["repeating"]
-
-
-def test_a_checksum_of_ones_own_and_positions_reach_the_air(daemon, double):
+    assert sum(each.startswith("01020300000000000009") for each in said(double)) >= 3
     assert daemon.kilobot("send", 9, "01:02", "--checksum", "0x1234").returncode == 0
     done = daemon.kilobot("position", "7,120,-45,90", "8,-32768,32767,-128")
     assert (done.returncode, done.stdout) == (0, "sent position\n"), done.stderr
-    said = wait_for(lambda: [e["hex"] for e in double.events("infrared", damaged=False)
-                             if e["hex"][18:20] == "01"][1:], what="two positions")
-    assert said[0].startswith("08000080ff7f800000" + "01")
-    said = {e["hex"] for e in double.events("infrared", damaged=False)}
-    assert any(each.startswith("07007800d3ff5a0000" + "01") for each in said), said
-    assert "0102" + "00" * 7 + "09" + "3412" in said
-    assert double.end()["dangerous_frames"] == 0
+    places = wait_for(lambda: [each for each in said(double) if each[18:20] == "01"][1:],
+                      what="two positions")
+    assert places[0].startswith("08000080ff7f800000" + "01")
+    assert any(each.startswith("07007800d3ff5a0000" + "01") for each in said(double))
+    assert "0102" + "00" * 7 + "09" + "3412" in said(double)
 
 
-def test_a_program_is_loaded_byte_for_byte(stack, daemon, tmp_path):
-    daemon.process.end()
-    flash = tmp_path / "flash.bin"
-    double = Double(stack, "--robots", 1, "--dump-flash", flash)
-    program = bytes((7 * i + 3) % 256 for i in range(1000))
-    daemon = Daemon(stack, "second", kilobot_link(double.terminal, **LINK)).wait_up()
-    daemon.wait_link("table")
-    done = daemon.kilobot("program", hex_file(tmp_path, program), "--passes", 3)
-    assert done.returncode == 0, done.stderr
-    assert "sent 3 passes" in done.stdout and "done" not in done.stdout
-    assert "pass 3 of 3" in done.stderr and "0:0" in done.stderr
-    assert daemon.kilobot("run").returncode == 0
-    state = double.end()
-    assert flash.read_bytes()[:1000] == program
-    assert state["robots"][0]["state"] == "running"
-    assert state["robots"][0]["starts"] == 2, "the program began anew"
-    assert state["dangerous_frames"] == 0
-
-
-@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
-def test_an_interrupted_program_ends_with_stop(stack, daemon, double, tmp_path, by):
-    path = hex_file(tmp_path, bytes(range(256)) * 16)
-    cli = stack.start("program", *daemon.words("kilobot", "program", path, "--passes", 0))
-    wait_for(lambda: 4 in double.frame_types(), what="a page")
-    before = len(double.frame_types())
-    code = cli.end(by)
-    wait_for(lambda: double.frame_types()[-1] == 0, timeout=5, what="STOP")
-    assert len(double.frame_types()) <= before + 4
-    if by == signal.SIGINT:
-        assert code == 128 + by
-        assert "STOP was sent" in cli.errors.read_text()
-        assert "bootloader" in cli.errors.read_text()
-    wait_for(lambda: daemon.kilobot("run").returncode == 0, what="the line to be free")
-
-
-def test_messages_and_programming_exclude_each_other(stack, daemon, double, tmp_path):
-    path = hex_file(tmp_path, bytes(4096))
-    stack.start("program", *daemon.words("kilobot", "program", path, "--passes", 0))
-    wait_for(lambda: 4 in double.frame_types(), what="a page")
-    done = daemon.cli("pub", 0, "hi")
-    assert done.returncode == 1
-    one_line(done.stderr, "sends 'program'", "left")
-    one_line(daemon.kilobot("run").stderr, "busy with 'program'", "kilobot stop")
-    assert daemon.kilobot("stop").returncode == 0, "stop ends another's command"
-    daemon.wait_link("table")
-    assert daemon.cli("pub", 0, "hi").returncode == 0
-    assert double.end()["dangerous_frames"] == 0
-
-
-def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(daemon, double, tmp_path):
-    good, end = record(0, 0, b"\1\2"), record(0, 1, b"")
-    bad = {
-        "checksum": (good[:-3] + "00\n" + end, "line 1", "checksum"),
-        "overlap": (good + record(1, 0, b"\7") + end, "line 2", "another value"),
-        "missing end": (good, "no end record"),
-        "too long": (record(0x6DFF, 0, b"\1\2") + end, "line 1", "bootloader"),
-        "no hex": ("hello\n", "not an Intel HEX file"),
-    }
+def refuse_what_the_daemon_refuses(daemon, double):
     before = double.frame_types()
-    path = tmp_path / "bad.hex"
-    for text, *parts in bad.values():
-        path.write_text(text)
-        done = daemon.kilobot("program", path)
-        assert done.returncode == 1
-        one_line(done.stderr, str(path), *parts)
-    one_line(daemon.kilobot("program", tmp_path / "none.hex").stderr, "No such file")
-    one_line(daemon.kilobot("program", tmp_path).stderr, str(tmp_path))
-    for words in (("send", 129), ("send", 9, "0102030405060708090a"), ("set-uid", 65536),
-                  ("calibrate", "left", 121), ("calibrate", "left", 256), ("send", 9, "xyz"),
-                  ("program",), ("walk",), (), ("send", 9, "01", "--checksum", "12"),
-                  ("run", "--hold", "x"), ("run", "--hold", 0.01), ("run", "--hold", 3601),
-                  ("led", "--hold", 1), ("position",), ("position", "7,1,2"),
-                  ("position", "7,1,2,3,"), ("position", "7,1,2,x"), ("position", "-1,1,2,3"),
+    for words in (("send", 129), ("send", 9, "0102030405060708090a"), ("calibrate", "left", 121),
                   ("position", "0,0,0,0"), ("position", "7,40000,0,0"),
                   ("position", *["7,1,2,3"] * 257)):
         done = daemon.kilobot(*words)
-        assert done.returncode in (1, 2), words
+        assert done.returncode == 1, words
         one_line(done.stderr, "swarmtalk-cli: ")
-    one_line(daemon.kilobot("walk").stderr, "see swarmtalk-cli kilobot --help")
     assert double.frame_types() == before
 
 
-@pytest.mark.parametrize("key, code", [(b"\x03", 130), (b"\x04", 1)])
-def test_read_uid_on_a_terminal_lets_no_robot_turn_on(daemon, double, key, code):
+def hold_a_message_until(daemon, double, stack, by):
+    before = double.frame_types().count(2)
+    cli = stack.start("held", *daemon.words("kilobot", "pause", "--hold", 0))
+    wait_for(lambda: double.frame_types().count(2) >= before + 3, what="it, again and again")
+    assert "until it is stopped" in daemon.link("table")["state"]
+    one_line(daemon.kilobot("run").stderr, "busy with 'pause', until it is stopped")
+    assert cli.end(by) == (128 + by if by == signal.SIGINT else -by)
+    wait_stopped(double)
+    if by == signal.SIGINT:
+        one_line(cli.errors.read_text().splitlines()[0], "until Ctrl-C")
+        one_line(cli.errors.read_text().splitlines()[1], "stopped; STOP was sent")
+    wait_for(lambda: daemon.kilobot("send", 9, "01", "--hold", 0.3).stdout == "sent send\n",
+             what="the line to be free")
+    wait_stopped(double)
+
+
+def give_up_reading_a_uid(daemon, double, key, code):
     ours, theirs = pty.openpty()
     cli = subprocess.Popen(daemon.words("kilobot", "read-uid"), stdin=theirs,
                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -199,19 +107,107 @@ def test_read_uid_on_a_terminal_lets_no_robot_turn_on(daemon, double, key, code)
                            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
     os.close(theirs)
     wait_for(lambda: cli.stdout.read(1) == "[", what="the question")
+    stat = pathlib.Path(f"/proc/{cli.pid}/stat")
+    wait_for(lambda: stat.read_text().rsplit(")", 1)[1].split()[0] == "S", what="it to listen")
     os.write(ours, key)
-    _, errors = cli.communicate(timeout=30)
+    _, errors = cli.communicate(timeout=60)
     os.close(ours)
     assert cli.returncode == code, errors
     one_line(errors, "the uid is not known", "pause was sent")
     wait_for(lambda: states(double)[-1:] == ["idle"], what="the robots to stand still")
 
 
-def test_unplugging_under_load_ends_the_command_with_one_line(stack, daemon, double, tmp_path):
-    path = hex_file(tmp_path, bytes(4096))
+def publish_lines_of_the_uplink(daemon, stack, line):
+    sub = stack.start("sub", *daemon.words("sub", 7, "--json"))
+    wait_for(lambda: any(channel["subscribers"] for channel in daemon.status()["channels"]),
+             what="the subscriber")
+    os.write(line, b"light 512\r\n\n\xff\n" + b"x" * 300 + b"\n")
+    wait_for(lambda: len(sub.lines()) == 3, what="the lines")
+    texts = [bytes.fromhex(each["hex"]).decode() for each in sub.lines()]
+    assert texts == ["light 512", "\N{REPLACEMENT CHARACTER}", "x" * 256]
+    counters = daemon.link("table")["counters"]
+    assert (counters["uplink_texts"], counters["uplink_lines_cut"]) == (3, 1)
+
+
+def test_messages_reach_the_robots_and_are_ended_with_stop(stack):
+    double = Double(stack, "--robots", 2)
+    ours, theirs = pty.openpty()
+    daemon = start_daemon(stack, double, os.ttyname(theirs), uplink_form="text", text_channel=7)
+    os.close(theirs)
+    send_messages(daemon, double)
+    refuse_what_the_daemon_refuses(daemon, double)
+    publish_lines_of_the_uplink(daemon, stack, ours)
+    hold_a_message_until(daemon, double, stack, signal.SIGINT)
+    hold_a_message_until(daemon, double, stack, signal.SIGKILL)
+    give_up_reading_a_uid(daemon, double, b"\x03", 130)
+    give_up_reading_a_uid(daemon, double, b"\x04", 1)
+    thief = Daemon(stack, "thief", kilobot_link(double.terminal))
+    wait_for(lambda: not thief.process.is_running(), what="the second daemon's end")
+    assert thief.process.process.returncode == 1
+    one_line(thief.process.errors.read_text(), "thief.toml:", "links.table.downlink",
+             "another program has it open")
+    # A daemon that ends leaves no controller repeating.
+    stack.start("wakeup", *daemon.words("kilobot", "wakeup"))
+    wait_for(lambda: double.frame_types()[-1] == 2, what="the message")
+    daemon.process.end()
+    os.close(ours)  # not before: the daemon would open the next terminal of that name
+    wait_for(lambda: double.frame_types()[-1] == 0, what="STOP")
+    time.sleep(0.1)  # the pass in hand, 10.4 ms, goes on to its end
+    state = double.end()
+    assert [robot["eeprom_uid"] for robot in state["robots"]] == [1234, 1234]
+    assert not state["repeating"]
+    assert state["dangerous_frames"] == 0
+    assert not any(robot["bootloader_damaged"] for robot in state["robots"])
+
+
+def interrupt_an_endless_program(daemon, double, stack, path):
     cli = stack.start("program", *daemon.words("kilobot", "program", path, "--passes", 0))
     wait_for(lambda: 4 in double.frame_types(), what="a page")
-    double.end()
+    done = daemon.cli("pub", 0, "hi")
+    assert done.returncode == 1
+    one_line(done.stderr, "sends 'program'", "left")
+    one_line(daemon.kilobot("run").stderr, "busy with 'program'", "kilobot stop")
+    before = len(double.frame_types())
+    assert cli.end(signal.SIGINT) == 128 + signal.SIGINT
+    wait_for(lambda: double.frame_types()[-1] == 0, what="STOP")
+    assert len(double.frame_types()) <= before + 4
+    assert "STOP was sent" in cli.errors.read_text()
+    assert "bootloader" in cli.errors.read_text()
+    daemon.wait_link("table")
+    assert daemon.cli("pub", 0, "hi").returncode == 0
+
+
+def wait_in_the_bootloader(daemon, double):
+    pages = double.frame_types().count(4)
+    done = daemon.kilobot("bootload")
+    assert done.returncode == 0, done.stderr
+    assert "sent bootload; robots that flash blue wait" in done.stdout
+    assert states(double)[-1] == "bootloader"
+    assert double.frame_types().count(4) == pages, "pages are not sent"
+    assert daemon.kilobot("run").returncode == 0
+    wait_for(lambda: states(double)[-1] == "running", what="the old program")
+
+
+def test_programs_reach_the_robots_whole_or_are_ended_with_stop(stack, tmp_path):
+    flash = tmp_path / "flash.bin"
+    double = Double(stack, "--robots", 2, "--dump-flash", flash)
+    daemon = start_daemon(stack, double)
+    wait_in_the_bootloader(daemon, double)
+    interrupt_an_endless_program(daemon, double, stack, hex_file(tmp_path, bytes(4096)))
+    image = bytes((7 * i + 3) % 256 for i in range(300))
+    done = daemon.kilobot("program", hex_file(tmp_path, image), "--passes", 3)
+    assert done.returncode == 0, done.stderr
+    assert "sent 3 passes" in done.stdout and "done" not in done.stdout
+    assert "pass 3 of 3" in done.stderr and "0:0" in done.stderr
+    assert daemon.kilobot("run").returncode == 0
+    wait_for(lambda: states(double)[-1] == "running", what="the new program")
+    # The controller is unplugged while something is sent, and another is there later.
+    cli = stack.start("held", *daemon.words("kilobot", "pause", "--hold", 0))
+    wait_for(lambda: "until it is stopped" in daemon.link("table")["state"], what="the message")
+    state = double.end()
+    assert flash.read_bytes()[:300] == image
+    assert state["robots"][0]["starts"] >= 2, "the program began anew"
+    assert state["dangerous_frames"] == 0
     wait_for(lambda: not cli.is_running(), what="the command's end")
     assert cli.process.returncode == 1
     assert "is lost" in cli.errors.read_text().splitlines()[-1]
@@ -226,40 +222,42 @@ def test_unplugging_under_load_ends_the_command_with_one_line(stack, daemon, dou
     assert again.frame_types()[0] == 0, "STOP comes first"
 
 
-def test_lines_of_a_text_uplink_are_published(stack):
-    ours, theirs = pty.openpty()
-    path = os.ttyname(theirs)
-    config = kilobot_link(None, path, uplink_form="text", text_channel=7)
-    daemon = Daemon(stack, "daemon", config).wait_up()
-    os.close(theirs)
-    sub = stack.start("sub", *daemon.words("sub", 7, "--json"))
-    wait_for(lambda: any(channel["subscribers"] for channel in daemon.status()["channels"]),
-             what="the subscriber")
-    os.write(ours, b"light 512\r\n\n\xff\n" + b"x" * 300 + b"\n")
-    wait_for(lambda: len(sub.lines()) == 3, what="the lines")
-    os.close(ours)
-    said = [bytes.fromhex(line["hex"]).decode() for line in sub.lines()]
-    assert said == ["light 512", "\N{REPLACEMENT CHARACTER}", "x" * 256]
-    counters = daemon.link("table")["counters"]
-    assert (counters["uplink_texts"], counters["uplink_lines_cut"]) == (3, 1)
+def refused(*words):
+    """What a command says that needs no daemon to be refused."""
+    done = run(program("swarmtalk-cli"), "--socket", "/nonexistent/daemon", "kilobot", *words)
+    assert done.returncode in (1, 2), (words, done.stderr)
+    one_line(done.stderr, "swarmtalk-cli: ")
+    return done.stderr
 
 
-def test_a_second_daemon_does_not_get_the_device(stack, daemon, double):
-    second = Daemon(stack, "thief", kilobot_link(double.terminal))
-    wait_for(lambda: not second.process.is_running(), what="the second daemon's end")
-    assert second.process.process.returncode == 1
-    one_line(second.process.errors.read_text(), "thief.toml:", "links.table.downlink",
-             "another program has it open")
-    assert daemon.kilobot("run").returncode == 0
+@pytest.mark.logic
+def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(tmp_path):
+    good, end = record(0, 0, b"\1\2"), record(0, 1, b"")
+    bad = {
+        "checksum": (good[:-3] + "00\n" + end, "line 1", "checksum"),
+        "overlap": (good + record(1, 0, b"\7") + end, "line 2", "another value"),
+        "missing end": (good, "no end record"),
+        "too long": (record(0x6DFF, 0, b"\1\2") + end, "line 1", "bootloader"),
+        "no hex": ("hello\n", "not an Intel HEX file"),
+    }
+    path = tmp_path / "bad.hex"
+    for text, *parts in bad.values():
+        path.write_text(text)
+        one_line(refused("program", path), str(path), *parts)
+    one_line(refused("program", tmp_path / "none.hex"), "No such file")
+    one_line(refused("program", tmp_path), str(tmp_path))
 
 
-def test_a_daemon_that_ends_leaves_no_controller_repeating(stack, daemon, double):
-    stack.start("wakeup", *daemon.words("kilobot", "wakeup"))
-    wait_for(lambda: double.frame_types()[-1] == 2, what="the message")
-    daemon.process.end()
-    wait_for(lambda: double.frame_types()[-1] == 0, what="STOP")
-    time.sleep(0.1)  # the pass in hand, 10.4 ms, goes on to its end
-    assert not double.end()["repeating"]
+@pytest.mark.logic
+@pytest.mark.parametrize("words", [
+    ("set-uid", 65536), ("calibrate", "left", 256), ("send", 9, "xyz"), ("program",), ("walk",),
+    (), ("send", 9, "01", "--checksum", "12"), ("run", "--hold", "x"), ("run", "--hold", 0.01),
+    ("run", "--hold", 3601), ("led", "--hold", 1), ("position",), ("position", "7,1,2"),
+    ("position", "7,1,2,3,"), ("position", "7,1,2,x"), ("position", "-1,1,2,3")])
+def test_a_wrong_command_line_gets_one_line(words):
+    text = refused(*words)
+    if words == ("walk",):
+        one_line(text, "see swarmtalk-cli kilobot --help")
 
 
 @pytest.mark.logic

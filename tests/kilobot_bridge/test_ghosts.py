@@ -18,6 +18,7 @@ FIRST_ID = 100
 FROM_CONTROLLER = 3  # type of an infrared message: SwarmTalk, and its distance means nothing
 
 
+@pytest.mark.field
 @needs_root
 @pytest.mark.skipif(not SIM.exists(), reason="swarmtalk-sim is not built")
 def test_what_ghost_kilobots_say_leaves_the_overhead_controller(stack):

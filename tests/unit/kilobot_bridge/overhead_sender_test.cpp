@@ -148,6 +148,25 @@ TEST_F(SenderTest, SendsProgramPagesWithoutALostByte) {
   EXPECT_EQ(state()["dangerous_frames"], 0);
 }
 
+TEST_F(SenderTest, LoadsAProgramByteForByteAndItWaitsForRun) {
+  open();
+  std::vector<std::uint8_t> image(1000);
+  for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint8_t>(7 * i + 3);
+  const auto play = [&](Sequence sequence) {
+    Player player(std::move(sequence), pacing_);
+    while (const auto frame = player.next()) waiting_.push_back(*frame);
+    run(60s);
+  };
+  play(program_sequence(image, 3, false));
+  const auto& robot = bench_->robots().at(1);
+  EXPECT_TRUE(std::equal(image.begin(), image.end(), robot.flash().begin()));
+  EXPECT_EQ(robot.starts(), 2u) << "the program begins anew";
+  EXPECT_EQ(robot.state(), ohc_double::KilobotDouble::State::kIdle);
+  play(command_sequence(Command::kRun));
+  EXPECT_EQ(robot.state(), ohc_double::KilobotDouble::State::kRunning);
+  EXPECT_EQ(state()["dangerous_frames"], 0);
+}
+
 TEST_F(SenderTest, EndsARepetitionWithStopWhenNothingFollows) {
   open();
   waiting_.push_back(user_frame(1));
