@@ -36,8 +36,7 @@ class Browser:
         try:
             self.socket = self._connect()
             self.count = 0
-            self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
-                      deviceScaleFactor=1, mobile=False)
+            self.resize(width, height)
             if is_dark:
                 self.call("Emulation.setEmulatedMedia",
                           features=[{"name": "prefers-color-scheme", "value": "dark"}])
@@ -73,6 +72,16 @@ class Browser:
             if answer.get("id") == self.count:
                 assert "error" not in answer, answer
                 return answer["result"]
+
+    def resize(self, width, height):
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                  deviceScaleFactor=1, mobile=False)
+
+    def go(self, address):
+        """Another page, whole, in place of this one."""
+        self.ask("window.isLeft = true")
+        self.call("Page.navigate", url=address)
+        self.wait_for("!window.isLeft && document.readyState === 'complete'")
 
     def ask(self, expression):
         """The value of an expression in the page; a promise is waited for."""

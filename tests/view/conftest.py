@@ -3,6 +3,7 @@
 SWARMTALK_BUILD names the build folder (default: build-test). Labs use the UDP medium, so no root is
 needed, if the test does not say another. Everything started has ended when a test ends.
 """
+import contextlib
 import json
 import os
 import pathlib
@@ -97,6 +98,18 @@ class View:
             self.process.send_signal(with_signal)
         _, errors = self.process.communicate(timeout=TIMEOUT_S)
         return self.process.returncode, errors
+
+
+@contextlib.contextmanager
+def serving(lab, *options):
+    """A swarmtalk-view of the lab's first robot, for a `with`."""
+    view = View(lab.socket(1), *options)
+    try:
+        yield view
+    finally:
+        if view.process.poll() is None:
+            view.process.kill()
+            view.process.communicate()
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import sys
 import time
 
 import pytest
-from conftest import ROOT, one_line, wait_for
+from conftest import ROOT, one_line, serving, wait_for
 from viewers import message_where, page
 from websocket import get
 
@@ -41,8 +41,7 @@ def resident_kib(view):
         return int(next(line for line in file if line.startswith("VmRSS")).split()[1])
 
 
-def test_who_comes_finds_a_place_among_requests_that_never_end(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
+def find_a_place_among_requests_that_never_end(view):
     held = []
     try:
         for number in range(2 * MOST_PLACES):
@@ -59,32 +58,31 @@ def test_who_comes_finds_a_place_among_requests_that_never_end(make_lab, make_vi
             each.close()
 
 
-def test_who_finds_no_place_is_told_with_a_sentence(make_lab, make_view):
+def be_told_that_there_is_no_place(lab):
     sentence = f"{MOST_PLACES} viewers look already, the most there may be: close some pages"
-    view = make_view(make_lab(1).socket(1))
-    before = view.descriptors()
-    with contextlib.ExitStack() as stack:
-        viewers = [stack.enter_context(page(view)) for _ in range(MOST_PLACES)]
-        for viewer in viewers:
-            message_where(viewer, lambda m: m["t"] == "hello")
-        for _ in range(20):  # more than may wait
-            status, head, body = get(view.port)
-            assert status == 503 and body.decode() == sentence + "\n"
+    with serving(lab) as view:
+        before = view.descriptors()
+        with contextlib.ExitStack() as stack:
+            viewers = [stack.enter_context(page(view)) for _ in range(MOST_PLACES)]
+            for viewer in viewers:
+                message_where(viewer, lambda m: m["t"] == "hello")
+            for _ in range(20):  # more than may wait
+                status, head, body = get(view.port)
+                assert status == 503 and body.decode() == sentence + "\n"
+                with page(view) as one_more:
+                    assert close_of(one_more) == (1013, sentence)
+            message_where(viewers[0], lambda m: m["t"] == "state")
+            viewers.pop().connection.close()
+            wait_for(lambda: get(view.port)[0] == 200, what="a place")
             with page(view) as one_more:
-                assert close_of(one_more) == (1013, sentence)
-        message_where(viewers[0], lambda m: m["t"] == "state")
-        viewers.pop().connection.close()
-        wait_for(lambda: get(view.port)[0] == 200, what="a place")
-        with page(view) as one_more:
-            message_where(one_more, lambda m: m["t"] == "state")
-    wait_for(lambda: view.descriptors() <= before, what="closed connections")
-    errors = view.end()[1]
-    assert "128 viewers look, the most there may be; 1 was turned away" in errors.splitlines()[0]
+                message_where(one_more, lambda m: m["t"] == "state")
+        wait_for(lambda: view.descriptors() <= before, what="closed connections")
+        errors = view.end()[1]
+        sentence = "128 viewers look, the most there may be; 1 was turned away"
+        assert sentence in errors.splitlines()[0]
 
 
-def test_who_looks_goes_on_under_attack_and_nothing_stays(make_lab, make_view, begin):
-    lab = make_lab(2)
-    view = make_view(lab.socket(1))
+def go_on_under_attack(lab, view, begin):
     before, resident = view.descriptors(), resident_kib(view)
     with page(view) as viewer:
         viewer.send(json.dumps({"op": "watch", "channel": "chat"}))
@@ -125,21 +123,29 @@ def close_of(viewer):
 TOO_LONG = 1009, "a message may have 65536 bytes at most"  # RFC 6455, 7.4.1: too big to process
 
 
-@pytest.mark.parametrize("size", [65_537, 70_000, 5_000_000])
-def test_a_message_that_is_too_long_is_told_to_its_sender(make_lab, make_view, size):
-    view = make_view(make_lab(1).socket(1))
-    with page(view) as viewer:
-        viewer.send(" " * 65_536)  # the longest, and no request
-        message_where(viewer, lambda m: m["t"] == "notice")
-        viewer.send("x" * size)
-        assert close_of(viewer) == TOO_LONG
-    _, errors = view.end()
-    one_line(errors, "swarmtalk-view:", "more than 65536 bytes", "1 so far")
+def be_told_of_a_message_that_is_too_long(lab):
+    for size in (65_537, 70_000, 5_000_000):
+        with serving(lab) as view:
+            with page(view) as viewer:
+                viewer.send(" " * 65_536)  # the longest, and no request
+                message_where(viewer, lambda m: m["t"] == "notice")
+                viewer.send("x" * size)
+                assert close_of(viewer) == TOO_LONG, size
+            _, errors = view.end()
+        one_line(errors, "swarmtalk-view:", "more than 65536 bytes", "1 so far")
+    with serving(lab) as view:
+        for size in (65_537, 2**31, 2**62):  # what is announced is not waited for
+            with page(view) as viewer:
+                viewer.connection.sendall(struct.pack(">BBQ4s", 0x81, 0xFF, size, b"mask")
+                                          + b"x" * 9)
+                assert close_of(viewer) == TOO_LONG, size
 
 
-def test_a_message_that_is_announced_too_long_is_not_waited_for(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
-    for size in (65_537, 2**31, 2**62):
-        with page(view) as viewer:
-            viewer.connection.sendall(struct.pack(">BBQ4s", 0x81, 0xFF, size, b"mask") + b"x" * 9)
-            assert close_of(viewer) == TOO_LONG
+def test_who_looks_goes_on_looking_and_nothing_stays_of_attacks(make_lab, make_view, begin):
+    lab = make_lab(2)
+    be_told_of_a_message_that_is_too_long(lab)
+    be_told_that_there_is_no_place(lab)
+    view = make_view(lab.socket(1))
+    find_a_place_among_requests_that_never_end(view)
+    view.end()
+    go_on_under_attack(lab, make_view(lab.socket(1)), begin)

@@ -65,9 +65,7 @@ def payloads(viewer, subscriptions, count=200):
     raise AssertionError(f"only {sorted(found)} of {subscriptions} came")
 
 
-@pytest.mark.parametrize("subprotocol", SUBPROTOCOLS)
-def test_every_advertised_channel_decodes_by_its_schema(lab_and_view, subprotocol, tmp_path):
-    lab, view = lab_and_view
+def decode_every_advertised_channel(lab, view, subprotocol, tmp_path):
     with WebSocket(view.port, protocol=subprotocol) as viewer:
         assert f"Sec-WebSocket-Protocol: {subprotocol}" in viewer.head
         channels = advertised(viewer)
@@ -91,8 +89,7 @@ def test_every_advertised_channel_decodes_by_its_schema(lab_and_view, subprotoco
     assert "x_m: 0.5" in texts["/robots"]
 
 
-def test_log_lines_come_as_logs(lab_and_view, tmp_path):
-    lab, view = lab_and_view
+def read_log_lines(lab, view, tmp_path):
     with WebSocket(view.port, protocol=SUBPROTOCOLS[0]) as viewer:
         channel = advertised(viewer)["/log"]
         viewer.send(json.dumps({"op": "subscribe", "subscriptions": [
@@ -102,8 +99,7 @@ def test_log_lines_come_as_logs(lab_and_view, tmp_path):
     assert 'message: "tired"' in text and 'name: "robot/2"' in text and "level: INFO" in text
 
 
-def test_what_is_unsubscribed_comes_no_more_and_nonsense_is_answered(lab_and_view):
-    _, view = lab_and_view
+def unsubscribe_and_talk_nonsense(view):
     with WebSocket(view.port, protocol=SUBPROTOCOLS[0]) as viewer:
         channels = advertised(viewer)
         tf = channels["/tf"]["id"]
@@ -123,6 +119,27 @@ def test_what_is_unsubscribed_comes_no_more_and_nonsense_is_answered(lab_and_vie
                 answers += 1
             else:
                 assert answers == 0, "a message came after its subscription had ended"
+
+
+def find_the_topics_of_the_layout(view):
+    layout = json.loads((ROOT / "view/swarmtalk-layout.json").read_text())
+    with WebSocket(view.port, protocol=SUBPROTOCOLS[0]) as viewer:
+        topics = set(advertised(viewer))
+    named = set()
+    for panel in layout["configById"].values():
+        named |= set(panel.get("topics", {}))
+        paths = [panel[key] for key in ("topicPath", "topicToRender") if key in panel]
+        named |= {path.split(".")[0] for path in paths}
+    assert len(named) == 3 and named <= topics
+
+
+def test_a_foxglove_client_is_served_as_its_protocol_says(lab_and_view, tmp_path):
+    lab, view = lab_and_view
+    for subprotocol in SUBPROTOCOLS:
+        decode_every_advertised_channel(lab, view, subprotocol, tmp_path)
+    read_log_lines(lab, view, tmp_path)
+    unsubscribe_and_talk_nonsense(view)
+    find_the_topics_of_the_layout(view)
 
 
 @pytest.fixture(name="packages", scope="session")
@@ -172,16 +189,3 @@ def test_our_schemas_are_those_of_foxglove(packages):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.strip().splitlines()
     assert len(lines) == 1 and int(lines[0].split()[0]) > 50, done.stdout
-
-
-def test_the_layout_names_topics_that_are_there(lab_and_view):
-    _, view = lab_and_view
-    layout = json.loads((ROOT / "view/swarmtalk-layout.json").read_text())
-    with WebSocket(view.port, protocol=SUBPROTOCOLS[0]) as viewer:
-        topics = set(advertised(viewer))
-    named = set()
-    for panel in layout["configById"].values():
-        named |= set(panel.get("topics", {}))
-        paths = [panel[key] for key in ("topicPath", "topicToRender") if key in panel]
-        named |= {path.split(".")[0] for path in paths}
-    assert len(named) == 3 and named <= topics

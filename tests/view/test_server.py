@@ -8,14 +8,12 @@ import subprocess
 import time
 
 import pytest
-from conftest import one_line, program, run, wait_for
-from viewers import PAGE, message_where, page
+from conftest import one_line, program, run, serving, wait_for
+from viewers import PAGE, beacons, channels_of, message_where, page, watch
 from websocket import Refused, WebSocket, get
 
 
-def test_a_page_from_elsewhere_reads_nothing_unless_it_is_allowed(make_lab, make_view):
-    lab = make_lab(1)
-    view = make_view(lab.socket(1))
+def let_in_pages_of_its_own_or_that_are_allowed(lab, view):
     own = f"http://localhost:{view.port}"
     with page(view, origin=own) as viewer:
         message_where(viewer, lambda m: m["t"] == "state")
@@ -28,74 +26,71 @@ def test_a_page_from_elsewhere_reads_nothing_unless_it_is_allowed(make_lab, make
         assert refused.value.status == 403
     assert get(view.port, host=f"evil.example:{view.port}")[0] == 403
     assert "Access-Control-Allow-Origin" not in get(view.port)[1]
-    allowing = make_view(lab.socket(1), "--allow-origin", "http://lab:8081")
-    with page(allowing, origin="http://lab:8081") as viewer:
+    with serving(lab, "--allow-origin", "http://lab:8081") as allowing, \
+            page(allowing, origin="http://lab:8081") as viewer:
         message_where(viewer, lambda m: m["t"] == "state")
 
 
-def test_it_listens_on_this_machine_alone_unless_told_otherwise(make_lab, make_view):
-    lab = make_lab(1)
-    view = make_view(lab.socket(1))
+def listen_on_this_machine_alone(lab, view):
     listening = run("cat", "/proc/net/tcp", "/proc/net/tcp6").stdout
     ours = [line.split()[1] for line in listening.splitlines()
             if line.split()[1].endswith(f":{view.port:04X}") and line.split()[3] == "0A"]
     assert ours == [f"0100007F:{view.port:04X}"]
-    everywhere = make_view(lab.socket(1), "--listen", "0.0.0.0")
-    assert "/?token=" in everywhere.address
+    with serving(lab, "--listen", "0.0.0.0") as everywhere:
+        assert "/?token=" in everywhere.address
 
 
-def test_another_subprotocol_is_refused_with_those_that_it_speaks(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
+def refuse_another_subprotocol(view):
     with pytest.raises(Refused) as refused:
         WebSocket(view.port, protocol="mqtt")
     assert refused.value.status == 400 and PAGE in refused.value.text
 
 
-def test_garbage_is_answered_and_harms_nobody(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
-    for garbage in (b"\x00\xff" * 3000, b"GET / HTTP/9.9\r\n\r\n",
-                    b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
-                    b"GET / HTTP/1.1\r\n" + b"x: y\r\n" * 5000):
-        with socket.create_connection(("127.0.0.1", view.port), timeout=10) as connection:
-            with contextlib.suppress(OSError):
-                connection.sendall(garbage)
-                connection.shutdown(socket.SHUT_WR)
-                assert not connection.recv(100).startswith(b"HTTP/1.1 200")
-    with page(view) as other:
-        with page(view) as viewer:
-            for text in ("", "nonsense", "[]", "{}", '{"op":7}', '{"op":"card"}',
-                         '{"op":"card","robot":-1}', '{"op":"card","robot":1e99}',
-                         '{"op":"watch","channel":[]}', '{"op":"watch","channel":"99999999"}',
-                         "[" * 20000, b"\x00\x01"):
-                viewer.send(text)
-            message_where(viewer, lambda m: m["t"] == "notice")
-        with page(view) as viewer:
-            with pytest.raises((EOFError, OSError)) as closed:
-                for _ in range(40):
-                    viewer.send("nonsense")
-                while True:
-                    viewer.receive()
-            assert closed.type is not EOFError or "too many bad requests" in str(closed.value)
-        message_where(other, lambda m: m["t"] == "state")
-    assert view.end() == (128 + signal.SIGTERM, "")
+def answer_garbage(lab):
+    with serving(lab) as view:
+        for garbage in (b"\x00\xff" * 3000, b"GET / HTTP/9.9\r\n\r\n",
+                        b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
+                        b"GET / HTTP/1.1\r\n" + b"x: y\r\n" * 5000):
+            with socket.create_connection(("127.0.0.1", view.port), timeout=10) as connection:
+                with contextlib.suppress(OSError):
+                    connection.sendall(garbage)
+                    connection.shutdown(socket.SHUT_WR)
+                    assert not connection.recv(100).startswith(b"HTTP/1.1 200")
+        with page(view) as other:
+            with page(view) as viewer:
+                for text in ("", "nonsense", "[]", "{}", '{"op":7}', '{"op":"card"}',
+                             '{"op":"card","robot":-1}', '{"op":"card","robot":1e99}',
+                             '{"op":"watch","channel":[]}', '{"op":"watch","channel":"99999999"}',
+                             "[" * 20000, b"\x00\x01"):
+                    viewer.send(text)
+                message_where(viewer, lambda m: m["t"] == "notice")
+            with page(view) as viewer:
+                with pytest.raises((EOFError, OSError)) as closed:
+                    for _ in range(40):
+                        viewer.send("nonsense")
+                    while True:
+                        viewer.receive()
+                assert closed.type is not EOFError or "too many bad requests" in str(closed.value)
+            message_where(other, lambda m: m["t"] == "state")
+        assert view.end() == (128 + signal.SIGTERM, "")
 
 
-def test_a_thousand_connections_leave_nothing_behind(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
-    before = view.descriptors()
-    with page(view) as viewer, contextlib.ExitStack() as stack:
-        for _ in range(1000):
-            stack.enter_context(socket.create_connection(("127.0.0.1", view.port), timeout=10))
-        message_where(viewer, lambda m: m["t"] == "state")
-        assert view.descriptors() < before + 200
-    wait_for(lambda: view.descriptors() <= before, what="closed connections")
-    with page(view) as viewer:
-        message_where(viewer, lambda m: m["t"] == "state")
-    code, errors = view.end()
-    assert code == 128 + signal.SIGTERM
-    assert all("close some pages" in line for line in errors.splitlines())
-    assert 1 <= len(errors.splitlines()) <= 5
-    assert "1 was turned away so far" in errors.splitlines()[0]
+def bear_a_thousand_connections(lab):
+    with serving(lab) as view:
+        before = view.descriptors()
+        with page(view) as viewer, contextlib.ExitStack() as stack:
+            for _ in range(1000):
+                stack.enter_context(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+            message_where(viewer, lambda m: m["t"] == "state")
+            assert view.descriptors() < before + 200
+        wait_for(lambda: view.descriptors() <= before, what="closed connections")
+        with page(view) as viewer:
+            message_where(viewer, lambda m: m["t"] == "state")
+        code, errors = view.end()
+        assert code == 128 + signal.SIGTERM
+        assert all("close some pages" in line for line in errors.splitlines())
+        assert 1 <= len(errors.splitlines()) <= 5
+        assert "1 was turned away so far" in errors.splitlines()[0]
 
 
 def take_messages(viewer, number, lives):
@@ -111,6 +106,7 @@ def take_messages(viewer, number, lives):
         number -= json.loads(viewer.receive())["t"] == "msg"
 
 
+@pytest.mark.field
 def test_a_browser_that_stops_reading_holds_up_nobody_and_is_told(make_lab, make_view):
     lab = make_lab(2)
     view = make_view(lab.socket(1))
@@ -130,9 +126,7 @@ def test_a_browser_that_stops_reading_holds_up_nobody_and_is_told(make_lab, make
         message_where(slow, lambda m: m["t"] == "state")
 
 
-def test_a_port_in_use_is_told_in_one_line(make_lab, make_view):
-    lab = make_lab(1)
-    view = make_view(lab.socket(1))
+def tell_that_its_port_is_in_use(lab, view):
     done = run(program("swarmtalk-view"), "--socket", lab.socket(1), "--port", view.port)
     assert done.returncode == 1
     one_line(done.stderr, str(view.port), "--port")
@@ -162,8 +156,7 @@ def test_what_cannot_start_says_why_in_one_line(options, code, word):
     one_line(done.stderr, word)
 
 
-def test_a_token_file_that_is_no_good_is_told_in_one_line(make_lab, tmp_path):
-    lab = make_lab(1)
+def tell_that_its_token_file_is_no_good(lab, tmp_path):
     short = tmp_path / "token"
     short.write_text("abc\n")
     for path in (short, tmp_path / "none"):
@@ -172,14 +165,13 @@ def test_a_token_file_that_is_no_good_is_told_in_one_line(make_lab, tmp_path):
         one_line(done.stderr, str(path))
 
 
-def test_ctrl_c_ends_it_at_once(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
-    with page(view):
-        assert view.end(signal.SIGINT) == (128 + signal.SIGINT, "")
+def end_at_once_with_ctrl_c(lab):
+    with serving(lab) as view:
+        with page(view):
+            assert view.end(signal.SIGINT) == (128 + signal.SIGINT, "")
 
 
-def test_an_address_that_cannot_be_written_is_told_elsewhere(make_lab):
-    lab = make_lab(1)
+def tell_an_address_that_cannot_be_written(lab):
     with open("/dev/full", "w", encoding="utf-8") as full:
         process = subprocess.Popen(
             [program("swarmtalk-view"), "--socket", lab.socket(1), "--port", "0"],
@@ -211,10 +203,8 @@ view.end()
 """
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="a network namespace needs root")
-def test_another_machine_needs_the_token(make_lab, tmp_path):
+def need_the_token_from_another_machine(lab, tmp_path):
     """In a namespace of its own, with an address that is not this machine's loopback."""
-    lab = make_lab(1)
     token = tmp_path / "token"
     token.write_text("the-right-one\n")
     code = ELSEWHERE.format(socket=lab.socket(1), token=str(token))
@@ -223,3 +213,68 @@ def test_another_machine_needs_the_token(make_lab, tmp_path):
                cwd=os.path.dirname(os.path.abspath(__file__)))
     assert done.stdout.splitlines() == ["/ 403", "/?token= 403", "/?token=wrong-one 403",
                                         "let in"], done.stderr
+
+
+def ask_for_names_with_control_characters(lab):
+    with serving(lab) as view:
+        with contextlib.ExitStack() as stack:
+            for number in range(6):
+                viewer = stack.enter_context(page(view))
+                watch(viewer, f"\x1b[31mred{number}\nFAKE " + 300 * "x")
+            message_where(viewer, lambda m: m["t"] == "notice")
+        errors = view.end()[1]
+        assert "FAKE" in errors and "\x1b" not in errors, errors
+        assert all(line.startswith("swarmtalk-view: ") and len(line) < 400
+                   for line in errors.splitlines()), errors
+
+
+def be_told_of_channels_beyond_the_limit(lab):
+    names = ["one", "two", "three"]
+    subs = [lab.start_cli(1, "sub", name) for name in names]
+    try:
+        wait_for(lambda: set(names) <= channels_of(lab, 1), what="programs")
+        with serving(lab) as view, page(view) as viewer, \
+                WebSocket(view.port, protocol="foxglove.sdk.v1") as other:
+            info = message_where(viewer, lambda m: m["t"] == "info" and m.get("left_out"))
+            (name, why), = info["left_out"].items()
+            assert name in names and "channels_per_client" in why, info["left_out"]
+            status = message_where(other, lambda m: m["op"] == "status")
+            assert name in status["message"] and "channels_per_client" in status["message"]
+            watch(viewer, name)  # who looks comes first
+            info = message_where(viewer, lambda m: m["t"] == "info" and
+                                 m.get("left_out") and name not in m["left_out"])
+            assert set(info["left_out"]) <= set(names)
+            code, errors = view.end()
+        assert code == 128 + signal.SIGTERM
+        assert len(errors.splitlines()) == 2, errors
+        one_line(errors.splitlines()[0], name, "left out", "channels_per_client")
+    finally:
+        for sub in subs:
+            sub.kill()
+            sub.wait()
+
+
+def be_told_why_robots_cannot_be_asked(lab):
+    with serving(lab) as view, page(view) as viewer:
+        info = message_where(viewer, lambda m: m["t"] == "info")
+        assert "harvest = true under [reserved]" in info["questions"]
+
+
+def test_a_server_lets_in_whom_it_should_and_bears_what_goes_wrong(make_lab, make_view, tmp_path):
+    lab = make_lab(1, *beacons(tmp_path, "[limits]\nchannels_per_client = 4\n"))
+    view = make_view(lab.socket(1))
+    let_in_pages_of_its_own_or_that_are_allowed(lab, view)
+    listen_on_this_machine_alone(lab, view)
+    refuse_another_subprotocol(view)
+    tell_that_its_port_is_in_use(lab, view)
+    view.end()
+    answer_garbage(lab)
+    bear_a_thousand_connections(lab)
+    tell_that_its_token_file_is_no_good(lab, tmp_path)
+    end_at_once_with_ctrl_c(lab)
+    tell_an_address_that_cannot_be_written(lab)
+    if os.geteuid() == 0:  # it needs a network namespace
+        need_the_token_from_another_machine(lab, tmp_path)
+    ask_for_names_with_control_characters(lab)
+    be_told_of_channels_beyond_the_limit(lab)
+    be_told_why_robots_cannot_be_asked(lab)

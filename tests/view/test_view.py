@@ -6,13 +6,13 @@ import signal
 
 import pytest
 import swarmtalk
-from conftest import one_line, wait_for
-from viewers import beacons, message_where, page, robots_of, state_with
-from websocket import WebSocket, get
+from conftest import one_line, serving, wait_for
+from viewers import (beacons, channels_of, message_where, page, robots_of, state_with,
+                     status_of_channels, watch)
+from websocket import get
 
 
-def test_the_page_is_one_small_file_that_loads_nothing_from_elsewhere(make_lab, make_view):
-    view = make_view(make_lab(1).socket(1))
+def get_the_page_in_one_small_file(view):
     status, head, body = get(view.port)
     assert status == 200
     assert 10_000 < len(body) < 60_000
@@ -22,9 +22,7 @@ def test_the_page_is_one_small_file_that_loads_nothing_from_elsewhere(make_lab, 
     assert get(view.port, "/other")[0] == 404
 
 
-def test_robots_are_where_the_lab_put_them(make_lab, make_view, tmp_path):
-    lab = make_lab(4, *beacons(tmp_path))
-    view = make_view(lab.socket(1))
+def see_robots_where_the_lab_put_them(lab, view):
     with page(view) as viewer:
         state = state_with(viewer, 1, 2, 3, 4)
     assert state["self"] == 1
@@ -34,9 +32,7 @@ def test_robots_are_where_the_lab_put_them(make_lab, make_view, tmp_path):
     assert sorted(link[:2] for link in state["links"]) == [[2, 1], [3, 1], [4, 1]]
 
 
-def test_a_pose_that_changes_is_shown_within_a_moment(make_lab, make_view, tmp_path):
-    lab = make_lab(2, *beacons(tmp_path))
-    view = make_view(lab.socket(1))
+def see_a_pose_that_changes(lab, view):
     with page(view) as viewer:
         state_with(viewer, 2)
         assert lab.cli(2, "pose", "set", "3.25", "-1.5", "0").returncode == 0
@@ -44,9 +40,7 @@ def test_a_pose_that_changes_is_shown_within_a_moment(make_lab, make_view, tmp_p
                       robots_of(m).get(2, {}).get("x") == 3.25, 2.0, "the new pose")
 
 
-def test_a_robot_that_falls_silent_gets_older(make_lab, make_view, tmp_path):
-    lab = make_lab(2, *beacons(tmp_path))
-    view = make_view(lab.socket(1))
+def see_a_robot_that_falls_silent_get_older(lab, view):
     with page(view) as viewer:
         state = state_with(viewer, 2)
         assert robots_of(state)[2]["heard_age"] < 1000
@@ -56,9 +50,7 @@ def test_a_robot_that_falls_silent_gets_older(make_lab, make_view, tmp_path):
         assert robots_of(state)[2]["pose_age"] >= 3000
 
 
-def test_messages_of_a_channel_come_when_they_are_asked_for(make_lab, make_view):
-    lab = make_lab(2)
-    view = make_view(lab.socket(1))
+def hear_a_channel_that_is_asked_for(lab, view):
     with page(view) as viewer:
         viewer.send(json.dumps({"op": "watch", "channel": "alarm"}))
         message_where(viewer, lambda m: m["t"] == "info" and
@@ -72,118 +64,58 @@ def test_messages_of_a_channel_come_when_they_are_asked_for(make_lab, make_view)
         assert [sender for sender, _ in channel["senders"]] == [2]
 
 
-def status_of_channels(lab, robot):
-    return json.loads(lab.cli(robot, "status", "--json").stdout)["channels"]
+def give_up_a_channel_with_its_window(lab):
+    with serving(lab) as view:
+        with page(view) as viewer:
+            for number in range(100):
+                watch(viewer, f"much{number}")
+            watch(viewer, "late")
+            wait_for(lambda: channels_of(lab, 1) == {"late", "debug", "harvest"},
+                     what="unsubscribing")
+            assert lab.cli(2, "pub", "late", "fire").returncode == 0
+            heard = message_where(viewer, lambda m: m["t"] in ("msg", "notice"))
+            assert heard.get("hex") == b"fire".hex(), heard
+            with page(view) as other:
+                watch(other, "late")
+                message_where(other, lambda m: m["t"] == "info")
+            viewer.send(json.dumps({"op": "card", "robot": 0}))
+            message_where(viewer, lambda m: m["t"] == "info")
+            assert "late" in channels_of(lab, 1), "one still looks"
+        wait_for(lambda: channels_of(lab, 1) == {"debug", "harvest"}, what="a page that is gone")
+        assert view.end() == (128 + signal.SIGTERM, "")
 
 
-def channels_of(lab, robot):
-    """Names, else numbers, of the channels that programs of a robot use."""
-    return {str(each["name"] or each["number"]) for each in status_of_channels(lab, robot)}
+def keep_no_channel_that_no_program_uses(lab):
+    with serving(lab), serving(lab):
+        running = lab.start_cli(1, "sub", "tmp")
+        wait_for(lambda: [each["onlookers"] for each in status_of_channels(lab, 1)
+                          if each["name"] == "tmp" and each["subscribers"] == 3] == [2],
+                 what="both viewers")
+        running.kill()
+        running.wait()
+        wait_for(lambda: channels_of(lab, 1) == {"debug", "harvest"}, what="giving it up")
 
 
-def watch(viewer, channel):
-    viewer.send(json.dumps({"op": "watch", "channel": channel}))
+def leave_channels_to_programs(lab):
+    with serving(lab) as view:
+        with contextlib.ExitStack() as stack:
+            viewers = [stack.enter_context(page(view)) for _ in range(30)]
+            for number, viewer in enumerate(viewers):
+                watch(viewer, f"window{number}")
+            told = message_where(viewers[-1], lambda m: m["t"] == "notice")
+            assert "window29" in told["text"] and "close one" in told["text"], told
+            program_of_robot = lab.start_cli(1, "sub", "important")
+            try:
+                message_where(viewers[0], lambda m: m["t"] == "info" and any(
+                    each["name"] == "important" and each["subscribers"] == 2
+                    for each in m["channels"]), what="a channel of a program")
+            finally:
+                program_of_robot.kill()
+                program_of_robot.wait()
+            wait_for(lambda: "important" not in channels_of(lab, 1), what="a program that is gone")
 
 
-def test_a_channel_is_given_up_when_its_window_is_closed(make_lab, make_view):
-    lab = make_lab(2)
-    view = make_view(lab.socket(1))
-    with page(view) as viewer:
-        for number in range(100):
-            watch(viewer, f"much{number}")
-        watch(viewer, "late")
-        wait_for(lambda: channels_of(lab, 1) == {"late", "debug", "harvest"}, what="unsubscribing")
-        assert lab.cli(2, "pub", "late", "fire").returncode == 0
-        heard = message_where(viewer, lambda m: m["t"] in ("msg", "notice"))
-        assert heard.get("hex") == b"fire".hex(), heard
-        with page(view) as other:
-            watch(other, "late")
-            message_where(other, lambda m: m["t"] == "info")
-        viewer.send(json.dumps({"op": "card", "robot": 0}))
-        message_where(viewer, lambda m: m["t"] == "info")
-        assert "late" in channels_of(lab, 1), "one still looks"
-    wait_for(lambda: channels_of(lab, 1) == {"debug", "harvest"}, what="a page that is gone")
-    assert view.end() == (128 + signal.SIGTERM, "")
-
-
-def test_two_viewers_do_not_keep_a_channel_that_no_program_uses(make_lab, make_view):
-    lab = make_lab(1)
-    for _ in range(2):
-        make_view(lab.socket(1))
-    running = lab.start_cli(1, "sub", "tmp")
-    wait_for(lambda: [each["onlookers"] for each in status_of_channels(lab, 1)
-                      if each["name"] == "tmp" and each["subscribers"] == 3] == [2],
-             what="both viewers")
-    running.kill()
-    running.wait()
-    wait_for(lambda: channels_of(lab, 1) == {"debug", "harvest"}, what="giving it up")
-
-
-def test_lookers_cannot_use_up_all_channels(make_lab, make_view):
-    lab = make_lab(1)
-    view = make_view(lab.socket(1))
-    with contextlib.ExitStack() as stack:
-        viewers = [stack.enter_context(page(view)) for _ in range(30)]
-        for number, viewer in enumerate(viewers):
-            watch(viewer, f"window{number}")
-        told = message_where(viewers[-1], lambda m: m["t"] == "notice")
-        assert "window29" in told["text"] and "close one" in told["text"], told
-        program_of_robot = lab.start_cli(1, "sub", "important")
-        try:
-            message_where(viewers[0], lambda m: m["t"] == "info" and any(
-                each["name"] == "important" and each["subscribers"] == 2
-                for each in m["channels"]), what="a channel of a program")
-        finally:
-            program_of_robot.kill()
-            program_of_robot.wait()
-        wait_for(lambda: "important" not in channels_of(lab, 1), what="a program that is gone")
-
-
-def test_names_that_lookers_ask_for_are_plain_and_short_on_the_terminal(make_lab, make_view,
-                                                                        tmp_path):
-    lab = make_lab(1, *beacons(tmp_path, "[limits]\nchannels_per_client = 4\n"))
-    view = make_view(lab.socket(1))
-    with contextlib.ExitStack() as stack:
-        for number in range(6):
-            viewer = stack.enter_context(page(view))
-            watch(viewer, f"\x1b[31mred{number}\nFAKE " + 300 * "x")
-        message_where(viewer, lambda m: m["t"] == "notice")
-    errors = view.end()[1]
-    assert "FAKE" in errors and "\x1b" not in errors, errors
-    assert all(line.startswith("swarmtalk-view: ") and len(line) < 400
-               for line in errors.splitlines()), errors
-
-
-def test_channels_beyond_the_limit_are_named_to_everybody(make_lab, make_view, tmp_path):
-    lab = make_lab(1, *beacons(tmp_path, "[limits]\nchannels_per_client = 4\n"))
-    names = ["one", "two", "three"]
-    subs = [lab.start_cli(1, "sub", name) for name in names]
-    try:
-        wait_for(lambda: set(names) <= channels_of(lab, 1), what="programs")
-        view = make_view(lab.socket(1))
-        with page(view) as viewer, WebSocket(view.port, protocol="foxglove.sdk.v1") as other:
-            info = message_where(viewer, lambda m: m["t"] == "info" and m.get("left_out"))
-            (name, why), = info["left_out"].items()
-            assert name in names and "channels_per_client" in why, info["left_out"]
-            status = message_where(other, lambda m: m["op"] == "status")
-            assert name in status["message"] and "channels_per_client" in status["message"]
-            watch(viewer, name)  # who looks comes first
-            info = message_where(viewer, lambda m: m["t"] == "info" and
-                                 m.get("left_out") and name not in m["left_out"])
-            assert set(info["left_out"]) <= set(names)
-        code, errors = view.end()
-        assert code == 128 + signal.SIGTERM
-        assert len(errors.splitlines()) == 2, errors
-        one_line(errors.splitlines()[0], name, "left out", "channels_per_client")
-    finally:
-        for sub in subs:
-            sub.kill()
-            sub.wait()
-
-
-def test_log_lines_of_all_robots_come_and_are_told_later_too(make_lab, make_view, tmp_path):
-    lab = make_lab(2, *beacons(tmp_path, "[reserved]\ndebug = true\n"))
-    view = make_view(lab.socket(1))
+def read_log_lines_of_all_robots(lab, view):
     with page(view) as viewer:
         message_where(viewer, lambda m: m["t"] == "hello")
         assert lab.cli(2, "pub", "debug", "tired").returncode == 0
@@ -195,9 +127,7 @@ def test_log_lines_of_all_robots_come_and_are_told_later_too(make_lab, make_view
         assert message_where(viewer, lambda m: m["t"] == "log")["text"] == "tired"
 
 
-def test_values_that_robots_offer_are_on_their_cards(make_lab, make_view, tmp_path):
-    lab = make_lab(2, *beacons(tmp_path, "[reserved]\nharvest = true\n"))
-    view = make_view(lab.socket(1))
+def read_values_that_robots_offer(lab, view):
     offering = lab.start_cli(2, "harvest", "--offer", "battery=71 %")
     try:
         with page(view) as viewer:
@@ -210,14 +140,13 @@ def test_values_that_robots_offer_are_on_their_cards(make_lab, make_view, tmp_pa
         offering.wait()
 
 
-def test_who_only_looks_cannot_send_and_an_operator_can(make_lab, make_view):
-    lab = make_lab(1)
+def send_as_an_operator_only(lab, view):
     request = json.dumps({"op": "publish", "channel": "go", "text": "now"})
-    with page(make_view(lab.socket(1))) as viewer:
+    with page(view) as viewer:
         assert not message_where(viewer, lambda m: m["t"] == "hello")["operate"]
         viewer.send(request)
         assert "--operate" in message_where(viewer, lambda m: m["t"] == "notice")["text"]
-    with page(make_view(lab.socket(1), "--operate")) as viewer:
+    with serving(lab, "--operate") as operators, page(operators) as viewer:
         viewer.send(request)
         assert message_where(viewer, lambda m: m["t"] == "notice")["text"] == "sent on channel go"
         for number in (70000, "70000", "-1"):
@@ -226,18 +155,36 @@ def test_who_only_looks_cannot_send_and_an_operator_can(make_lab, make_view):
             assert text == "a channel is a name, or a number from 0 to 65535", number
 
 
-def test_a_daemon_that_goes_is_told_and_waited_for(make_lab, make_view):
-    lab = make_lab(1)
+def wait_for_a_daemon_that_goes(lab):
+    with serving(lab) as view:
+        config = os.path.join(os.path.dirname(lab.socket(1)), "1.toml")
+        with page(view) as viewer:
+            message_where(viewer, lambda m: m["t"] == "state" and "no_daemon_age" not in m)
+            lab.kill(1)
+            message_where(viewer, lambda m: m["t"] == "state" and "no_daemon_age" in m)
+        assert os.path.isdir(os.path.dirname(config))
+        code, errors = view.end()
+        assert code == 128 + signal.SIGTERM
+        one_line(errors, "lost swarmtalkd: ", "; reconnecting")
+
+
+def test_a_viewer_sees_hears_and_asks_what_robots_do(make_lab, make_view, tmp_path):
+    lab = make_lab(4, *beacons(tmp_path, "[reserved]\ndebug = true\nharvest = true\n"))
     view = make_view(lab.socket(1))
-    config = os.path.join(os.path.dirname(lab.socket(1)), "1.toml")
-    with page(view) as viewer:
-        message_where(viewer, lambda m: m["t"] == "state" and "no_daemon_age" not in m)
-        lab.kill(1)
-        message_where(viewer, lambda m: m["t"] == "state" and "no_daemon_age" in m)
-    assert os.path.isdir(os.path.dirname(config))
-    code, errors = view.end()
-    assert code == 128 + signal.SIGTERM
-    one_line(errors, "lost swarmtalkd: ", "; reconnecting")
+    get_the_page_in_one_small_file(view)
+    see_robots_where_the_lab_put_them(lab, view)
+    see_a_pose_that_changes(lab, view)
+    hear_a_channel_that_is_asked_for(lab, view)
+    read_log_lines_of_all_robots(lab, view)
+    read_values_that_robots_offer(lab, view)
+    send_as_an_operator_only(lab, view)
+    view.end()
+    give_up_a_channel_with_its_window(lab)
+    keep_no_channel_that_no_program_uses(lab)
+    leave_channels_to_programs(lab)
+    with serving(lab) as another:
+        see_a_robot_that_falls_silent_get_older(lab, another)
+    wait_for_a_daemon_that_goes(lab)
 
 
 def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_view, tmp_path):
@@ -283,10 +230,3 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
         assert card["values"] == {"battery": "3.91"}
         message_where(viewer, lambda m: m["t"] == "state" and all(
             robots_of(m)[number].get("name") == "scout" for number in (1, 9)), 30.0, "their names")
-
-
-def test_where_robots_cannot_be_asked_the_page_says_why(make_lab, make_view):
-    lab = make_lab(1)
-    with page(make_view(lab.socket(1))) as viewer:
-        info = message_where(viewer, lambda m: m["t"] == "info")
-        assert "harvest = true under [reserved]" in info["questions"]

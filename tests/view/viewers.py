@@ -36,3 +36,16 @@ def beacons(tmp_path, text=""):
     path = tmp_path / "base.toml"
     path.write_text("[links.wifi]\nbeacon_ms = 100\n" + text)
     return "--config", path
+
+
+def status_of_channels(lab, robot):
+    return json.loads(lab.cli(robot, "status", "--json").stdout)["channels"]
+
+
+def channels_of(lab, robot):
+    """Names, else numbers, of the channels that programs of a robot use."""
+    return {str(each["name"] or each["number"]) for each in status_of_channels(lab, robot)}
+
+
+def watch(viewer, channel):
+    viewer.send(json.dumps({"op": "watch", "channel": channel}))
