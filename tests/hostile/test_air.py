@@ -15,8 +15,7 @@ CHANNEL = 5
 ROBOTS = int(os.environ.get("SWARMTALK_FLOOD_ROBOTS", "4"))
 
 
-def test_an_origin_that_is_not_text_disconnects_nobody(air):
-    sender, hearer = air.daemon(1), air.daemon(2)
+def hear_on_though_an_origin_is_not_text(air, sender, hearer):
     listener = hearer.subscribe(str(CHANNEL), "-C", "1", "-W", "20")
     frames = int(air.attack("bad_origin", "--channel", CHANNEL, "--seconds", SECONDS))
     sender.publish(str(CHANNEL), "still here")
@@ -24,27 +23,33 @@ def test_an_origin_that_is_not_text_disconnects_nobody(air):
     assert counter(hearer, "node_bad_origins") == frames
 
 
-@pytest.mark.parametrize("ttl", [0, 3])
-@pytest.mark.parametrize("new", [[], ["--new"]], ids=["one_robot", "new_robots"])
-def test_lone_last_fragments_deny_no_message_of_several_packets(air, ttl, new):
-    sender, hearer = air.daemon(1), air.daemon(2)
+def hear_messages_of_several_packets_among_lone_fragments(air, sender, hearer, ttl, new):
     messages = 50
     enough = int(0.98 * messages)
     listener = hearer.subscribe(str(CHANNEL), "-C", enough, "-W", "30")
     attack = air.begin("last_fragments", "--channel", CHANNEL, "--ttl", ttl, "--rate", 8,
                        "--seconds", float(SECONDS) + 1, *new)
-    wait_for(lambda: counter(hearer, "packets_received") > 256, what="a full pool")
+    before = counter(hearer, "packets_received")
+    wait_for(lambda: counter(hearer, "packets_received") > before + 256, what="a full pool")
     sender.publish(str(CHANNEL), "x" * 4000, "--repeat", messages, "--rate",
                    messages / float(SECONDS), "--ttl", ttl)
     attack.communicate(timeout=60)
     assert len([each for each in heard(listener) if each["size_bytes"] == 4000]) == enough
 
 
-def test_forged_beacons_tell_few_false_losses(air):
-    sender, hearer = air.daemon(1), air.daemon(2)
+@pytest.mark.field
+@pytest.mark.parametrize("ttl", [0, 3])
+@pytest.mark.parametrize("new", [[], ["--new"]], ids=["one_robot", "new_robots"])
+def test_lone_last_fragments_deny_no_message_of_several_packets(air, ttl, new):
+    hear_messages_of_several_packets_among_lone_fragments(air, air.daemon(1), air.daemon(2), ttl,
+                                                          new)
+
+
+def take_forged_beacons_for_few_losses(air, sender, hearer):
     listener = hearer.subscribe(str(CHANNEL), "-C", "21", "-W", "20")
+    had = counter(hearer, "node_messages_received")
     sender.publish(str(CHANNEL), "real", "--repeat", "20", "--rate", "50")
-    wait_for(lambda: counter(hearer, "node_messages_received") == 20, what="the messages")
+    wait_for(lambda: counter(hearer, "node_messages_received") == had + 20, what="the messages")
     air.attack("false_beacons", "--channel", CHANNEL, "--node", 1, "--epoch",
                sender.status()["epoch"], "--seconds", SECONDS)
     wait_for(lambda: hearer.counter("beacons_not_believed") > 10, what="the beacons")
@@ -54,6 +59,7 @@ def test_forged_beacons_tell_few_false_losses(air):
     assert hearer.counter("messages_lost_air") == 0
 
 
+@pytest.mark.field
 @pytest.mark.parametrize("hops", [0, 3], ids=["direct", "sent_on"])
 def test_made_up_numbers_of_messages_tell_few_false_losses(air, hops):
     sender, hearer = air.daemon(1), air.daemon(2)
@@ -78,6 +84,7 @@ def test_made_up_numbers_of_messages_tell_few_false_losses(air, hops):
     assert neighbour["frames_lost"] < 500
 
 
+@pytest.mark.field
 def test_a_flood_of_large_ttl_ends(air):
     """Robots at 3 frames a second: nothing is sent on later than the limits allow."""
     limits = "rate_hz = 3\nmax_forward_ttl = 4\nmax_forward_wait_ms = 500\n"
@@ -129,9 +136,17 @@ def test_a_flood_into_many_robots_ends_within_twice_the_time_to_send_it_once(air
     assert last > 0 and all(robot.daemon.poll() is None for robot in robots)
 
 
-def test_a_robot_that_does_not_forward_hears_all_the_same(air):
-    sender, silent = air.daemon(1), air.daemon(2, "forward = false\n")
+def hear_without_forwarding(air, sender):
+    silent = air.daemon(3, "forward = false\n")
     listener = silent.subscribe(str(CHANNEL), "-C", "1", "-W", "20")
     sender.publish(str(CHANNEL), "once", "--ttl", "5")
     assert [message["text"] for message in heard(listener)] == ["once"]
     assert counter(silent, "frames_sent") == 0
+
+
+def test_strangers_disturb_nobody_who_hears(air):
+    sender, hearer = air.daemon(1), air.daemon(2)
+    take_forged_beacons_for_few_losses(air, sender, hearer)
+    hear_on_though_an_origin_is_not_text(air, sender, hearer)
+    hear_messages_of_several_packets_among_lone_fragments(air, sender, hearer, 3, ["--new"])
+    hear_without_forwarding(air, sender)

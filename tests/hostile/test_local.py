@@ -21,7 +21,7 @@ SEED = int(os.environ.get("SWARMTALK_SEED", "1"))
 needs_other_user = pytest.mark.skipif(os.geteuid() != 0, reason="being another user needs root")
 
 
-def test_connections_without_a_process_are_closed():
+def close_connections_without_a_process():
     with Daemon("[limits]\nclients = 20\n") as daemon:
         daemon.attack("doomed_sessions", 15).wait(60)
         wait_for(lambda: daemon.status()["clients"] == 1, "all slots but our own", timeout=5)
@@ -33,8 +33,7 @@ def shares_of(daemon, uid):
     return users[0]["shares"] if users else {}
 
 
-@needs_other_user
-def test_one_users_programs_leave_places_channels_and_room_to_others():
+def leave_places_channels_and_room_to_others():
     with Daemon("[limits]\nclients = 40\nclients_per_user = 20\nchannels_per_client = 10\n"
                 "channels_per_user = 15\nwaiting_messages_per_client = 300\n"
                 "waiting_messages_per_user = 500\n") as daemon:
@@ -63,8 +62,7 @@ def test_one_users_programs_leave_places_channels_and_room_to_others():
         attack.communicate("")
 
 
-@needs_other_user
-def test_places_are_kept_for_operators():
+def keep_places_for_operators():
     with Daemon("[limits]\nclients = 16\nclients_per_user = 16\n") as daemon:
         attack = daemon.attack("fill_shares", "places", stdin=subprocess.PIPE)
         taken = json.loads(attack.stdout.readline())["places"]
@@ -74,7 +72,7 @@ def test_places_are_kept_for_operators():
         attack.communicate("")
 
 
-def test_floods_of_changes_cost_their_sender_only():
+def let_floods_of_changes_cost_their_sender_only():
     names = "".join(f"channel{number} = {number}\n" for number in range(1024))
     with Daemon("[channels]\n" + names) as daemon:
         other = Client(daemon.socket)
@@ -107,7 +105,7 @@ def group():
     made.close()
 
 
-def test_memory_of_rings_that_are_kept_is_bounded():
+def bound_the_memory_of_rings_that_are_kept():
     with Daemon() as daemon:
         attack = daemon.attack("keep_rings", 600, 30, stdin=subprocess.PIPE)
         kept = json.loads(attack.stdout.readline())
@@ -129,7 +127,7 @@ def test_connections_without_end_do_not_fill_the_daemons_memory(group):
         attack.communicate("")
 
 
-def test_pages_taken_out_of_a_ring_end_it_for_good():
+def end_a_ring_whose_pages_are_taken_out():
     with Daemon() as daemon:
         attack = daemon.attack("punch_rings", 1000)
         result = daemon.finish(attack)
@@ -138,6 +136,7 @@ def test_pages_taken_out_of_a_ring_end_it_for_good():
 
 
 @needs_other_user
+@pytest.mark.field
 def test_all_limits_used_up_at_once_need_less_than_the_unit_gives(group):
     users = (STRANGER, STRANGER - 1)
     with Daemon(preexec_fn=group.enter) as daemon:
@@ -155,7 +154,7 @@ def test_all_limits_used_up_at_once_need_less_than_the_unit_gives(group):
             attack.communicate("")
 
 
-def test_a_log_that_nobody_reads_stops_nothing():
+def go_on_though_nobody_reads_the_log():
     reader, writer = os.pipe()
     fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
     with Daemon('[log]\nclient = "debug"\n', stderr=writer) as daemon:
@@ -166,8 +165,7 @@ def test_a_log_that_nobody_reads_stops_nothing():
     os.close(reader)
 
 
-@needs_other_user
-def test_a_daemon_with_a_key_shows_its_memory_to_nobody():
+def show_the_memory_of_a_daemon_with_a_key_to_nobody():
     own = pathlib.Path(tempfile.mkdtemp(dir="/tmp"))
     os.chmod(own, 0o755)
     key = own / "key"
@@ -230,3 +228,15 @@ def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full(
             assert seen[-1] <= queue + queue // 4
     finally:
         ip("netns", "del", space)
+
+
+def test_hostile_programs_harm_themselves_only():
+    close_connections_without_a_process()
+    let_floods_of_changes_cost_their_sender_only()
+    bound_the_memory_of_rings_that_are_kept()
+    end_a_ring_whose_pages_are_taken_out()
+    go_on_though_nobody_reads_the_log()
+    if os.geteuid() == 0:  # being another user needs root
+        leave_places_channels_and_room_to_others()
+        keep_places_for_operators()
+        show_the_memory_of_a_daemon_with_a_key_to_nobody()

@@ -22,6 +22,10 @@ def keys(tmp_path):
     return made
 
 
+def config_of(number, more):
+    return f"[node]\nid = {number}\n{LINK}{more}"
+
+
 def believe_each_other(*robots):
     """Waits until each has taken frames of the others."""
     def known(robot):
@@ -36,10 +40,10 @@ def believe_each_other(*robots):
     wait_for(lambda: all(known(robot) for robot in robots), what="robots that believe each other")
 
 
-def test_recorded_frames_are_not_taken_whatever_starts_meanwhile(air, keys):
-    line = f'key_file = "{keys[0]}"\n'
+def take_no_recorded_frames_whatever_starts_meanwhile(air, sender, hearer, line):
     attack = air.begin("replay", "--rate", 2000)
-    sender, hearer = air.daemon(1, line), air.daemon(2, line)
+    sender.start(config_of(1, line))
+    hearer.start(config_of(2, line))
     believe_each_other(sender, hearer)
     listener = hearer.subscribe(CHANNEL, "-C", "20", "-W", "20")
     sender.publish(CHANNEL, "open the gripper", "--repeat", "20", "--rate", "100")
@@ -54,7 +58,7 @@ def test_recorded_frames_are_not_taken_whatever_starts_meanwhile(air, keys):
         robot.stop()
         tell(attack, "order")
         number = 2 if robot is hearer else 1
-        robot.start(f'[node]\nid = {number}\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n' + line)
+        robot.start(config_of(number, line))
         listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "20")
         tell(attack, "order")
         tell(attack, "play")
@@ -64,19 +68,17 @@ def test_recorded_frames_are_not_taken_whatever_starts_meanwhile(air, keys):
     assert counter(hearer, "frames_not_proven") + counter(hearer, "frames_replayed") > 20
 
 
-def test_what_a_robot_says_first_is_heard(air, keys):
-    line = f'key_file = "{keys[0]}"\n'
-    hearer, sender = air.daemon(2, line), air.robot("a")
+def hear_what_a_robot_says_first(sender, hearer, line):
+    """The hearer runs for a while: what comes in its first tenths of a second it cannot judge."""
     starts = 5
-    time.sleep(0.5)  # what comes in its first tenths of a second, a receiver cannot judge
+    had = counter(hearer, "node_messages_received")
     listener = hearer.subscribe(CHANNEL, "-C", starts, "-W", "40")
     for start in range(starts):
-        sender.start(f'[node]\nid = 1\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n{line}',
-                     wait=False)
+        sender.start(config_of(1, line), wait=False)
         # Before it has shown that it lives.
         wait_for(lambda number=start: sender.cli("pub", CHANNEL, f"first {number}").returncode == 0,
                  what="the daemon")
-        wait_for(lambda number=start: counter(hearer, "node_messages_received") > number,
+        wait_for(lambda number=had + start: counter(hearer, "node_messages_received") > number,
                  what="its first message")
         sender.stop()
     assert [message["text"] for message in heard(listener)] == [
@@ -92,14 +94,11 @@ def judged(robot):
             + counters["frames_replayed"])
 
 
-def test_nothing_that_comes_at_a_receivers_own_start_is_lost_silently(air, keys):
-    line = f'key_file = "{keys[0]}"\n'
-    config = f'[node]\nid = 2\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n{line}'
-    sender, hearer = air.daemon(1, line), air.robot("a")
+def lose_nothing_silently_at_the_receivers_start(sender, hearer, line):
     starts, at_once, dropped = 4, 20, 0
     for start in range(starts):
         # From its first moment on, so that the other is not known yet.
-        hearer.start(config, wait=False)
+        hearer.start(config_of(2, line), wait=False)
         wait_for(lambda: hearer.cli("status").returncode == 0, what="the daemon")
         came, sent = judged(hearer), counter(sender, "frames_sent")
         sender.publish(CHANNEL, f"early {start}", "--repeat", at_once, "--rate", 200)
@@ -151,7 +150,7 @@ def test_a_robot_that_was_suspended_hears_others_and_is_heard_again(air, keys, t
     offset = tmp_path / "offset"
     offset.write_bytes(bytes(8))
     other = air.daemon(1, line)
-    robot = air.robot("a").start(f"[node]\nid = 2\n{LINK}{line}", command=[
+    robot = air.robot("a").start(config_of(2, line), command=[
         "env", f"LD_PRELOAD={program('libclock_shim.so')}", f"SWARMTALK_MONOTONIC_OFFSET={offset}",
         program("swarmtalkd")])
     if is_sealed:
@@ -183,9 +182,9 @@ def test_a_robot_that_was_suspended_hears_others_and_is_heard_again(air, keys, t
     assert robot.daemon.poll() is None, robot.logged()
 
 
-def test_a_frame_of_an_older_release_is_counted_as_that(air, keys):
-    line = f'key_file = "{keys[0]}"\n'
-    old, new = air.daemon(1, line + "check_freshness = false\n"), air.daemon(2, line)
+def count_a_frame_of_an_older_release(old, new, line):
+    old.start(config_of(1, line + "check_freshness = false\n"))
+    new.start(config_of(2, line))
     assert "freshness not checked" in old.link("w")["state"]
     assert "freshness" not in new.link("w")["state"]
     old.publish(CHANNEL, "from long ago")
@@ -196,22 +195,23 @@ def test_a_frame_of_an_older_release_is_counted_as_that(air, keys):
     assert [message["text"] for message in heard(listener)] == ["from now"]
 
 
-def test_keys_are_changed_by_reloads_and_no_message_is_lost(air, keys):
+def change_keys_by_reloads(sender, hearer, keys):
+    """And no message is lost."""
     one, two = keys
-    head = '[node]\nid = {}\n[links.w]\ntype = "raw_l2"\ninterface = "a0"\n'
     steps = [f'key_file = "{one}"\n',
              f'key_file = "{one}"\nalso_key_file = "{two}"\n',
              f'key_file = "{two}"\nalso_key_file = "{one}"\n',
              f'key_file = "{two}"\n']
-    robots = [air.daemon(1, steps[0]), air.daemon(2, steps[0])]
-    sender, hearer = robots
+    robots = sender, hearer
+    for number, robot in enumerate(robots, 1):
+        robot.start(config_of(number, steps[0]))
     believe_each_other(*robots)
     messages = 1000
     listener = hearer.subscribe(CHANNEL, "-C", messages, "-W", "60", "--keep-last", "1000")
     publisher = sender.begin("pub", CHANNEL, "x", "--repeat", messages, "--rate", "500")
     for step in steps[1:]:
-        for robot in robots:
-            robot.configure(head.format(robot.number - 1) + step)
+        for number, robot in enumerate(robots, 1):
+            robot.configure(config_of(number, step))
             done = robot.cli("reload")
             assert done.returncode == 0, done.stderr
     assert publisher.wait(timeout=60) == 0
@@ -220,3 +220,19 @@ def test_keys_are_changed_by_reloads_and_no_message_is_lost(air, keys):
     assert sum(message["lost_before"]["air"] for message in listened) == 0
     assert counter(hearer, "frames_other_key") == 0
     assert counter(hearer, "frames_not_authentic") == 0
+
+
+def test_robots_with_a_key_take_nothing_old_or_foreign_and_lose_nothing(air, keys):
+    line = f'key_file = "{keys[0]}"\n'
+    robots = sender, hearer = air.robot("a"), air.robot("a")
+    take_no_recorded_frames_whatever_starts_meanwhile(air, sender, hearer, line)
+    sender.stop()
+    hear_what_a_robot_says_first(sender, hearer, line)
+    hearer.stop()
+    sender.start(config_of(1, line))
+    lose_nothing_silently_at_the_receivers_start(sender, hearer, line)
+    sender.stop()
+    for step, last in ((count_a_frame_of_an_older_release, line), (change_keys_by_reloads, keys)):
+        step(sender, hearer, last)
+        for robot in robots:
+            robot.stop()
