@@ -71,22 +71,23 @@ def unpack_debian_11(folder, program):
 
 
 def find_python(name):
-    """Path of "python3" (Debian's), "python2.7" or "newer Pythons" (several). Skips without."""
+    """Path of "python3" (Debian's) or "python2.7". Skips without."""
     if name == "python3":
-        return ["/usr/bin/python3"]
+        return "/usr/bin/python3"
     extra = [path for path in os.environ.get("SWARMTALK_PYTHONS", "").split(":") if path]
-    if name == "python2.7":
-        found = [path for path in extra if re.search(r"2\.7|python2", path)]
-        found += [path for path in [shutil.which("python2.7")] if path]
-        found = [path for path in found if runs(path)]
-        return [found[0] if found else debian_11()]
-    own = f"python3.{sys.version_info[1]}"
-    found = [path for path in extra if "2.7" not in path]
-    found += [shutil.which(name) for name in NEWER if name != own and shutil.which(name)]
+    found = [path for path in extra if re.search(r"2\.7|python2", path)]
+    found += [path for path in [shutil.which("python2.7")] if path]
     found = [path for path in found if runs(path)]
-    if not found:
-        pytest.skip("no Python but the system's; name others in SWARMTALK_PYTHONS")
-    return found
+    return found[0] if found else debian_11()
+
+
+def newer_pythons():
+    """Those of Python 3 that there are beside Debian's; may be none."""
+    own = f"python3.{sys.version_info[1]}"
+    found = [path for path in os.environ.get("SWARMTALK_PYTHONS", "").split(":")
+             if path and "2.7" not in path]
+    found += [shutil.which(name) for name in NEWER if name != own and shutil.which(name)]
+    return [path for path in found if runs(path)]
 
 
 @pytest.fixture

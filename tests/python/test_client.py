@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import pytest
-from conftest import BUILD, HERE, PYTHON_2, find_python
+from conftest import BUILD, HERE, PYTHON_2, find_python, newer_pythons
 from daemons import CLI, CLIENT
 
 import swarmtalk
@@ -12,24 +12,33 @@ import swarmtalk
 PATIENCE_S = 10
 
 
-@pytest.mark.parametrize("name", ["python3", PYTHON_2, "newer_Pythons"])
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_it_behaves_with(name):
-    for python in find_python(name):
+    for python in [find_python(name)] + (newer_pythons() if name == "python3" else []):
         done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour")],
                               capture_output=True, text=True, timeout=250)
         print(python, done.stderr.strip().splitlines()[-1])
-        assert done.returncode == 0, done.stderr
+        assert done.returncode == 0, f"{python}: {done.stderr}"
 
 
-@pytest.mark.parametrize("name", ["python3", PYTHON_2])
-def test_a_mistake_at_the_end_is_a_traceback_and_exit_code_1(name, tmp_path):
+def end_with_a_mistake(python, tmp_path):
     program = tmp_path / "program.py"
     program.write_text("import swarmtalk\nswarmtalk.Client('x', '/nowhere/s')\n")
-    done = subprocess.run([find_python(name)[0], program], capture_output=True, text=True,
+    done = subprocess.run([python, program], capture_output=True, text=True,
                           env={"PYTHONPATH": CLIENT, "PYTHONDONTWRITEBYTECODE": "1"}, timeout=60)
     assert done.returncode == 1
     assert done.stderr.strip().splitlines()[-1].endswith(
         "cannot reach swarmtalkd: /nowhere/s does not exist; start swarmtalkd for that socket")
+
+
+@pytest.mark.logic
+def test_a_mistake_at_the_end_is_a_traceback_and_exit_code_1(tmp_path):
+    end_with_a_mistake("/usr/bin/python3", tmp_path)
+
+
+@pytest.mark.field
+def test_so_it_is_in_python_2(tmp_path):
+    end_with_a_mistake(find_python("python2.7"), tmp_path)
 
 
 def frames_of_cpp():
@@ -118,7 +127,7 @@ def test_it_reads_a_delivery_as_protobuf_wrote_it():
     assert nothing.delay is None and nothing.sender_pose is None and nothing.origin is None
 
 
-def test_cpp_hears_python_and_python_hears_cpp(two_robots):
+def hear_cpp_and_be_heard_by_it(two_robots):
     with swarmtalk.Client("p", two_robots[0].socket) as robot:
         robot.set_fixed_pose(0, 0, 0)
         robot.sync()
@@ -143,7 +152,7 @@ def test_cpp_hears_python_and_python_hears_cpp(two_robots):
         assert message.distance == pytest.approx(5, abs=0.01)
 
 
-def test_asyncio_hears_and_waits_until_messages_have_left(two_robots):
+def hear_and_send_in_asyncio_until_the_daemon_goes(two_robots):
     async def scene():
         with swarmtalk.Client("a", two_robots[0].socket) as robot, \
                 swarmtalk.Client("b", two_robots[1].socket) as other:
@@ -173,7 +182,7 @@ def test_asyncio_hears_and_waits_until_messages_have_left(two_robots):
     asyncio.run(asyncio.wait_for(scene(), 60))
 
 
-def test_one_client_serves_two_event_loops_one_after_the_other(two_robots):
+def serve_one_event_loop_after_the_other(two_robots):
     with swarmtalk.Client("a", two_robots[0].socket) as robot, \
             swarmtalk.Client("b", two_robots[1].socket) as other:
         subscriber = robot.subscribe("c")
@@ -198,3 +207,9 @@ def test_one_client_serves_two_event_loops_one_after_the_other(two_robots):
             with pytest.raises(swarmtalk.BadArgument, match="a Client for each loop"):
                 robot.attach(asyncio.new_event_loop())
         asyncio.run(beside())
+
+
+def test_robots_in_python_talk_with_cpp_and_in_event_loops(two_robots):
+    hear_cpp_and_be_heard_by_it(two_robots)
+    serve_one_event_loop_after_the_other(two_robots)
+    hear_and_send_in_asyncio_until_the_daemon_goes(two_robots)

@@ -72,7 +72,7 @@ def lab(tmp_path):
 
 @pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_nine_robots_run_scripts_as_they_are(name, lab):
-    python = find_python(name)[0]
+    python = find_python(name)
     robots = lab()
     for out, errors, code in robots.run_script(HERE / "coachbot/neighbours.py", python):
         assert code == 0, errors
@@ -86,9 +86,10 @@ def test_nine_robots_run_scripts_as_they_are(name, lab):
         assert len(told) == 2, errors
 
 
+@pytest.mark.field
 @pytest.mark.parametrize("name", ["python3", PYTHON_2])
 def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
-    python = find_python(name)[0]
+    python = find_python(name)
     robots = lab(lambda text: text.replace('id = "auto"', "id = 1")
                  .replace("[reserved]\n", "[reserved]\ndebug = true\n"))
     log = robots.start(1, CLI, "log", "--json", "-W", "100")
@@ -115,18 +116,17 @@ def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
 def test_a_script_with_print_statements_runs_in_python_2(two_robots, tmp_path):
     script = tmp_path / "old.py"
     script.write_text("def usr(robot):\n    print 'robot', robot.virtual_id\n")
-    done = subprocess.run([RUN, "--python", find_python("python2.7")[0], script], text=True,
+    done = subprocess.run([RUN, "--python", find_python("python2.7"), script], text=True,
                           capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
     assert (done.returncode, done.stdout) == (0, "robot 1\n"), done.stderr
 
 
-@pytest.mark.parametrize("name", ["python3", PYTHON_2])
-def test_what_a_script_logs_is_seen(name, two_robots, tmp_path):
+def see_what_a_script_logs(name, two_robots, tmp_path):
     script = tmp_path / "logs.py"
     script.write_text("def usr(robot):\n    robot.logger.info('hello')\n"
                       "    robot.logger.debug('detail')\n    robot.logger.warning('again')\n")
-    done = subprocess.run([RUN, "--python", find_python(name)[0], script], text=True,
+    done = subprocess.run([RUN, "--python", find_python(name), script], text=True,
                           capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
     assert done.returncode == 0, done.stderr
@@ -142,34 +142,51 @@ robot.fly()
 """
 
 
-@pytest.mark.parametrize("name", ["python3", PYTHON_2])
-@pytest.mark.parametrize("has_debug", [True, False], ids=["debug", "no_debug"])
-def test_a_wrapped_robot_tells_what_ends_the_program(name, has_debug, tmp_path):
+def run_wrapped(name, robots, tmp_path):
+    """Runs a program that ends with an exception. @return what it tells"""
     program = tmp_path / "wrapped.py"
     program.write_text(WRAPPED)
-    with daemons.Daemons(2, "[reserved]\ndebug = true\n" if has_debug else "") as robots, \
-            swarmtalk.Client("log", robots[1].socket) as listener:
+    done = subprocess.run([find_python(name), program], text=True, capture_output=True,
+                          timeout=60, env={**os.environ, "PYTHONPATH": daemons.CLIENT,
+                                           "PYTHONDONTWRITEBYTECODE": "1",
+                                           "SWARMTALK_SOCKET": robots[0].socket})
+    assert done.returncode == 1
+    told = done.stderr.splitlines()
+    assert told[-1] == "own hook"
+    return told
+
+
+def see_what_ended_a_program(name, robots, tmp_path):
+    """On another robot: of a robot that is wrapped, and of a script."""
+    script = tmp_path / "dies.py"
+    script.write_text("def usr(robot):\n    robot.heard = 'x'.heard\n")
+    with swarmtalk.Client("log", robots[1].socket) as listener:
         heard = []
-        if has_debug:
-            listener.subscribe("debug", lambda message: heard.append(message.text))
-            listener.sync()
-        done = subprocess.run([find_python(name)[0], program], text=True, capture_output=True,
-                              timeout=60, env={**os.environ, "PYTHONPATH": daemons.CLIENT,
-                                               "PYTHONDONTWRITEBYTECODE": "1",
-                                               "SWARMTALK_SOCKET": robots[0].socket})
-        assert done.returncode == 1
-        told = done.stderr.splitlines()
-        assert told[-1] == "own hook"
-        if not has_debug:
-            assert len(told) == 2 and "the debug channel is off on this robot" in told[0], told
-            return
-        assert len(told) == 1, told
-        for _ in range(1000):  # each ends with the next message
-            if heard and heard[-1].startswith("AttributeError"):
-                break
-            listener.run_once(0.05)
-    assert heard[:2] == ["usr_code died on robot 1:", "Traceback (most recent call last):"]
-    assert heard[-1].startswith("AttributeError: a Coachbot's robot has no 'fly'")
+        listener.subscribe("debug", lambda message: heard.append(message))
+        listener.sync()
+
+        def lines_until(last):
+            for _ in range(1000):  # each ends with the next message
+                if heard and heard[-1].text.startswith(last):
+                    break
+                listener.run_once(0.05)
+            assert {message.sender for message in heard} == {1}
+            return [message.text for message in heard]
+
+        assert len(run_wrapped(name, robots, tmp_path)) == 1
+        lines = lines_until("AttributeError")
+        assert lines[:2] == ["usr_code died on robot 1:", "Traceback (most recent call last):"]
+        assert lines[-1].startswith("AttributeError: a Coachbot's robot has no 'fly'")
+        heard.clear()
+        done = subprocess.run([RUN, "--python", find_python(name), script], text=True,
+                              capture_output=True, timeout=60,
+                              env={**os.environ, "SWARMTALK_SOCKET": robots[0].socket})
+        assert done.returncode == 1 and "AttributeError" in done.stderr
+        assert "debug channel is off" not in done.stderr
+        lines = lines_until("AttributeError")
+    assert lines[:2] == ["dies.py died on robot 1:", "Traceback (most recent call last):"]
+    assert 'dies.py", line 2, in usr' in lines[2] and "'x'.heard" in lines[3]
+    assert lines[-1] == "AttributeError: 'str' object has no attribute 'heard'"
 
 
 @pytest.mark.logic
@@ -181,7 +198,7 @@ def test_a_mistake_is_one_line(script, code, pattern):
     assert mistake([script], "/nowhere", pattern) == code
 
 
-def test_a_python_that_is_not_there_is_told_in_one_line(two_robots):
+def ask_for_a_python_that_is_not_there(two_robots):
     words = ["--python", "python1.5", __file__]
     assert mistake(words, two_robots[0].socket, r"python1.5 cannot be started") == 2
 
@@ -195,7 +212,7 @@ def mistake(words, socket, pattern):
     return done.returncode
 
 
-def test_a_script_without_usr_is_told(two_robots, tmp_path):
+def run_a_script_without_usr(two_robots, tmp_path):
     script = tmp_path / "empty.py"
     script.write_text("def user(robot):\n    pass\n")
     done = subprocess.run([RUN, script], text=True, capture_output=True, timeout=60,
@@ -205,21 +222,36 @@ def test_a_script_without_usr_is_told(two_robots, tmp_path):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("text, last", [
+WRONG = [
     ("def usr(robot)\n    pass\n", "SyntaxError"), ("def usr(robot):\npass\n", "IndentationError"),
     ("import nothing_of_this_name\n", "ModuleNotFoundError"),
     ("def usr(robot):\n    return 1 / 0\n", "ZeroDivisionError"),
-    ("def usr(robot):\n    open('/nowhere/file')\n", "FileNotFoundError")],
-    ids=lambda value: value if value.endswith("Error") else "script")
-def test_a_traceback_begins_in_the_script(text, last, two_robots, tmp_path):
+    ("def usr(robot):\n    open('/nowhere/file')\n", "FileNotFoundError")]
+
+
+def see_a_traceback_begin_in_the_script(text, last, two_robots, tmp_path):
     script = tmp_path / "wrong.py"
     script.write_text(text)
     done = subprocess.run([RUN, script], text=True, capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
-    assert done.returncode == 1
+    assert done.returncode == 1, last
     assert done.stderr.splitlines()[-1].startswith(last), done.stderr
     assert f'File "{script}", line' in done.stderr
     assert "swarmtalk.py" not in done.stderr and "swarmtalk-run" not in done.stderr
+
+
+@pytest.mark.parametrize("name", ["python3", PYTHON_2])
+def test_what_a_script_logs_and_dies_of_is_seen(name, tmp_path):
+    with daemons.Daemons(2) as robots:
+        see_what_a_script_logs(name, robots, tmp_path)
+        told = run_wrapped(name, robots, tmp_path)
+        assert len(told) == 2 and "the debug channel is off on this robot" in told[0], told
+        ask_for_a_python_that_is_not_there(robots)
+        run_a_script_without_usr(robots, tmp_path)
+        for text, last in WRONG:
+            see_a_traceback_begin_in_the_script(text, last, robots, tmp_path)
+    with daemons.Daemons(2, "[reserved]\ndebug = true\n") as robots:
+        see_what_ended_a_program(name, robots, tmp_path)
 
 
 @pytest.mark.logic

@@ -10,7 +10,7 @@ import threading
 import time
 
 import pytest
-from conftest import PYTHON_2, ROOT, find_python
+from conftest import ROOT, find_python
 from daemons import CLIENT
 
 import daemons
@@ -24,7 +24,7 @@ def blocks(document):
     return re.findall(r"```python\n(.*?)```", text, re.S)
 
 
-BLOCKS = [pytest.param(block, id=f"{document.split('/')[-1].split('.')[0]}_{number}")
+BLOCKS = [(f"{document.split('/')[-1].split('.')[0]}_{number}", block)
           for document in ("README.md", "docs/python.md")
           for number, block in enumerate(blocks(document), 1)]
 # The script that the block for coach-os runs, and coach-os.
@@ -121,7 +121,7 @@ def chatter(two_robots):
 def command_of(example, language):
     if language == "cpp":
         return [pathlib.Path(daemons.BUILD) / "examples/cpp" / example]
-    return [find_python(language)[0], "-u", ROOT / f"examples/python/{example}.py"]
+    return [find_python(language), "-u", ROOT / f"examples/python/{example}.py"]
 
 
 def run_until_it_prints(socket, *command, wanted=".", cwd=None, is_enough=lambda: True,
@@ -153,8 +153,7 @@ def run_until_it_prints(socket, *command, wanted=".", cwd=None, is_enough=lambda
     return out + rest
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_a_block_of_the_documents_runs(block, two_robots, chatter, tmp_path):
+def run_a_block(name, block, two_robots, tmp_path):
     prelude = "" if "import swarmtalk\n" in block else "import swarmtalk\n"
     if "Client(" not in block:
         prelude += "robot = swarmtalk.Client('block')\n"
@@ -171,7 +170,7 @@ def test_a_block_of_the_documents_runs(block, two_robots, chatter, tmp_path):
         robot.set_fixed_pose(1, 0.6, 0)
         robot.sync()
     assert run_until_it_prints(two_robots[0].socket, "/usr/bin/python3", "-u", program), (
-        "it printed nothing")
+        f"{name} printed nothing")
 
 
 EXAMPLES = {
@@ -182,9 +181,8 @@ EXAMPLES = {
 }
 
 
-@pytest.mark.parametrize("language", ["python3", PYTHON_2, "cpp"])
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_the_example_runs(name, language, two_robots, chatter):
+def run_an_example(name, language, two_robots, chatter):
+    chatter.heard.clear()
     with swarmtalk.Client("pose", two_robots[0].socket) as robot:
         robot.set_fixed_pose(1, 0.6, 0)
         robot.sync()
@@ -197,7 +195,7 @@ def test_the_example_runs(name, language, two_robots, chatter):
                                       is_enough=lambda: name != "chatter" or chatter.heard)
         finally:
             is_heard.set()
-    assert re.search(EXAMPLES[name], out), out
+    assert re.search(EXAMPLES[name], out), (name, language, out)
     if name == "chatter":
         assert chatter.heard[0] == "hello 1"
 
@@ -210,9 +208,8 @@ def claim(socket, is_heard):
             publisher.send(b"\x09\0\0\0")
 
 
-@pytest.mark.parametrize("language", ["python3", PYTHON_2, "cpp"])
-def test_the_example_writes_a_table(language, two_robots, chatter, tmp_path):
-    table = tmp_path / "table.csv"
+def write_a_table(language, two_robots, tmp_path):
+    table = tmp_path / f"{language}.csv"
     process = subprocess.Popen(
         [*command_of("log_to_csv", language), table, "hello"],
         env={**os.environ, "PYTHONPATH": CLIENT, "SWARMTALK_SOCKET": two_robots[0].socket})
@@ -227,3 +224,20 @@ def test_the_example_writes_a_table(language, two_robots, chatter, tmp_path):
     assert cells["channel"] == "hello" and cells["sender"] == "2" and cells["distance_m"] == ""
     assert bytes.fromhex(cells["hex"]) == b"hello from the other robot"
     assert abs(float(cells["time"]) - time.time()) < LONGEST_S
+
+
+def test_the_documents_blocks_and_the_examples_run(two_robots, chatter, tmp_path):
+    for language in ("python3", "cpp"):
+        write_a_table(language, two_robots, tmp_path)  # while the robot has no place
+    for name, block in BLOCKS:
+        run_a_block(name, block, two_robots, tmp_path)
+    for language in ("python3", "cpp"):
+        for name in EXAMPLES:
+            run_an_example(name, language, two_robots, chatter)
+
+
+@pytest.mark.field
+def test_the_examples_run_in_python_2(two_robots, chatter, tmp_path):
+    write_a_table("python2.7", two_robots, tmp_path)
+    for name in EXAMPLES:
+        run_an_example(name, "python2.7", two_robots, chatter)
