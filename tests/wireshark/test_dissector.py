@@ -83,11 +83,9 @@ def test_what_no_robot_reads_is_marked_and_ends_nothing(tmp_path):
     assert len(frames) == len(bad)
 
 
-@pytest.fixture(scope="module")
-def capture(tmp_path_factory):
-    """A capture of two robots with a swarm key, and the key."""
-    folder = tmp_path_factory.mktemp("capture")
-    key, config, sealed = folder / "swarm.key", folder / "base.toml", folder / "sealed.pcap"
+@pytest.mark.clock
+def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(tmp_path):
+    key, config, sealed = (tmp_path / name for name in ("swarm.key", "base.toml", "sealed.pcap"))
     subprocess.run([CLI, "keygen", key], check=True, capture_output=True)
     config.write_text(f'[links.wifi]\nkey_file = "{key}"\n[channels]\nhello = 7\n')
     talk = (f"{LAB} exec 2 -- {CLI} capture {sealed} -C 40 -W 20 & "
@@ -96,12 +94,6 @@ def capture(tmp_path_factory):
                            "--config", config, "--", "/bin/sh", "-c", talk], text=True,
                           capture_output=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
-    return sealed, key
-
-
-@pytest.mark.clock
-def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(capture, tmp_path):
-    sealed, key = capture
     for frame in dissected(sealed):
         assert frame["transmitter"] in ("1", "2")
         assert frame["session"] != "" and frame["payload"] == ""
@@ -119,7 +111,22 @@ def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(capture, tmp_pat
         assert bytes.fromhex(frame["payload"].replace(":", "")) == b"good morning"
 
 
-@pytest.mark.clock
+@pytest.fixture
+def capture(tmp_path):
+    """A capture as we make them, of 40 sealed frames, and their key."""
+    _, key_text, *_, frame = next(words for words in vectors("sealed")
+                                  if words[0] == "sealed_one_packet")
+    folder = tmp_path / "capture"
+    folder.mkdir()
+    write_pcap(folder / "frames.pcap", [bytes.fromhex(frame)] * 40)
+    (folder / "swarm.key").write_text(key_text + "\n")
+    sealed = folder / "sealed.pcap"
+    done = subprocess.run([CLI, "capture", sealed, "--from", folder / "frames.pcap"], text=True,
+                          capture_output=True)
+    assert done.returncode == 0, done.stderr
+    return sealed, folder / "swarm.key"
+
+
 def test_mistakes_with_keys_and_files_get_one_line(capture, tmp_path):
     sealed, key = capture
     other = tmp_path / "other.key"
@@ -147,10 +154,11 @@ def test_mistakes_with_keys_and_files_get_one_line(capture, tmp_path):
     assert done.stderr == "swarmtalk-cli: cannot make /nowhere/c: No such file or directory\n"
 
 
-@pytest.mark.clock
 def test_a_copy_may_take_the_place_of_what_it_is_made_of(capture, tmp_path):
     sealed, key = capture
-    file, plain = tmp_path / "c.pcap", tmp_path / "plain.pcap"
+    folder = tmp_path / "copies"
+    folder.mkdir()
+    file, plain = folder / "c.pcap", folder / "plain.pcap"
     file.write_bytes(sealed.read_bytes())
 
     def run(*words):
@@ -161,14 +169,13 @@ def test_a_copy_may_take_the_place_of_what_it_is_made_of(capture, tmp_path):
     done = run(file, "--from", file, "--unseal", key, "--replace")
     assert done.returncode == 0, done.stderr
     assert file.read_bytes() == plain.read_bytes()
-    assert sorted(tmp_path.iterdir()) == [file, plain]
+    assert sorted(folder.iterdir()) == [file, plain]
     file.write_bytes(sealed.read_bytes()[:-1])  # cut off: nothing is replaced
     assert run(plain, "--from", file, "--replace").returncode == 1
     assert len(dissected(plain)) == 40
-    assert sorted(tmp_path.iterdir()) == [file, plain]
+    assert sorted(folder.iterdir()) == [file, plain]
 
 
-@pytest.mark.clock
 def test_a_copy_ends_after_as_many_frames_as_asked_for(capture, tmp_path):
     sealed, _ = capture
     copy = tmp_path / "c.pcap"
