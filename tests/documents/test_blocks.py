@@ -106,18 +106,3 @@ def test_what_a_program_does_not_know_is_found():
     assert list(commands_in("sudo swarmtalk-lab exec 1 -- swarmtalk-cli sub x  # hears")) == [
         ["swarmtalk-lab", "exec", "1", "--", "swarmtalk-cli", "sub", "x"],
         ["swarmtalk-cli", "sub", "x"]]
-
-
-@pytest.mark.clock
-def test_a_program_in_python_speaks_the_local_protocol_as_the_document_shows_it(tmp_path):
-    """The example of ipc.md, in a lab of two: it hears, with the distance, what the other says."""
-    programs = [block for _, block in blocks("docs/ipc.md", "python")]
-    assert len(programs) == 1
-    (tmp_path / "raw.py").write_text(programs[0])
-    lab, cli = PROGRAMS["swarmtalk-lab"], PROGRAMS["swarmtalk-cli"]
-    talk = (f"{lab} exec 2 -- {cli} pub --repeat 40 --rate 20 hello 'good morning' & "
-            f"timeout 20 {lab} exec 1 -- /usr/bin/python3 -u raw.py; code=$?; wait; exit $code")
-    done = run(lab, "--name", "rawipc", "run", "2", "--medium", "udp", "--", "/bin/sh", "-c", talk,
-               cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "robot 2 says b'good morning', 0.50 m away" in done.stdout, done.stdout

@@ -23,7 +23,9 @@ cli, lab = sys.argv[1:3]
 others = [subprocess.Popen([lab, "exec", "2", "--", cli, "pub", channel, "good morning", "--repeat",
                             "0", "--rate", "20"], stdout=subprocess.DEVNULL)
           for channel in ("hello", "alarm")]
-results = []
+done = subprocess.run([lab, "exec", "1", "--", "timeout", "60", "/usr/bin/python3", "-u", "raw.py"],
+                      capture_output=True, text=True, stdin=subprocess.DEVNULL)
+results = [[["raw.py"], done.returncode, done.stdout, done.stderr]]
 for words in json.load(sys.stdin):
     if words[:2] == ["record", "run.mcap"]:  # there may be one of another document
         pathlib.Path("run.mcap").unlink(missing_ok=True)
@@ -54,8 +56,10 @@ def commands_on_a_robot():
     return [words for index, words in enumerate(found) if words not in found[:index]]
 
 
-@pytest.mark.clock
-def test_what_is_typed_on_a_robot_is_what_its_programs_take(tmp_path):
+def type_what_is_typed_on_a_robot(tmp_path):
+    """And a program that speaks the local protocol by hand (ipc.md)."""
+    program, = [block for _, block in blocks("docs/ipc.md", "python")]
+    (tmp_path / "raw.py").write_text(program)
     commands = commands_on_a_robot()
     assert len(commands) >= 15 and ["record", "run.mcap", "-C", "1"] in commands
     (tmp_path / "runner.py").write_text(RUNNER)
@@ -67,17 +71,14 @@ def test_what_is_typed_on_a_robot_is_what_its_programs_take(tmp_path):
     lines = [line for line in done.stdout.splitlines() if "RESULTS " in line]
     assert done.returncode == 0 and len(lines) == 1, done.stdout + done.stderr
     results = json.loads(lines[0].split("RESULTS ", 1)[1])
-    assert [words for words, *_ in results] == commands
+    assert [words for words, *_ in results] == [["raw.py"]] + commands
     assert [result for result in results if result[1] != 0] == []
     said = {" ".join(words): output for words, _, output, _ in results}
     assert "good morning" in said["sub hello -C 1"] and "0.50 m" in said["sub hello -C 1"]
+    assert "robot 2 says b'good morning', 0.50 m away" in said["raw.py"]
 
 
-@pytest.mark.clock
-@pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
-def test_the_radio_is_told_what_its_document_says(tmp_path):
-    if shutil.which("ip") is None:
-        pytest.skip("ip is missing: run tools/setup test")
+def tell_the_radio_what_its_document_says(tmp_path):
     lab = f"docs{os.getpid()}"
     environment = {**os.environ, "SWARMTALK_LAB": lab,
                    "PATH": f"{PROGRAMS['swarmtalk-lab'].parent}:{PROGRAMS['swarmtalk-cli'].parent}:"
@@ -91,3 +92,10 @@ def test_the_radio_is_told_what_its_document_says(tmp_path):
             assert done.returncode == 0, (line, done.stdout, done.stderr)
     finally:
         subprocess.run(["swarmtalk-lab", "down"], capture_output=True, env=environment, timeout=60)
+
+
+@pytest.mark.clock
+def test_what_documents_let_a_person_type_works(tmp_path):
+    type_what_is_typed_on_a_robot(tmp_path)
+    if os.geteuid() == 0 and shutil.which("ip"):  # network namespaces need both
+        tell_the_radio_what_its_document_says(tmp_path)
