@@ -11,7 +11,8 @@ CLIENTS = 64
 SECONDS = 4
 QUEUE_BYTES = 262144  # over 2 s of the traffic, for clients that a busy machine keeps waiting
 
-pytestmark = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
+pytestmark = [pytest.mark.field,
+              pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")]
 
 
 def test_one_of_64_clients_stops(tmp_path):

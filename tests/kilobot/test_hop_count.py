@@ -45,14 +45,37 @@ def expected_hops(robot: int, seed: int, other_seed: int) -> int:
     return hops[robot]
 
 
-@pytest.mark.clock
-@pytest.mark.parametrize("seed", [1, swarm.in_the_field(2), swarm.in_the_field(3)])
-def test_run_over_the_terminal_lets_nine_robots_count_hops(tmp_path, seed):
-    """Drifting clocks. uid 1 (in the middle of the first row) and 2 (a corner) are the seeds."""
-    uids = [3, 1, 4, 5, 6, 7, 8, 9, 2]
+# uid 1 (in the middle of the first row) and 2 (a corner) are the seeds of the count.
+UIDS = [3, 1, 4, 5, 6, 7, 8, 9, 2]
+
+
+def nine_robots():
     robots = swarm.grid(ROWS, COLUMNS, SPACING_MM, image=swarm.image("hop_count"))
-    for robot, uid in zip(robots, uids):
+    for robot, uid in zip(robots, UIDS):
         robot["uid"] = uid
+    return robots
+
+
+def check_hops(log):
+    first, second = UIDS.index(1), UIDS.index(2)
+    for i in range(ROWS * COLUMNS):
+        counts = [log.variable(f"k{i}", name) for name in hops_of("hop_count")]
+        assert counts == [0 if i == first else expected_hops(i, first, second),
+                          0 if i == second else expected_hops(i, second, first)], f"robot k{i}"
+
+
+def test_nine_robots_that_run_count_hops(tmp_path):
+    log = swarm.emulate(tmp_path, nine_robots(), ohc=swarm.overhead("run@2.1", "stop@3.1"),
+                        medium={"range_mm": RANGE_MM}, seconds=SECONDS, seed=1, drift_ppm=10000,
+                        watch=hops_of("hop_count"))
+    check_hops(log)
+
+
+@pytest.mark.field
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_run_over_the_terminal_lets_nine_robots_count_hops(tmp_path, seed):
+    """In real time, with drifting clocks."""
+    robots = nine_robots()
     terminal = tmp_path / "ohc"
     ohc = {"image": swarm.image("overhead"), "infrared_pin": "D3", "pty": str(terminal)}
     scenario = tmp_path / "scenario.toml"
@@ -72,11 +95,7 @@ def test_run_over_the_terminal_lets_nine_robots_count_hops(tmp_path, seed):
     print(emulator.stderr.read().strip())
     log = swarm.Log(log_path.read_text().splitlines())
     assert log.of("sent", "ohc", type=RUN)
-    first, second = uids.index(1), uids.index(2)
-    for i in range(ROWS * COLUMNS):
-        counts = [log.variable(f"k{i}", name) for name in hops_of("hop_count")]
-        assert counts == [0 if i == first else expected_hops(i, first, second),
-                          0 if i == second else expected_hops(i, second, first)], f"robot k{i}"
+    check_hops(log)
 
 
 def press_run(terminal, log_path, emulator):
