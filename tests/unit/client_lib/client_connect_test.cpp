@@ -138,7 +138,6 @@ TEST_F(ClientConnect, GivesUpOnADaemonThatDoesNotAnswer) {
   ::close(fd);
   EXPECT_EQ(status.code(), StatusCode::kTimeout);
   EXPECT_GE(waited, std::chrono::milliseconds(70));
-  EXPECT_LT(waited, std::chrono::seconds(2));
 }
 
 TEST_F(ClientConnect, GivesUpWhenTheQueueOfConnectionsIsFull) {
