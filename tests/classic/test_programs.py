@@ -142,8 +142,8 @@ class Robots:
         assert not list(self.air.iterdir()), "each takes its socket with it"
 
 
-def test_a_program_of_the_release_counts_hops_in_a_line(tmp_path):
-    robots = Robots(tmp_path, compile_linux(tmp_path, HOPS, *MACROS))
+def count_hops_in_a_line(folder):
+    robots = Robots(folder, compile_linux(folder, HOPS, *MACROS))
     robots.start("r0", SEED="1", SWARMTALK_RANGE_MM="60")
     for place in (1, 2, 3):
         robots.start(f"r{place}", SWARMTALK_X_MM=str(50 * place), SWARMTALK_RANGE_MM="60")
@@ -156,9 +156,9 @@ def test_a_program_of_the_release_counts_hops_in_a_line(tmp_path):
     assert not re.search("hop -", robots.text("r1") + robots.text("r2") + robots.text("r3"))
 
 
-def test_a_program_from_before_the_release_runs_unchanged(tmp_path):
+def run_a_program_from_before_the_release(folder):
     # 16 bits of time, so that a packet has room for three characters beside it.
-    robots = Robots(tmp_path, compile_linux(tmp_path, OLDER, "-DTIMER_BITS=16"))
+    robots = Robots(folder, compile_linux(folder, OLDER, "-DTIMER_BITS=16"))
     robots.start("r0")
     robots.start("r1", SWARMTALK_X_MM="30", SWARMTALK_Y_MM="40")
     for name in ("r0", "r1"):
@@ -166,6 +166,41 @@ def test_a_program_from_before_the_release_runs_unchanged(tmp_path):
         robots.wait_for(name, "^led 0 255 85$")
         robots.wait_for(name, "^motor forward$")
     robots.stop()
+
+
+def run_the_listing_of_the_paper(folder):
+    """With the home's macros as the porting guide says."""
+    robots = Robots(folder, compile_linux(folder, """
+#include <iostream>
+#include "core/classic/paper.h"
+Publisher *publisher;
+uint64_t state;
+void sent() { publisher->send((unsigned char *)&state, sizeof(state)); }
+void heard(unsigned char *msg, int, int, Data_t *sensing) {
+  std::cout << *(uint64_t *)msg << " from " << sensing->dist << std::endl;
+}
+void setup() {
+  state = 4711 + 0 * get_clock();
+  Channel *channel = swarmtalk->new_channel(0, 0, false);
+  publisher = channel->new_publisher(sent);
+  channel->new_subscriber(100, heard);
+  sent();
+}
+void loop() {}
+""", "-DPKT_SIZE=9", "-DSWARMTALK_CLASSIC_CHECKSUM"))
+    robots.start("r0")
+    robots.start("r1", SWARMTALK_X_MM="50")
+    robots.wait_for("r0", "^4711 from 50$")
+    robots.stop()
+
+
+@pytest.mark.clock
+def test_programs_in_the_style_of_2020_hear_each_other(tmp_path):
+    for number, step in enumerate((count_hops_in_a_line, run_a_program_from_before_the_release,
+                                   run_the_listing_of_the_paper)):
+        folder = tmp_path / str(number)  # short: sockets are in it
+        folder.mkdir()
+        step(folder)
 
 
 def test_several_instances_talk_in_one_process_on_avr(tmp_path):
@@ -296,29 +331,3 @@ int main() {
     subprocess.run(["g++", "-std=c++20", *INCLUDES, source, "-o", program], check=True)
     out = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     assert int(out) == 7 * 1496  # whole packets, as in 2020
-
-
-def test_the_listing_of_the_paper_runs_at_home(tmp_path):
-    """With the home's macros as the porting guide says."""
-    robots = Robots(tmp_path, compile_linux(tmp_path, """
-#include <iostream>
-#include "core/classic/paper.h"
-Publisher *publisher;
-uint64_t state;
-void sent() { publisher->send((unsigned char *)&state, sizeof(state)); }
-void heard(unsigned char *msg, int, int, Data_t *sensing) {
-  std::cout << *(uint64_t *)msg << " from " << sensing->dist << std::endl;
-}
-void setup() {
-  state = 4711 + 0 * get_clock();
-  Channel *channel = swarmtalk->new_channel(0, 0, false);
-  publisher = channel->new_publisher(sent);
-  channel->new_subscriber(100, heard);
-  sent();
-}
-void loop() {}
-""", "-DPKT_SIZE=9", "-DSWARMTALK_CLASSIC_CHECKSUM"))
-    robots.start("r0")
-    robots.start("r1", SWARMTALK_X_MM="50")
-    robots.wait_for("r0", "^4711 from 50$")
-    robots.stop()
