@@ -188,6 +188,7 @@ def wait_in_the_bootloader(daemon, double):
     wait_for(lambda: states(double)[-1] == "running", what="the old program")
 
 
+@pytest.mark.field
 def test_programs_reach_the_robots_whole_or_are_ended_with_stop(stack, tmp_path):
     flash = tmp_path / "flash.bin"
     double = Double(stack, "--robots", 2, "--dump-flash", flash)

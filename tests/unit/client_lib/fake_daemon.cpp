@@ -170,6 +170,10 @@ void FakeDaemon::set_reads_ring(bool reads) {
 
 void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
   received_.push_back(envelope);
+  std::vector<ipc::Envelope> said = says ? says(envelope) : std::vector<ipc::Envelope>();
+  if (!said.empty()) said[0].set_request_id(envelope.request_id());
+  for (ipc::Envelope& each : said) reply(peer, each);
+  if (!said.empty()) return;
   ipc::Envelope answer;
   if (envelope.request_id() != 0) answer.set_request_id(envelope.request_id());
   if (envelope.has_hello()) {

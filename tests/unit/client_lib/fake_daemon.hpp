@@ -43,6 +43,8 @@ class FakeDaemon {
   bool spoils_ring = false;            // what it offers is no memory that can be mapped
   std::optional<bool> is_timestamped;  // said of every channel that is advertised; none: not told
   ipc::Failure refuse_channels;        // code set: every subscribe and advertise is refused so
+  /// What it says to a request, the answer first; nothing: what it would say without this.
+  std::function<std::vector<ipc::Envelope>(const ipc::Envelope&)> says;
 
   /// From now on every publication is refused so; ERROR_UNSPECIFIED: none.
   void refuse_messages(ipc::ErrorCode code, const std::string& text);
