@@ -1,4 +1,5 @@
-"""The Foxglove WebSocket protocol: by hand and protoc, and by the official npm packages."""
+"""The Foxglove WebSocket protocol: by hand and protoc (in the story of test_view.py), and by the
+official npm packages."""
 import base64
 import fcntl
 import json
@@ -133,8 +134,7 @@ def find_the_topics_of_the_layout(view):
     assert len(named) == 3 and named <= topics
 
 
-def test_a_foxglove_client_is_served_as_its_protocol_says(lab_and_view, tmp_path):
-    lab, view = lab_and_view
+def serve_a_foxglove_client(lab, view, tmp_path):
     for subprotocol in SUBPROTOCOLS:
         decode_every_advertised_channel(lab, view, subprotocol, tmp_path)
     read_log_lines(lab, view, tmp_path)

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import time
 
@@ -11,6 +12,9 @@ import pytest
 from conftest import one_line, program, run, serving, wait_for
 from viewers import PAGE, beacons, channels_of, message_where, page, watch
 from websocket import Refused, WebSocket, get
+
+MOST_PLACES = 128
+TOO_LONG = 1009, "a message may have 65536 bytes at most"  # RFC 6455, 7.4.1: too big to process
 
 
 def let_in_pages_of_its_own_or_that_are_allowed(lab, view):
@@ -260,6 +264,73 @@ def be_told_why_robots_cannot_be_asked(lab):
         assert "harvest = true under [reserved]" in info["questions"]
 
 
+def find_a_place_among_requests_that_never_end(view):
+    held = []
+    try:
+        for number in range(2 * MOST_PLACES):
+            held.append(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+            if number % 2:
+                held[-1].sendall(b"GET / HTTP/1.1\r\nHost: loc")
+        with page(view) as viewer:
+            message_where(viewer, lambda m: m["t"] == "state")
+            for _ in range(2 * MOST_PLACES):  # and keeps it
+                held.append(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+            message_where(viewer, lambda m: m["t"] == "state")
+    finally:
+        for each in held:
+            each.close()
+
+
+def be_told_that_there_is_no_place(lab):
+    sentence = f"{MOST_PLACES} viewers look already, the most there may be: close some pages"
+    with serving(lab) as view:
+        before = view.descriptors()
+        with contextlib.ExitStack() as stack:
+            viewers = [stack.enter_context(page(view)) for _ in range(MOST_PLACES)]
+            for viewer in viewers:
+                message_where(viewer, lambda m: m["t"] == "hello")
+            for _ in range(20):  # more than may wait
+                status, head, body = get(view.port)
+                assert status == 503 and body.decode() == sentence + "\n"
+                with page(view) as one_more:
+                    assert close_of(one_more) == (1013, sentence)
+            message_where(viewers[0], lambda m: m["t"] == "state")
+            viewers.pop().connection.close()
+            wait_for(lambda: get(view.port)[0] == 200, what="a place")
+            with page(view) as one_more:
+                message_where(one_more, lambda m: m["t"] == "state")
+        wait_for(lambda: view.descriptors() <= before, what="closed connections")
+        errors = view.end()[1]
+        sentence = "128 viewers look, the most there may be; 1 was turned away"
+        assert sentence in errors.splitlines()[0]
+
+
+def close_of(viewer):
+    """Code and reason with which a viewer is closed."""
+    kind, body = viewer.frame()
+    while kind != 8:
+        kind, body = viewer.frame()
+    return struct.unpack(">H", body[:2])[0], body[2:].decode()
+
+
+def be_told_of_a_message_that_is_too_long(lab):
+    for size in (65_537, 70_000, 5_000_000):
+        with serving(lab) as view:
+            with page(view) as viewer:
+                viewer.send(" " * 65_536)  # the longest, and no request
+                message_where(viewer, lambda m: m["t"] == "notice")
+                viewer.send("x" * size)
+                assert close_of(viewer) == TOO_LONG, size
+            _, errors = view.end()
+        one_line(errors, "swarmtalk-view:", "more than 65536 bytes", "1 so far")
+    with serving(lab) as view:
+        for size in (65_537, 2**31, 2**62):  # what is announced is not waited for
+            with page(view) as viewer:
+                viewer.connection.sendall(struct.pack(">BBQ4s", 0x81, 0xFF, size, b"mask")
+                                          + b"x" * 9)
+                assert close_of(viewer) == TOO_LONG, size
+
+
 def test_a_server_lets_in_whom_it_should_and_bears_what_goes_wrong(make_lab, make_view, tmp_path):
     lab = make_lab(1, *beacons(tmp_path, "[limits]\nchannels_per_client = 4\n"))
     view = make_view(lab.socket(1))
@@ -270,6 +341,10 @@ def test_a_server_lets_in_whom_it_should_and_bears_what_goes_wrong(make_lab, mak
     view.end()
     answer_garbage(lab)
     bear_a_thousand_connections(lab)
+    be_told_that_there_is_no_place(lab)
+    with serving(lab) as another:
+        find_a_place_among_requests_that_never_end(another)
+    be_told_of_a_message_that_is_too_long(lab)
     tell_that_its_token_file_is_no_good(lab, tmp_path)
     end_at_once_with_ctrl_c(lab)
     tell_an_address_that_cannot_be_written(lab)

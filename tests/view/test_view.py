@@ -7,6 +7,7 @@ import signal
 import pytest
 import swarmtalk
 from conftest import one_line, serving, wait_for
+from test_foxglove import serve_a_foxglove_client
 from viewers import (beacons, channels_of, message_where, page, robots_of, state_with,
                      status_of_channels, watch)
 from websocket import get
@@ -177,6 +178,7 @@ def test_a_viewer_sees_hears_and_asks_what_robots_do(make_lab, make_view, tmp_pa
     hear_a_channel_that_is_asked_for(lab, view)
     read_log_lines_of_all_robots(lab, view)
     read_values_that_robots_offer(lab, view)
+    serve_a_foxglove_client(lab, view, tmp_path)
     send_as_an_operator_only(lab, view)
     view.end()
     give_up_a_channel_with_its_window(lab)
