@@ -296,7 +296,8 @@ def status_tells_why_a_daemon_ended(lab):
 def test_a_lab_without_namespaces_as_its_file_says(udp_lab, radio_udp_lab, tmp_path):
     base, usual, still = (tmp_path / f"{name}.toml" for name in ("base", "usual", "still"))
     base.write_text('[node]\nid = 3\npose = [9.0, 9.0, 0.0]\n'
-                    'pose_socket = "/run/swarmtalk/pose.sock"\n[channels]\nfood = 7\n[links.wifi]\n')
+                    'pose_socket = "/run/swarmtalk/pose.sock"\n[channels]\nfood = 7\n'
+                    '[links.wifi]\n')
     lab = udp_lab(2, "--config", base)
     still.write_text("[links.wifi]\njitter_us = 0\n")
     usual.write_text("[links.wifi]\n\n")
