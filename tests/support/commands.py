@@ -12,7 +12,7 @@ def run(*command, timeout=30, **options):
                           capture_output=True, stdin=subprocess.DEVNULL, **options)
 
 
-def wait_for(condition, timeout=30.0, what="condition"):
+def wait_for(condition, timeout=60.0, what="condition"):
     """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
     deadline = time.monotonic() + timeout
     while True:
