@@ -2,6 +2,7 @@
 import json
 import subprocess
 
+import pytest
 from conftest import program, run, wait_for
 
 
@@ -13,9 +14,7 @@ def put_in_line(lab):
         assert done.returncode == 0, done.stderr
 
 
-def test_robot_that_runs_nothing_forwards(bridge_lab):
-    lab = bridge_lab(3)
-    put_in_line(lab)
+def robot_that_runs_nothing_forwards(lab):
     subscriber = lab.start_sub(3, "--json", "--count", "1", "relay")
     done = lab.cli(1, "pub", "--ttl", "3", "relay", "over the hill")
     assert done.returncode == 0, done.stderr
@@ -28,8 +27,7 @@ def test_robot_that_runs_nothing_forwards(bridge_lab):
     assert (heard["hops"], heard["sender"], heard["transmitter"]) == (1, 1, 2), out
 
 
-def test_small_message_goes_and_long_one_is_refused_when_the_mtu_is_small(bridge_lab):
-    lab = bridge_lab(2)
+def small_message_goes_and_long_one_is_refused_when_the_mtu_is_small(lab):
     device = lab.status(1)["links"][0]["device"]
     done = run("ip", "netns", "exec", lab.namespace(1), "ip", "link", "set", device, "mtu", "1000")
     assert done.returncode == 0, done.stderr
@@ -41,6 +39,14 @@ def test_small_message_goes_and_long_one_is_refused_when_the_mtu_is_small(bridge
     assert lab.link_counter(1, "packets_over_mtu") == 0
 
 
+def test_a_row_of_robots_passes_on_what_fits(bridge_lab):
+    lab = bridge_lab(3)
+    put_in_line(lab)
+    robot_that_runs_nothing_forwards(lab)
+    small_message_goes_and_long_one_is_refused_when_the_mtu_is_small(lab)
+
+
+@pytest.mark.logic
 def test_wrong_command_lines_are_told_in_one_line(tmp_path):
     for words in (["--bogus"], ["extra"], ["--log-level", "loud"]):
         done = run(program("swarmtalkd"), *words)
