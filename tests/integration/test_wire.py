@@ -26,8 +26,7 @@ def read_pcap(path):
     return frames
 
 
-def test_only_broadcast_frames_of_our_ethertype_are_on_the_wire(bridge_lab, tmp_path):
-    lab = bridge_lab(2)
+def only_broadcast_frames_of_our_ethertype_are_on_the_wire(lab, tmp_path):
     capture = tmp_path / "wire.pcap"
     dump = subprocess.Popen(
         ["ip", "netns", "exec", f"swarmtalk-{lab.name}-air", "tcpdump", "-i", "robot1", "-U",
@@ -68,8 +67,7 @@ def inject(lab, robot, code):
     assert done.returncode == 0, done.stderr
 
 
-def test_bad_frames_are_counted_by_cause(bridge_lab):
-    lab = bridge_lab(2)
+def bad_frames_are_counted_by_cause(lab):
     inject(lab, 1, """
 for i in range(3): frame(header(18, magic=b"XX"))           # not ours
 for i in range(4): frame(header(18, version=9))
@@ -86,8 +84,7 @@ for i in range(9): frame(header(18), ethertype=0x88B6)      # somebody else's
     assert {name: counters[name] for name in expected} == expected
 
 
-def test_garbage_on_the_wire_never_stops_the_daemon(bridge_lab):
-    lab = bridge_lab(2)
+def garbage_on_the_wire_never_stops_the_daemon(lab):
     pid = lab.pid(2)
     inject(lab, 1, """
 random.seed(20200509)
@@ -127,8 +124,7 @@ def link_is_up(lab, robot):
     return lab.status(robot)["links"][0]["up"]
 
 
-def test_the_link_survives_its_interface_going_down_and_up(bridge_lab):
-    lab = bridge_lab(2)
+def the_link_survives_its_interface_going_down_and_up(lab):
     assert crosses(lab, "before")
     in_namespace(lab, 2, "link", "set", "wlan0", "down")
     wait_for(lambda: not link_is_up(lab, 2), what="the link to be seen down")
@@ -138,8 +134,7 @@ def test_the_link_survives_its_interface_going_down_and_up(bridge_lab):
     assert crosses(lab, "after")
 
 
-def test_the_link_survives_its_interface_being_deleted_and_created_again(bridge_lab):
-    lab = bridge_lab(2)
+def the_link_survives_its_interface_being_deleted_and_created_again(lab):
     pid = lab.pid(2)
     in_namespace(lab, 2, "link", "delete", "wlan0")
     wait_for(lambda: not link_is_up(lab, 2), what="the link to be seen gone")
@@ -152,3 +147,12 @@ def test_the_link_survives_its_interface_being_deleted_and_created_again(bridge_
     wait_for(lambda: link_is_up(lab, 2), what="the link to be seen back")
     assert crosses(lab, "after")
     assert lab.pid(2) == pid
+
+
+def test_a_wire_carries_our_frames_and_bears_what_happens_to_it(bridge_lab, tmp_path):
+    lab = bridge_lab(2)
+    only_broadcast_frames_of_our_ethertype_are_on_the_wire(lab, tmp_path)
+    bad_frames_are_counted_by_cause(lab)
+    garbage_on_the_wire_never_stops_the_daemon(lab)
+    the_link_survives_its_interface_going_down_and_up(lab)
+    the_link_survives_its_interface_being_deleted_and_created_again(lab)
