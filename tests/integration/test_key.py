@@ -97,7 +97,12 @@ class Ether:
         self.mouth.sendto(frame, (GROUP, self.port))
 
 
-def test_who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
+def test_a_key_keeps_others_out(swarm, tmp_path):
+    who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path)
+    replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, tmp_path / "swarm.key")
+
+
+def who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
     key = keygen(tmp_path / "swarm.key")
     with_key, friend = swarm("a", key), swarm("b", key)
     stranger, other = swarm("c"), swarm("d", keygen(tmp_path / "other.key"))
@@ -114,11 +119,11 @@ def test_who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
     assert "sealed with a swarm key, and this link has none" in stranger.end()
     assert "sealed with another swarm key" in other.end()
     assert with_key.end().count("1 frame was not sealed, and this link has a key") == 1
+    friend.end()
 
 
-def test_replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, tmp_path):
-    key = keygen(tmp_path / "swarm.key")
-    sender, receiver = swarm("a", key), swarm("b", key)
+def replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, key):
+    sender, receiver = swarm("e", key), swarm("f", key)
     ether = Ether(swarm.port)
     heard = receiver.subscribe("c", "-C", "2", "-W", "60", "--json")
     sender.believes(receiver)
