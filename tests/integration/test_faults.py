@@ -1,12 +1,9 @@
 """What strangers and cables do to a daemon: it says so, and not more than once per second."""
-import os
 import socket
 import subprocess
 import time
 
-import pytest
-
-from conftest import program, run, wait_for
+from conftest import needs_root, program, run, wait_for
 
 HELLO_OF_NO_TEXT = bytes.fromhex("05000000" "1203" "2201ff")  # Hello.name is not UTF-8
 
@@ -26,7 +23,14 @@ def start_daemon(tmp_path, **options):
     return daemon, path, tmp_path / "log"
 
 
-def test_clients_that_send_garbage_do_not_fill_the_log(tmp_path):
+@needs_root
+def test_strangers_and_cables_get_few_lines(bridge_lab, tmp_path):
+    clients_that_send_garbage_do_not_fill_the_log(tmp_path)
+    interface_that_flaps_gets_one_line_per_second(bridge_lab)
+    port_without_permission_blames_the_port(tmp_path)
+
+
+def clients_that_send_garbage_do_not_fill_the_log(tmp_path):
     daemon, path, log = start_daemon(tmp_path)
     try:
         for _ in range(300):
@@ -43,7 +47,7 @@ def test_clients_that_send_garbage_do_not_fill_the_log(tmp_path):
     assert not any("[libprotobuf" in line for line in lines), lines
 
 
-def test_interface_that_flaps_gets_one_line_per_second(bridge_lab):
+def interface_that_flaps_gets_one_line_per_second(bridge_lab):
     lab = bridge_lab(2)
     device = lab.status(1)["links"][0]["device"]
     log = next(lab.folder().glob("*1.log"))
@@ -61,9 +65,7 @@ def test_interface_that_flaps_gets_one_line_per_second(bridge_lab):
     assert "up" in changes[-1], changes
 
 
-@pytest.mark.logic
-@pytest.mark.skipif(os.geteuid() != 0, reason="becoming another user needs root")
-def test_port_without_permission_blames_the_port(tmp_path):
+def port_without_permission_blames_the_port(tmp_path):
     config = tmp_path / "d.toml"
     config.write_text('[links.w]\ntype = "udp"\ninterface = "lo"\nport = 80\n')
     tmp_path.chmod(0o777)
