@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -27,8 +28,20 @@ class TerminalReaderTest : public testing::Test {
     ASSERT_EQ(::write(host_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
   }
 
+  static std::uint64_t clock_ns() {
+    return static_cast<std::uint64_t>(
+        std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
+  }
+  void wait_until_it_is_read() const {
+    int unread = 1;
+    for (int i = 0; i < 60'000 && unread != 0; ++i) {
+      ASSERT_EQ(::ioctl(terminal_.descriptor(), FIONREAD, &unread), 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ASSERT_EQ(unread, 0);
+  }
   static std::optional<TimedByte> waited_for(TerminalReader& reader) {
-    for (int i = 0; i < 5000; ++i) {
+    for (int i = 0; i < 60'000; ++i) {
       if (const auto byte = reader.take(kForEver)) return byte;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -65,20 +78,21 @@ TEST_F(TerminalReaderTest, TakesBytesAsFastAsTheLine) {
 }
 
 TEST_F(TerminalReaderTest, KeepsASilenceForWhoeverLooksLate) {
-  constexpr auto kSilence = std::chrono::milliseconds(30);
-  constexpr std::uint64_t kSilenceNs = 30'000'000;
   TerminalReader reader(terminal_, kByteNs);
   write("a");
   const auto first = waited_for(reader);
   ASSERT_TRUE(first);
-  std::this_thread::sleep_for(kSilence);
+  while (clock_ns() < first->at_ns + 20 * kByteNs) std::this_thread::yield();  // the silence
+  const std::uint64_t before_ns = clock_ns();
   write("b");
-  std::this_thread::sleep_for(2 * kSilence);
-  EXPECT_FALSE(reader.take(first->at_ns + kSilenceNs - 5 * kByteNs)) << "it came later";
+  wait_until_it_is_read();
+  const std::uint64_t after_ns = clock_ns();
+  EXPECT_FALSE(reader.take(before_ns - 4 * kByteNs)) << "it came later";
   const auto second = waited_for(reader);
   ASSERT_TRUE(second);
   EXPECT_EQ(second->byte, 'b');
-  EXPECT_GE(second->at_ns - first->at_ns, kSilenceNs - 4 * kByteNs);
+  EXPECT_GE(second->at_ns, before_ns - 4 * kByteNs);
+  EXPECT_LE(second->at_ns, after_ns) << "that of the look";
 }
 
 }  // namespace
