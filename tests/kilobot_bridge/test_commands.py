@@ -99,7 +99,7 @@ def hold_a_message_until(daemon, double, stack, by):
     wait_stopped(double)
 
 
-def give_up_reading_a_uid(daemon, double, key, code):
+def give_up_reading_a_uid(daemon, double):
     ours, theirs = pty.openpty()
     cli = subprocess.Popen(daemon.words("kilobot", "read-uid"), stdin=theirs,
                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -109,10 +109,10 @@ def give_up_reading_a_uid(daemon, double, key, code):
     wait_for(lambda: cli.stdout.read(1) == "[", what="the question")
     stat = pathlib.Path(f"/proc/{cli.pid}/stat")
     wait_for(lambda: stat.read_text().rsplit(")", 1)[1].split()[0] == "S", what="it to listen")
-    os.write(ours, key)
+    os.write(ours, b"\x03")
     _, errors = cli.communicate(timeout=60)
     os.close(ours)
-    assert cli.returncode == code, errors
+    assert cli.returncode == 130, errors
     one_line(errors, "the uid is not known", "pause was sent")
     wait_for(lambda: states(double)[-1:] == ["idle"], what="the robots to stand still")
 
@@ -138,9 +138,7 @@ def test_messages_reach_the_robots_and_are_ended_with_stop(stack):
     refuse_what_the_daemon_refuses(daemon, double)
     publish_lines_of_the_uplink(daemon, stack, ours)
     hold_a_message_until(daemon, double, stack, signal.SIGINT)
-    hold_a_message_until(daemon, double, stack, signal.SIGKILL)
-    give_up_reading_a_uid(daemon, double, b"\x03", 130)
-    give_up_reading_a_uid(daemon, double, b"\x04", 1)
+    give_up_reading_a_uid(daemon, double)
     thief = Daemon(stack, "thief", kilobot_link(double.terminal))
     wait_for(lambda: not thief.process.is_running(), what="the second daemon's end")
     assert thief.process.process.returncode == 1
@@ -193,6 +191,7 @@ def test_programs_reach_the_robots_whole_or_are_ended_with_stop(stack, tmp_path)
     flash = tmp_path / "flash.bin"
     double = Double(stack, "--robots", 2, "--dump-flash", flash)
     daemon = start_daemon(stack, double)
+    hold_a_message_until(daemon, double, stack, signal.SIGKILL)
     wait_in_the_bootloader(daemon, double)
     interrupt_an_endless_program(daemon, double, stack, hex_file(tmp_path, bytes(4096)))
     image = bytes((7 * i + 3) % 256 for i in range(300))

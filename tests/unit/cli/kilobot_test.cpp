@@ -80,6 +80,13 @@ class CliKilobot : public ::testing::Test {
     ADD_FAILURE() << "no command";
     return {};
   }
+  ipc::KilobotCommand last_command() {
+    ipc::KilobotCommand last;
+    for (const ipc::Envelope& each : daemon_.received()) {
+      if (each.has_kilobot_command()) last = each.kilobot_command();
+    }
+    return last;
+  }
   /// A program of two bytes.
   std::string hex_file() const {
     const std::string file = std::filesystem::path(path_).parent_path() / "program.hex";
@@ -159,6 +166,53 @@ TEST_F(CliKilobot, ARefusalIsOneLine) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_EQ(result.error, "swarmtalk-cli: the overhead controller is busy with 'program'\n");
   EXPECT_EQ(result.out, "");
+}
+
+/// Both sides of a terminal; the program is at the other.
+class Terminal {
+ public:
+  Terminal() : ours_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    EXPECT_EQ(::grantpt(ours_), 0);
+    EXPECT_EQ(::unlockpt(ours_), 0);
+  }
+  ~Terminal() { ::close(ours_); }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  const char* name() const { return ::ptsname(ours_); }
+  void type(const std::string& keys) const {
+    EXPECT_EQ(::write(ours_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
+
+ private:
+  const int ours_;
+};
+
+TEST_F(CliKilobot, ReadUidAsksForEachBitAndPutsThemTogether) {
+  say({started(2), ended(ipc::KILOBOT_SENT)});
+  const Terminal terminal;
+  Program program(words({"read-uid"}), nullptr, SWARMTALK_CLI, terminal.name());
+  terminal.type("maybe\ny\nn\n1\n");
+  for (int bit = 3; bit < 16; ++bit) terminal.type("n\n");
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(has(result.out, "bit 15: does the robot turn? [y/n] uid 5\n")) << result.out;
+  EXPECT_EQ(last_command().action(), ipc::KILOBOT_PAUSE) << "no robot goes on turning";
+}
+
+TEST_F(CliKilobot, ReadUidThatIsGivenUpLetsNoRobotTurnOn) {
+  constexpr char kCtrlC = 3, kCtrlD = 4;
+  for (const char key : {kCtrlC, kCtrlD}) {
+    say({started(2), ended(ipc::KILOBOT_SENT)});
+    const Terminal terminal;
+    Program program(words({"read-uid"}), nullptr, SWARMTALK_CLI, terminal.name());
+    EXPECT_TRUE(has(program.read_until('['), "bit 0: does the robot turn?"));
+    for (int i = 0; i < 60'000 && !program.sleeps(); ++i) ::usleep(1000);
+    terminal.type(std::string(1, key));
+    const Result result = program.finish();
+    EXPECT_EQ(result.exit_code, key == kCtrlC ? 128 + SIGINT : 1);
+    EXPECT_EQ(result.error, "swarmtalk-cli: the uid is not known; pause was sent\n");
+    EXPECT_EQ(last_command().action(), ipc::KILOBOT_PAUSE);
+  }
 }
 
 TEST_F(CliKilobot, WarningsComeBeforeTheEnd) {

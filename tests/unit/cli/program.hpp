@@ -9,6 +9,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -26,15 +27,20 @@ struct Result {
 class Program {
  public:
   /// @param output  a file that takes standard output; none: read_line() and finish() give it
+  /// @param terminal  at which it is started, and from which it reads; none: write() is its input
   explicit Program(const Strings& arguments, const char* output = nullptr,
-                   const char* path = SWARMTALK_CLI) {
+                   const char* path = SWARMTALK_CLI, const char* terminal = nullptr) {
     int pipes[3][2];
     for (auto& ends : pipes) {
       if (::pipe2(ends, O_CLOEXEC) != 0) std::abort();
     }
     posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_adddup2(&actions, pipes[0][0], 0);
+    if (terminal != nullptr) {
+      ::posix_spawn_file_actions_addopen(&actions, 0, terminal, O_RDWR, 0);
+    } else {
+      ::posix_spawn_file_actions_adddup2(&actions, pipes[0][0], 0);
+    }
     ::posix_spawn_file_actions_adddup2(&actions, pipes[1][1], 1);
     if (output != nullptr) ::posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, pipes[2][1], 2);
@@ -47,7 +53,8 @@ class Program {
     ::sigemptyset(&signals);
     ::sigaddset(&signals, SIGPIPE);
     ::posix_spawnattr_setsigdefault(&attributes, &signals);
-    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+    const int session = terminal != nullptr ? POSIX_SPAWN_SETSID : 0;
+    ::posix_spawnattr_setflags(&attributes, static_cast<short>(POSIX_SPAWN_SETSIGDEF | session));
     EXPECT_EQ(::posix_spawn(&pid_, path, &actions, &attributes, words.data(), environ), 0);
     ::posix_spawnattr_destroy(&attributes);
     ::posix_spawn_file_actions_destroy(&actions);
@@ -78,6 +85,14 @@ class Program {
   void signal(int number) { ::kill(pid_, number); }
   std::string read_line() { return read(out_, '\n'); }
   std::string read_error_line() { return read(error_, '\n'); }
+  std::string read_until(char last) { return read(out_, last); }
+  /// Whether it waits for something.
+  bool sleeps() const {
+    std::ifstream stream("/proc/" + std::to_string(pid_) + "/stat");
+    std::string text;
+    std::getline(stream, text);
+    return text.find(") S ") != std::string::npos;
+  }
 
   Result finish() {
     close_input();
