@@ -1,46 +1,23 @@
 #!/usr/bin/python3
 """tools/field_results.py PRESET: writes what ctest has just run in the folder of a preset into
-docs/field-results.md: for each file of tests its last run. Called by tools/test --field.
+docs/field-results.md: for each file of tests its last run. A run of a part of a file keeps what had
+failed in it before and did not run now. Called by tools/test --field.
 """
 import collections
 import datetime
-import json
 import pathlib
 import re
 import subprocess
 import sys
-import typing
-import xml.etree.ElementTree
+
+import test_results
+from test_results import Result
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/field-results.md"
 HEAD = "| tests | when | commit | passed | failed | skipped |\n|---|---|---|---|---|---|\n"
-REASON = re.compile(r"^SKIPPED \[\d+\] [^ ]+ (.*)$", re.MULTILINE)
-SKIPPED = re.compile(r"^skipped: (.*)$|: Skipped\n(.*)$", re.MULTILINE)
-
-
-class Result(typing.NamedTuple):
-    """Of one test: "passed", "failed" or "skipped", and why the last."""
-    name: str
-    came: str
-    why: str = ""
-
-
-def read(path: pathlib.Path) -> list[Result]:
-    """The results in a JUnit file as ctest writes it."""
-    found = []
-    for case in xml.etree.ElementTree.parse(path).getroot().iter("testcase"):
-        output = case.findtext("system-out") or ""
-        reason = REASON.search(output) or SKIPPED.search(output)
-        skipped = case.find("skipped")
-        if case.get("status") == "run":
-            found.append(Result(case.get("name"), "passed"))
-        elif skipped is not None and "SKIP" in skipped.get("message", ""):
-            why = next(filter(None, reason.groups()), "") if reason else "without a reason"
-            found.append(Result(case.get("name"), "skipped", why))
-        else:  # also one whose program is missing
-            found.append(Result(case.get("name"), "failed"))
-    return found
+CELLS = re.compile(r" (?<!\\)\| ")
+FAILED = re.compile("`([^`]+)`")
 
 
 def group(name: str) -> str:
@@ -52,39 +29,55 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")
 
 
-def row(name: str, results: list[Result], there_are: int, when: str, commit: str) -> str:
-    """One line of the table."""
-    def named(came):
-        each = [result.name[len(name) + 1:] or name for result in results if result.came == came]
-        return f"{len(each)}: " + ", ".join(f"`{cell(test)}`" for test in each) if each else "0"
-    skipped = [result for result in results if result.came == "skipped"]
-    reasons = ": " + "; ".join(sorted({cell(result.why) for result in skipped})) if skipped else ""
-    passed = sum(result.came == "passed" for result in results)
-    part = f" ({len(results)} of {there_are} ran)" if len(results) < there_are else ""
-    return (f"| `{cell(name)}` | {when} | {commit} | {passed}{part} | {named('failed')} "
+def row(name: str, key: str, results: list[Result], there_are: int, before: str, when: str,
+        commit: str) -> str:
+    """One line of the table; `before` is the one that it takes the place of."""
+    skipped = [each for each in results if each.came == "skipped"]
+    reasons = ": " + "; ".join(sorted({cell(each.why) for each in skipped})) if skipped else ""
+    passed = sum(each.came == "passed" for each in results)
+    failed = [cell(each.name[len(name) + 1:] or name) for each in results
+              if each.came in ("failed", "ended")]
+    part = ""
+    if len(results) < there_are:
+        part = f" ({len(results)} of {there_are} ran)"
+        now = {cell(each.name[len(name) + 1:] or name) for each in results}
+        failed += [f"{each} (before)" for each in failed_in(before) if each not in now]
+    names = f"{len(failed)}: " + ", ".join(
+        f"`{each.removesuffix(' (before)')}`" + " (before)" * each.endswith(" (before)")
+        for each in failed) if failed else "0"
+    return (f"| `{cell(key)}` | {when} | {commit} | {passed}{part} | {names} "
             f"| {len(skipped)}{reasons} |\n")
+
+
+def failed_in(line: str) -> list[str]:
+    """The tests that failed by a line of the table, if there is one."""
+    cells = CELLS.split(line.strip("| \n"))
+    return FAILED.findall(cells[4]) if len(cells) == 6 else []
 
 
 def merged(page: str, results: list[Result], there_are: collections.Counter, preset: str, when: str,
            commit: str) -> str:
     """The page with these results in the place of older ones of the same files."""
+    if page.count(HEAD) != 1:
+        sys.exit(f"tools/field_results.py: {PAGE.name} has no table as this writes it; take it "
+                 f"back by: git checkout docs/{PAGE.name}")
     before, table = page.split(HEAD)
-    rows = {line.split("|")[1].strip(" `"): line for line in table.splitlines(keepends=True)}
+    rows = {line.split("|")[1].strip(" `"): line for line in table.splitlines(keepends=True)
+            if line.startswith("| `")}
     by_file: dict[str, list[Result]] = {}
     for result in results:
         by_file.setdefault(group(result.name), []).append(result)
     for name, each in by_file.items():
         key = name if preset in ("test", "fuzz") else f"{name}, {preset}"
-        rows[key] = row(name, each, there_are[name], when, commit).replace(
-            f"`{cell(name)}`", f"`{cell(key)}`", 1)
+        rows[key] = row(name, key, each, there_are[name], rows.get(key, ""), when, commit)
     return before + HEAD + "".join(line for _, line in sorted(rows.items()))
 
 
 def in_the_field(folder: pathlib.Path) -> collections.Counter:
-    """How many tests of kind field each file has."""
-    done = subprocess.run(["ctest", "--test-dir", folder, "-L", "^field$", "--show-only=json-v1"],
-                          capture_output=True, text=True, check=True)
-    return collections.Counter(group(test["name"]) for test in json.loads(done.stdout)["tests"])
+    """How many tests of kind field each of pytest's files has."""
+    return collections.Counter(
+        group(line.split(" ", 2)[2]) for path in (folder / "pytest").glob("*.txt")
+        for line in path.read_text().splitlines() if line.startswith("field "))
 
 
 def commit_now() -> str:
@@ -99,7 +92,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     folder = ROOT / f"build-{sys.argv[1]}"
-    PAGE.write_text(merged(PAGE.read_text(), read(folder / "Testing/results.xml"),
+    PAGE.write_text(merged(PAGE.read_text(), test_results.read(folder),
                            in_the_field(folder), sys.argv[1],
                            datetime.date.today().isoformat(), commit_now()))
 

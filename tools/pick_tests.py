@@ -1,9 +1,9 @@
 """Which tests tools/test -R and --changed run, and what has to be built for them.
 
 Reads a configured build folder: what ninja knows about files, what ctest knows about tests, and
-test_programs.txt and test_needs.txt, which cmake writes. Writes two files into a folder: "targets",
-one of ninja's targets a line, and "tests", a regular expression for ctest. An empty "tests" means
-that there is nothing to run.
+test_programs.txt, test_needs.txt and the lists in pytest/, which cmake writes. Writes two files
+into a folder: "targets", one of ninja's targets a line, and "tests", a regular expression for
+ctest. An empty "tests" means that there is nothing to run. With --find: prints the expression only.
 """
 import argparse
 import json
@@ -16,13 +16,11 @@ import typing
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build-test"
 LIMIT_S = 120  # what a change of one file should take; more is told
-SLOW_S = 45  # a test that takes longer than that is left to tools/test
+SLOW_S = 120  # a test, or a file of pytest's, that takes longer than that is left to tools/test
 TEST_MACRO = re.compile(r"\b(?:TYPED_TEST|TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)"
                         r"\(\s*(\w+),\s*(\w+)")
 INSTANCE_MACRO = re.compile(r"\bINSTANTIATE_TEST_SUITE_P\(\s*(\w*),\s*(\w+)")
 ADD_TEST = re.compile(r"^add_test\(\[=\[(.+?)\]=\] (.*)\)$", re.MULTILINE)
-SCRIPT = re.compile(r"(classic|compilers|faults|hostile|integration|kilobot|kilobot_bridge|suite)"
-                    r"\.[a-z_0-9]+\.(?!\d)")
 WHOLE_BUILD = re.compile(r"(^|/)CMakeLists\.txt$|\.cmake$|^CMakePresets\.json$|^tools/setup$")
 
 
@@ -118,7 +116,7 @@ class Build:
         """What the command of a test needs: files and folders of the build that it names."""
         folder = self.folder(test)
         if folder in self.needs:
-            script = f"{folder}/{test['command'][-1].split('::')[0]}"
+            script = f"{folder}/{test['command'][-1]}"
             return self.needs.get(script, self.needs[folder])
         command = " ".join(test["command"])
         found = re.findall(re.escape(f"{BUILD}/") + r"([\w./+-]+)", command)
@@ -141,26 +139,38 @@ class Picked(typing.NamedTuple):
     without: str = ""
 
 
-def pattern(suites: set[str], names: set[str], by_script: bool = True) -> str:
+def pattern(suites: set[str], names: set[str]) -> str:
     """A regular expression for ctest, which takes no long expression and few parentheses: suites of
-    GoogleTest, with or without "INSTANCE/" before, scripts of pytest ("suite.limits."), names."""
+    GoogleTest, with or without "INSTANCE/" before, and whole names."""
     parts = [text for suite in sorted(suites) for text in (f"^{suite}[./]", f"/{suite}[./]")]
-    scripts = {match[0] for match in map(SCRIPT.match, names) if match and by_script}
-    parts += ["^" + literal(script) for script in sorted(scripts)]
-    others = {name for name in names if not (by_script and SCRIPT.match(name))}
-    parts += ["^" + literal(name) + "$" for name in sorted(others)]
-    return "|".join(parts)
+    return "|".join(parts + ["^" + literal(name) + "$" for name in sorted(names)])
+
+
+def files_with(names: str, build: pathlib.Path) -> set[str]:
+    """The names to ctest of pytest's files that have a test whose name is found."""
+    found = set()
+    for path in (build / "pytest").glob("*.txt"):
+        for line in path.read_text().splitlines():
+            kind, _, name = line.split(" ", 2)
+            if kind != "not" and re.search(names, name):
+                found.add(".".join([*name.split(".")[:2], kind]))
+    return found
+
+
+def expression(names: str, build: pathlib.Path) -> str:
+    """For ctest: what `names` finds, and the files of pytest's that have such tests."""
+    return "|".join([names, *("^" + literal(name) + "$" for name in
+                              sorted(files_with(names, build)) if not re.search(names, name))])
 
 
 def by_names(build: Build, names: str) -> Picked:
-    try:
-        wanted = re.compile(names)
-    except re.error as error:
-        fail(f"'{names}' is not a regular expression: {error}")
+    wanted = re.compile(names)
+    scripts = files_with(names, BUILD)
     targets = set()
     found = 0
     for test in build.tests:
-        if wanted.search(test["name"]):
+        if test["name"] in scripts or (build.folder(test) not in build.needs
+                                       and wanted.search(test["name"])):
             found += 1
             targets |= set(build.targets(test))
     for program in build.programs:
@@ -168,9 +178,9 @@ def by_names(build: Build, names: str) -> Picked:
             found += 1
             targets.add(program)
     if not found:
-        fail(f"no test has a name that matches '{names}'; ctest --test-dir build-test -N lists "
-             "those that are built")
-    return Picked(targets, names, "")
+        fail(f"no test has a name that matches '{names}'; see ctest --test-dir build-test "
+             "-N, and build-test/pytest/ for those in Python")
+    return Picked(targets, expression(names, BUILD), "")
 
 
 def changed_files(since: str) -> tuple[str, list[str]]:
@@ -230,7 +240,7 @@ class Touched:
             folder = self.build.folder(test)
             if folder not in self.build.needs:
                 continue
-            script = pathlib.Path(folder) / test["command"][-1].split("::")[0]
+            script = pathlib.Path(folder) / test["command"][-1]
             helpers = {str(path.relative_to(ROOT)) for path in pathlib.Path(folder).glob("*.py")
                        if not path.name.startswith("test_")}
             hit = self.files & (helpers | {str(script.relative_to(ROOT))})
@@ -309,16 +319,21 @@ def by_change(build: Build, since: str, jobs: int) -> Picked:
     total_s = test_s / jobs + compile_s(compiled)
     print(f"{len(picked) - len(slow)} tests, {len(touched.objects)} files to compile: about "
           f"{total_s:.0f} s" + (", for much depends on this" if total_s > LIMIT_S else ""))
-    return Picked(targets, pattern(suites, names), pattern(set(), slow, False))
+    return Picked(targets, pattern(suites, names), pattern(set(), slow))
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--names")
     parser.add_argument("--changed", metavar="COMMIT")
+    parser.add_argument("--find", metavar="NAMES")
+    parser.add_argument("--folder", type=pathlib.Path, default=BUILD)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--into", type=pathlib.Path, required=True)
+    parser.add_argument("--into", type=pathlib.Path)
     options = parser.parse_args()
+    if options.find is not None:
+        print(expression(options.find, options.folder))
+        return
     build = Build()
     picked = by_names(build, options.names) if options.names is not None else \
         by_change(build, options.changed or "", options.jobs)

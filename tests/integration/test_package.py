@@ -22,25 +22,25 @@ pytestmark = pytest.mark.logic
 MADE = BUILD / "tests/packages-of-this-build"
 
 
-def test_packages_are_made():
-    """All packages of debian/control, of what the build folder holds, for the tests below."""
+@pytest.fixture(scope="module")
+def packages():
+    """All packages of debian/control, of what the build folder holds, by name."""
     needs("dh")
     shutil.rmtree(MADE, ignore_errors=True)
     done = run(ROOT / "tools/package", "--from", BUILD, MADE, timeout=800)
     assert done.returncode == 0, done.stdout + done.stderr
-    named = re.findall(r"^Package: (\S+)", (ROOT / "debian/control").read_text(), re.M)
-    assert sorted(made_packages()) == sorted(named)
-
-
-def made_packages():
-    """The packages by name. ctest makes them first; pytest by itself runs this file in order."""
     return {package.name.split("_")[0]: package for package in MADE.glob("*.deb")}
 
 
-def test_lintian_finds_no_error():
-    needs("lintian", "dh")
-    packages = made_packages()
-    assert packages, "run test_packages_are_made first"
+@pytest.mark.timeout(900)
+def test_packages_are_made(packages):
+    named = re.findall(r"^Package: (\S+)", (ROOT / "debian/control").read_text(), re.M)
+    assert sorted(packages) == sorted(named)
+
+
+@pytest.mark.timeout(900)
+def test_lintian_finds_no_error(packages):
+    needs("lintian")
     done = run("lintian", "--no-cfg", "--allow-root", "--tag-display-limit=0", *packages.values(),
                timeout=800)
     found = [line for line in done.stdout.splitlines() if line.startswith(("E:", "W:"))]
@@ -69,10 +69,8 @@ client = "debug"
 
 
 @pytest.fixture
-def robots(tmp_path, wire):
+def robots(tmp_path, wire, packages):
     needs_booting()
-    packages = made_packages()
-    assert packages, "run test_packages_are_made first"
     roots = [tmp_path / "root1", tmp_path / "root2"]
     make_root(roots[0], [packages["swarmtalkd"], packages["swarmtalk-cli"]])
     done = run("cp", "-a", roots[0], roots[1], timeout=120)

@@ -6,11 +6,15 @@ import select
 import shutil
 import signal
 import subprocess
-import time
+import sys
 
 import pytest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import wait_for  # noqa: E402
+
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test"))
 PAGES = ROOT / "packaging/pages"
 
@@ -103,14 +107,13 @@ class Terminal:
     def write(self, text):
         os.write(self.fd, text.encode())
 
-    def read_until(self, wanted, seconds=20):
+    def read_until(self, wanted):
         """What has come since the last call, as soon as it has `wanted` in it."""
-        deadline = time.monotonic() + seconds
-        while wanted not in self.text:
-            left = deadline - time.monotonic()
-            assert left > 0, f"{wanted!r} does not come: {self.text!r}"
-            if select.select([self.fd], [], [], left)[0]:
+        def has_come():
+            if select.select([self.fd], [], [], 0)[0]:
                 self.text += os.read(self.fd, 4096).decode(errors="replace")
+            return wanted in self.text
+        wait_for(has_come, 60, repr(wanted))
         found, self.text = self.text, ""
         return found
 

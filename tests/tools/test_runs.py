@@ -4,10 +4,16 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
+import textwrap
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+from commands import wait_for  # noqa: E402
+
 PRESETS = """{"version": 6,
 "configurePresets": [
 {"name": "test", "generator": "Ninja", "binaryDir": "${sourceDir}/build-test"},
@@ -28,9 +34,11 @@ class Project:
 
     def __init__(self, folder, kinds):
         self.folder, self.log = folder, folder / "log"
-        for name in ("tools", "docs", "tests/fuzz"):
+        for name in ("tools", "docs", "cmake", "tests/fuzz", "tests/support", "tests/small"):
             (folder / name).mkdir(parents=True)
-        for name in ("tools/test", "tools/field_results.py"):
+        for name in ("tools/test", "tools/privately", "tools/field_results.py",
+                     "tools/test_results.py", "tools/pick_tests.py", "tests/support/kinds.py",
+                     "tests/pytest.ini", "cmake/SwarmtalkPytest.cmake"):
             shutil.copy(ROOT / name, folder / name)
         text = PAGE.read_text()
         (folder / "docs/field-results.md").write_text(text[:text.index("|---|")] + "|---|---|---|"
@@ -40,7 +48,9 @@ class Project:
             (folder / "tools" / name).chmod(0o755)
         (folder / "CMakePresets.json").write_text(PRESETS)
         self.lines = ["cmake_minimum_required(VERSION 3.25)", "project(small LANGUAGES NONE)",
-                      "enable_testing()", "add_custom_target(sanitized)"]
+                      "enable_testing()", "add_custom_target(sanitized)",
+                      "include(cmake/SwarmtalkPytest.cmake)",
+                      "cmake_language(DEFER CALL swarmtalk_write_test_lists)"]
         self.number = 0
         for kind, tests in kinds.items():
             for name, command in tests.items():
@@ -53,6 +63,16 @@ class Project:
         self.lines += [f"add_test(NAME [=[{name}]=] COMMAND sh {script})",
                        f"set_tests_properties([=[{name}]=] PROPERTIES SKIP_RETURN_CODE 77 "
                        f"LABELS \"{kind}\")"]
+        (self.folder / "CMakeLists.txt").write_text("\n".join(self.lines) + "\n")
+
+    def add_python(self, kind, **files):
+        """Files of pytest's, in a folder of this kind: log(NAME) writes down that a test ran."""
+        for name, text in files.items():
+            (self.folder / f"tests/small/test_{name}.py").write_text(
+                "import os\nimport pytest\n\ndef log(name):\n"
+                f"    print(name, file=open({str(self.log)!r}, 'a'))\n\n" + textwrap.dedent(text))
+        (self.folder / "tests/small/CMakeLists.txt").write_text(f"swarmtalk_pytest(small {kind})\n")
+        self.lines.append("add_subdirectory(tests/small)")
         (self.folder / "CMakeLists.txt").write_text("\n".join(self.lines) + "\n")
 
     def run(self, *words):
@@ -145,6 +165,140 @@ def test_a_name_that_comes_twice_in_ten_results_is_a_warning(project):
     assert len(kept.read_text().splitlines()) == 10
 
 
+PYTHON = """
+    @pytest.mark.parametrize("text", ["a]", "b[;", "c d"])
+    def test_each_has_its_name(text):
+        log(text)
+
+    def test_prints_what_a_skipped_one_prints():
+        log("prints")
+        print("\\n1 skipped in 0.01s")
+        assert not os.path.exists("fails")
+
+    @pytest.mark.clock
+    def test_needs_time():
+        log("time")
+        os.rename("fails", "failed")
+
+    @pytest.mark.field
+    def test_waits_for_the_field():
+        log("field")
+
+    def test_is_skipped():
+        pytest.skip("no root")
+"""
+
+
+def test_each_test_of_a_python_file_counts_and_runs_with_its_kind(project):
+    made = project(logic={"Hub.Sends": PASSES})
+    made.add_python("logic", one=PYTHON)
+    (made.folder / "tests/small/fails").write_text("")
+    status, ran, lines, counts = made.run()
+    assert status == 1 and counts == (5, 1, 1)
+    assert sorted(ran) == ["Hub.Sends", "a]", "b[;", "c d", "prints", "time"] and ran[-1] == "time"
+    assert lines[-2] == "tools/test: failed: small.one.prints_what_a_skipped_one_prints"
+    again = re.fullmatch(r"  again: tools/test -R '(.*)'", lines[-1])[1]
+    status, ran, _, counts = made.run("-R", again)
+    assert status == 0 and counts == (1, 0, 0) and ran == ["prints"]
+    status, ran, _, counts = made.run("--field", "waits_for")
+    assert status == 0 and counts == (1, 0, 0) and ran == ["field"]
+
+
+def test_of_a_python_file_what_failed_runs_once_more_alone(project):
+    made = project(logic={"Hub.Sends": PASSES}, clock={ALONE: FAILS_ONCE})
+    made.add_python("clock", one="""
+        def test_fails_once():
+            log("once")
+            assert os.path.exists("second") or os.mkdir("second")
+
+        def test_passes():
+            log("passes")
+        """)
+    status, ran, lines, counts = made.run()
+    assert status == 0 and counts == (4, 0, 0), lines
+    assert ran.count("once") == 2 and ran.count("passes") == 1
+    assert lines[-1] == f"tools/test: passed at the second try: {ALONE},small.one.fails_once"
+
+
+def test_a_python_file_that_does_not_come_to_its_end_is_red_by_the_name_of_the_test(project):
+    made = project(logic={"Hub.Sends": PASSES}, clock={"Loop.Turns": PASSES})
+    made.add_python("clock", one="""
+        def test_passes():
+            pass
+
+        def test_ends_it_all():
+            log("end")
+            os._exit(3)
+
+        def test_never_runs():
+            pass
+        """)
+    status, ran, lines, counts = made.run()
+    assert status == 1 and counts == (2, 1, 0) and ran.count("end") == 1
+    assert lines[-2] == "tools/test: failed: small.one.ends_it_all"
+
+
+def test_a_python_file_that_cannot_be_read_is_red(project):
+    made = project(logic={"Hub.Sends": PASSES}, clock={"Loop.Turns": PASSES})
+    made.add_python("logic", one="import sys\nassert 'SWARMTALK_COLLECTING' in os.environ\n"
+                    "def test_passes():\n    pass\n")
+    status, _, lines, counts = made.run()
+    assert status == 1 and counts == (2, 1, 0)
+    assert lines[-2] == "tools/test: failed: small.one"
+
+
+def test_two_at_a_time_in_one_folder_are_refused(project):
+    made = project(logic={"Hub.Sends": PASSES}, clock={"Loop.Turns": PASSES})
+    (made.folder / "build-test").mkdir()
+    other = subprocess.Popen(["sh", "-c", "read x # tools/test"], stdin=subprocess.PIPE)
+    try:
+        (made.folder / "build-test/tools-test.pid").write_text(f"{other.pid}\n")
+        done = subprocess.run([made.folder / "tools/test"], capture_output=True, text=True,
+                              timeout=60)
+        assert done.returncode == 2 and f"as process {other.pid}" in done.stderr
+    finally:
+        other.communicate(b"\n")
+    assert made.run()[0] == 0
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="namespaces need root")
+def test_when_it_is_killed_nothing_is_left(project, tmp_path):
+    mark = f"600{os.getpid()}"
+    made = project(logic={"Hub.Sends": PASSES}, clock={
+        "Loop.Turns": f"mount -t tmpfs {mark} /mnt; ip link add left{mark} type veth; "
+                      f"setsid sleep {mark} & echo begun >{tmp_path}/begun; wait"})
+
+    def left():
+        shown = [subprocess.run(command, capture_output=True, text=True, timeout=60).stdout
+                 for command in (["ps", "-eo", "args"], ["ip", "-o", "link"], ["mount"])]
+        return [line for text in shown for line in text.splitlines() if mark in line]
+
+    environment = {name: value for name, value in os.environ.items()
+                   if not name.startswith(("CTEST_", "SWARMTALK_"))}
+    with subprocess.Popen([made.folder / "tools/test"], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL, env=environment) as started:
+        try:
+            wait_for((tmp_path / "begun").exists, 60, "the test")
+            wait_for(left, 60, "its process")
+        finally:
+            started.kill()
+    wait_for(lambda: not left(), 10, "the end of its process")
+
+
+@pytest.mark.parametrize("words, why", [
+    (["--field", ""], "an empty expression finds every test"),
+    (["-R", "a("], "'a(' is not a regular expression"),
+    (["-R", r"a\d"], "ctest knows neither"),
+    (["--field", "a", "b"], "at most one"), (["--no"], "unknown argument '--no'")])
+def test_what_cannot_be_meant_is_refused_at_once(words, why):
+    done = subprocess.run([ROOT / "tools/test", *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stdout == ""
+    assert why in done.stderr and done.stderr.count("\n") == 1
+    done = subprocess.run([ROOT / "tools/test", *words, "--help"], capture_output=True, text=True,
+                          timeout=60)
+    assert done.returncode == 0 and done.stdout.startswith("tools/test  ")
+
+
 def test_a_test_of_no_kind_is_red(project):
     made = project(logic={"Hub.Sends": PASSES}, clock={ALONE: PASSES})
     made.add("long", "Forgotten.Test", PASSES)
@@ -174,7 +328,27 @@ def test_what_came_of_field_tests_is_written_down(project):
     before = page.read_text()
     status, ran, _, counts = made.run("--field", "^wifi")
     assert status == 0 and counts == (1, 0, 0) and page.read_text() == before
-    made.run("--field", "is_made")
-    assert "| 1 (1 of 2 ran) | 0 | 0 |" in page.read_text()
     status, ran, lines, counts = made.run("--field", "nothing")
     assert status == 1 and counts == (0, 1, 0)
+
+
+def test_a_part_of_a_file_leaves_what_had_failed_in_the_rest(project):
+    made = project()
+    made.add_python("field", one="""
+        def test_good():
+            pass
+
+        def test_bad():
+            assert os.path.exists("mended")
+        """)
+    page = made.folder / "docs/field-results.md"
+    assert made.run("--field")[3] == (1, 1, 0)
+    assert "| 1 | 1: `bad` | 0 |" in page.read_text()
+    assert made.run("--field", "good")[3] == (1, 0, 0)
+    assert "| 1 (1 of 2 ran) | 1: `bad` (before) | 0 |" in page.read_text()
+    (made.folder / "tests/small/mended").write_text("")
+    assert made.run("--field", "bad")[3] == (1, 0, 0)
+    assert "| 1 (1 of 2 ran) | 0 | 0 |" in page.read_text()
+    page.write_text("edited")
+    status, _, lines, counts = made.run("--field")
+    assert status == 1 and counts == (2, 1, 0)

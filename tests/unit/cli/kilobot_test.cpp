@@ -206,7 +206,7 @@ TEST_F(CliKilobot, ReadUidThatIsGivenUpLetsNoRobotTurnOn) {
     const Terminal terminal;
     Program program(words({"read-uid"}), nullptr, SWARMTALK_CLI, terminal.name());
     EXPECT_TRUE(has(program.read_until('['), "bit 0: does the robot turn?"));
-    for (int i = 0; i < 60'000 && !program.sleeps(); ++i) ::usleep(1000);
+    program.wait_until_it_waits();
     terminal.type(std::string(1, key));
     const Result result = program.finish();
     EXPECT_EQ(result.exit_code, key == kCtrlC ? 128 + SIGINT : 1);

@@ -86,12 +86,16 @@ class Program {
   std::string read_line() { return read(out_, '\n'); }
   std::string read_error_line() { return read(error_, '\n'); }
   std::string read_until(char last) { return read(out_, last); }
-  /// Whether it waits for something.
-  bool sleeps() const {
-    std::ifstream stream("/proc/" + std::to_string(pid_) + "/stat");
-    std::string text;
-    std::getline(stream, text);
-    return text.find(") S ") != std::string::npos;
+  /// Until it waits for something itself; at most a minute.
+  void wait_until_it_waits() const {
+    for (int i = 0; i < 60'000; ++i) {
+      std::ifstream stream("/proc/" + std::to_string(pid_) + "/stat");
+      std::string text;
+      std::getline(stream, text);
+      if (text.find(") S ") != std::string::npos) return;
+      ::usleep(1000);
+    }
+    ADD_FAILURE() << "it does not wait";
   }
 
   Result finish() {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <optional>
-#include <thread>
 
 #include "tests/unit/drivers/test_link_user.hpp"
 
@@ -49,7 +48,7 @@ TEST_F(BeaconTimerTest, CallsNothingIfTheIntervalIsTakenAwayInTheInstantInWhichO
   before.async_wait([this](const boost::system::error_code&) { timer_->set_interval(0ms); });
   timer_->set_interval(1ms);
   timer_->start();
-  std::this_thread::sleep_for(5ms);  // both are due
+  boost::asio::steady_timer(io_, 5ms).wait();  // both are due
   run_for(io_, 20ms);
   EXPECT_EQ(sent_, 0);
 }
