@@ -46,8 +46,11 @@ def test_interrupt_while_a_program_is_started_ends_it(interrupts, monkeypatch, t
     assert platforms.interrupted and started[0].returncode == 0
 
 
-def test_interrupt_before_a_program_listens_is_no_failure(interrupts, monkeypatch):
-    """It dies of the signal: the run has no log, and that is all."""
+@pytest.mark.parametrize("command", [
+    ["sleep", "1000"], ["sh", "-c", "trap 'exit 130' INT; kill -INT $$"]], ids=["dies", "says_so"])
+def test_interrupt_before_a_program_listens_is_no_failure(interrupts, monkeypatch, command):
+    """It dies of the signal, or it is a lab one of whose programs did: the run has no log, and
+    that is all."""
     class Started(subprocess.Popen):
         def __init__(self, *arguments, **options):
             super().__init__(*arguments, **options)
@@ -55,7 +58,7 @@ def test_interrupt_before_a_program_listens_is_no_failure(interrupts, monkeypatc
 
     monkeypatch.setattr(platforms.subprocess, "Popen", Started)
     with pytest.raises(platforms.Interrupted):
-        platforms.call(["sleep", "1000"])
+        platforms.call(command)
 
 
 def test_interrupt_between_two_runs_starts_no_other(interrupts, tmp_path):
