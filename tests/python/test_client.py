@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import pytest
-from conftest import BUILD, HERE, PYTHON_2, find_python, newer_pythons
+from conftest import BUILD, HERE, find_python, newer_pythons
 from daemons import CLI, CLIENT
 
 import swarmtalk
@@ -12,13 +12,16 @@ import swarmtalk
 PATIENCE_S = 10
 
 
-@pytest.mark.parametrize("name", ["python3", PYTHON_2])
-def test_it_behaves_with(name):
-    for python in [find_python(name)] + (newer_pythons() if name == "python3" else []):
-        done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour")],
-                              capture_output=True, text=True, timeout=250)
-        print(python, done.stderr.strip().splitlines()[-1])
-        assert done.returncode == 0, f"{python}: {done.stderr}"
+def behave_with(python):
+    done = subprocess.run([python, "-W", "error::ResourceWarning", str(HERE / "behaviour")],
+                          capture_output=True, text=True, timeout=250)
+    print(python, done.stderr.strip().splitlines()[-1])
+    assert done.returncode == 0, f"{python}: {done.stderr}"
+
+
+@pytest.mark.field
+def test_robots_in_python_2_behave():
+    behave_with(find_python("python2.7"))
 
 
 def end_with_a_mistake(python, tmp_path):
@@ -212,7 +215,9 @@ def serve_one_event_loop_after_the_other(two_robots):
         asyncio.run(beside())
 
 
-def test_robots_in_python_talk_with_cpp_and_in_event_loops(two_robots):
+def test_robots_in_python_behave_and_talk_with_cpp(two_robots):
+    for python in ["/usr/bin/python3", *newer_pythons()]:
+        behave_with(python)
     hear_cpp_and_be_heard_by_it(two_robots)
     serve_one_event_loop_after_the_other(two_robots)
     hear_and_send_in_asyncio_until_the_daemon_goes(two_robots)
