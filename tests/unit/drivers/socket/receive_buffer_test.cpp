@@ -1,4 +1,5 @@
-// What the links say when the kernel gives them a smaller receive buffer than they ask for.
+// What a link says when the kernel gives it a smaller receive buffer than it asks for; of RawL2Link
+// raw_l2_config_test.cpp has it.
 #include <cap-ng.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -9,9 +10,8 @@
 #include <sstream>
 #include <thread>
 
-#include "drivers/socket/raw_l2.hpp"
 #include "drivers/socket/udp.hpp"
-#include "tests/unit/drivers/test_network.hpp"
+#include "tests/unit/drivers/test_link_user.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -29,19 +29,14 @@ class ReceiveBuffer : public ::testing::Test {
   void TearDown() override { spdlog::set_default_logger(before_); }
 
   /// Opens a link as an unprivileged daemon does: it may not go beyond the machine's limit.
-  template <typename LinkType, typename Config>
-  void open(const Config& config) {
-    capng_clear(CAPNG_SELECT_BOTH);
-    if (geteuid() == 0) {
-      capng_update(CAPNG_ADD, static_cast<capng_type_t>(CAPNG_EFFECTIVE | CAPNG_PERMITTED),
-                   CAP_NET_RAW);
-    }
-    ASSERT_EQ(capng_apply(CAPNG_SELECT_CAPS), 0);
-    LinkType link(io_, config);
-  }
-
+  /// @return what was logged
   std::string log_of(const UdpConfig& config) {
-    std::thread([&] { open<UdpLink>(config); }).join();  // whose capabilities are its own
+    std::thread([&] {  // whose capabilities are its own
+      capng_clear(CAPNG_SELECT_BOTH);
+      ASSERT_EQ(capng_apply(CAPNG_SELECT_CAPS), 0);
+      UdpLink link(io_, config);
+    })
+        .join();
     return logged_.str();
   }
 
@@ -77,19 +72,6 @@ TEST_F(ReceiveBuffer, TheUsualOneIsNoWarning) {
 TEST_F(ReceiveBuffer, WithinTheLimitIsNotTold) {
   udp_.receive_buffer_bytes = 65536;
   EXPECT_EQ(log_of(udp_), "");
-}
-
-TEST_F(ReceiveBuffer, OfRawL2IsToldWhereTheKernelCutsIt) {
-  SWARMTALK_SKIP_WITHOUT_ROOT();
-  const TestNetwork network;
-  RawL2Config config;
-  config.interface = "air0";
-  config.receive_buffer_bytes = 65536;
-  network.inside('a', [&] { open<RawL2Link>(config); });
-  EXPECT_EQ(logged_.str(), "") << "it is within the limit";
-  config.receive_buffer_bytes = kBeyondAnyLimit;
-  network.inside('a', [&] { open<RawL2Link>(config); });
-  expect_told(logged_.str(), "raw_l2 air0");
 }
 
 }  // namespace
