@@ -254,7 +254,6 @@ def port(wires, number, *words):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.clock
 def test_a_link_that_works_one_way_only_is_named_and_a_survey_of_it_has_no_losses(wires, pair):
     robot, other = pair
     port(wires, 2, "bcast_flood", "off", "mcast_flood", "off")

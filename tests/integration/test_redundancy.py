@@ -130,6 +130,7 @@ def where_there_is_no_redundancy_it_is_told(sender):
     assert re.search(r"without repair packets.*profile \"wifi\".*--copies", done.stderr)
 
 
+@pytest.mark.field
 def test_messages_arrive_though_a_fifth_of_all_frames_is_lost(wires):
     sender, *hearers = (wires.robot("a").start(config(number)) for number in (1, 2, 3))
     wires.lose("a", 0.2)

@@ -169,7 +169,6 @@ def test_a_killed_runner_leaves_no_simulator_running(tmp_path):
     assert not list((tmp_path / "suite-logs").glob("*.jsonl"))
 
 
-@pytest.mark.clock
 def test_two_at_once_in_one_folder_do_not_meet(tmp_path):
     """They write the same logs: each has to see whole ones only."""
     both = [subprocess.Popen([SUITE, "run", "hop_count", "--runs", "6", "--seconds", "30"],

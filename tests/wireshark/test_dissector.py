@@ -83,7 +83,7 @@ def test_what_no_robot_reads_is_marked_and_ends_nothing(tmp_path):
     assert len(frames) == len(bad)
 
 
-@pytest.mark.clock
+@pytest.mark.field
 def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(tmp_path):
     key, config, sealed = (tmp_path / name for name in ("swarm.key", "base.toml", "sealed.pcap"))
     subprocess.run([CLI, "keygen", key], check=True, capture_output=True)
