@@ -325,6 +325,7 @@ TEST_F(KilobotLinkTest, ComesBackAfterItWasUnpluggedUnderLoad) {
   ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
   EXPECT_EQ(*end_, SequenceEnd::kFailed);
   EXPECT_NE(end_text_.find(path("ohc")), std::string::npos);
+  EXPECT_NE(end_text_.find("is lost"), std::string::npos) << end_text_;
   EXPECT_FALSE(link_->is_up());
   EXPECT_NE(link_->state().find("no overhead controller at " + path("ohc")), std::string::npos);
   EXPECT_NE(link_->begin(stop_sequence(), *this), "");
@@ -383,6 +384,8 @@ TEST_F(KilobotLinkTest, LetsNoPacketBetweenTheFramesOfAProgram) {
   const Packet image(3 * 128, 0x55);
   ASSERT_EQ(link_->begin(program_sequence(image, 2, false), *this), "");
   EXPECT_FALSE(link_->is_up());
+  EXPECT_NE(link_->state().find("sends 'program', "), std::string::npos) << link_->state();
+  EXPECT_NE(link_->state().find(" left"), std::string::npos) << link_->state();
   EXPECT_NE(link_->begin(command_sequence(Command::kRun), *this).find("busy with 'program'"),
             std::string::npos);
   ASSERT_TRUE(run_until([&] { return end_.has_value(); }));
