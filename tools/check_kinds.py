@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-MOST_CLOCK = 60  # today's; it may fall only
+MOST_CLOCK = 60  # it may fall only
 FOLDER = re.compile(r"^ *swarmtalk_pytest\((\w+) (\w+)", re.MULTILINE)
 PROGRAM = re.compile(r"^swarmtalk_test\(([^)]*)\)", re.MULTILINE)
 TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\) \{(.*?)^\}",
