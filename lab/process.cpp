@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -30,7 +29,8 @@ struct ProcStat {
 
 ProcStat read_stat(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  const std::string line{std::istreambuf_iterator<char>(file), {}};
+  std::string line;
+  std::getline(file, line, '\0');  // nothing if the process has gone since the file was opened
   // The command name in parentheses may hold blanks and parentheses; fields count after the last.
   const auto name_end = line.rfind(')');
   if (name_end == std::string::npos) return {};
