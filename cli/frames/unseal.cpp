@@ -10,8 +10,8 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <memory>
+#include <sstream>
 
 #include "cli/common/commands.hpp"
 #include "cli/frames/capture_files.hpp"
@@ -29,7 +29,9 @@ std::string Unsealer::load(const std::string& key_file) {
   if (key_file.empty()) return {};
   std::ifstream file(key_file, std::ios::binary);
   if (!file) return "cannot read the key file " + key_file + ": " + std::strerror(errno);
-  std::string text(std::istreambuf_iterator<char>(file), {});
+  std::ostringstream read;
+  read << file.rdbuf();  // nothing of a folder
+  std::string text = read.str();
   if (text.size() > kMaxKeyFileBytes) text.clear();
   std::erase_if(text, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
   const auto key = from_hex(text);

@@ -1,6 +1,7 @@
 // `swarmtalk-cli kilobot` against a fake daemon: what it asks for, what it says, how it ends.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -213,6 +214,15 @@ TEST_F(CliKilobot, ReadUidThatIsGivenUpLetsNoRobotTurnOn) {
     EXPECT_EQ(result.error, "swarmtalk-cli: the uid is not known; pause was sent\n");
     EXPECT_EQ(last_command().action(), ipc::KILOBOT_PAUSE);
   }
+}
+
+TEST_F(CliKilobot, CalibrateWithoutATerminalSendsNothing) {
+  const Result result = run({"calibrate"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(has(result.error, "draws on a terminal")) << result.error;
+  EXPECT_TRUE(has(result.error, "calibrate left, right and straight")) << result.error;
+  EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1);
+  for (const ipc::Envelope& each : daemon_.received()) EXPECT_FALSE(each.has_kilobot_command());
 }
 
 TEST_F(CliKilobot, WarningsComeBeforeTheEnd) {
