@@ -247,6 +247,24 @@ def test_a_python_file_that_cannot_be_read_is_red(project):
     assert lines[-2] == "tools/test: failed: small.one"
 
 
+def test_daemons_of_kind_clock_run_before_others(project, tmp_path):
+    daemon = tmp_path / "swarmtalkd"
+    daemon.symlink_to("/bin/cat")
+    made = project(logic={"Hub.Sends": PASSES})
+    made.add_python("clock", one=f"""
+        import subprocess
+
+        def test_is_first():
+            for name in ("{daemon}", "cat"):
+                with subprocess.Popen(["env", name], stdin=subprocess.PIPE) as process:
+                    log(str(os.sched_getscheduler(process.pid)))
+        """)
+    first = subprocess.run(["chrt", "--rr", "1", "true"], stderr=subprocess.DEVNULL).returncode == 0
+    status, ran, _, counts = made.run()
+    assert status == 0 and counts == (2, 0, 0)
+    assert ran[1:] == [str(os.SCHED_RR if first else os.SCHED_OTHER), str(os.SCHED_OTHER)]
+
+
 def test_two_at_a_time_in_one_folder_are_refused(project):
     made = project(logic={"Hub.Sends": PASSES}, clock={"Loop.Turns": PASSES})
     (made.folder / "build-test").mkdir()
