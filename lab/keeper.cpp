@@ -1,28 +1,75 @@
 #include "lab/keeper.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
-#include <ctime>
+#include <cstring>
 #include <exception>
+#include <stdexcept>
+#include <utility>
 
+#include "lab/interrupt.hpp"
 #include "lab/lab.hpp"
 
 namespace swarmtalk::lab {
 namespace {
 
-constexpr timespec kLook{0, 200'000'000};  // how often a keeper looks whether its `run` is there
+constexpr int kLookMs = 500;          // how often a keeper looks whether what it looks after runs
+constexpr int kLooksForHelpers = 10;  // without it, until helpers that do not end are left alone
 
 /// Takes the lab down that has lost a part, and leaves word of it.
-void take_down(const std::string& name, const std::string& why) {
+void take_down(const State& state, const std::string& why) {
   std::fprintf(stderr, "%s; the lab is taken down\n", why.c_str());
-  State state;
-  if (!load(name, state)) return;
+  leave_word(state.name, why);
   down(state);
-  leave_word(name, why);
+}
+
+void take_down(const std::string& name, const std::string& why) {
+  State state;
+  if (load(name, state)) take_down(state, why);
+}
+
+/// Until the other end of `fd` is closed: `kept` and its helpers have ended.
+void wait_for_end(int fd, const ProcessId& kept) {
+  for (int looks = 0; looks < kLooksForHelpers;) {
+    pollfd end{fd, POLLIN, 0};
+    if (poll(&end, 1, kLookMs) > 0) return;
+    if (!is_running(kept)) ++looks;
+  }
+}
+
+/// What is left of the lab of an `up` or `run` that has ended.
+void take_down_what_is_left(const std::string& name, const ProcessId& kept,
+                            const std::string& why) {
+  State state;
+  state.name = name;
+  if (!load(name, state)) {
+    forget(state);
+  } else if (state.keeper.pid == kept.pid) {
+    take_down(state, why);
+  }
+}
+
+/// Of a fork: in a session of its own, with nothing of the caller's but two descriptors.
+void become_keeper(int end_fd, int lock_fd) {
+  remember_interrupts();  // none of them ends it
+  setsid();
+  const int null_fd = open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(null_fd, fd);
+  const auto [first, last] = std::minmax(end_fd, lock_fd);
+  const auto close_between = [](int from, unsigned to) {
+    if (static_cast<unsigned>(from) <= to) close_range(static_cast<unsigned>(from), to, 0);
+  };
+  close_between(STDERR_FILENO + 1, static_cast<unsigned>(first - 1));
+  close_between(first + 1, static_cast<unsigned>(last - 1));
+  close_between(last + 1, ~0U);
 }
 
 int serve_as_child(const std::string& name, const Serve& serve, pid_t parent) {
@@ -52,10 +99,45 @@ void block_ending_signals() {
   sigprocmask(SIG_BLOCK, &signals, nullptr);
 }
 
-int keep(const std::string& name, const Serve& serve) {
+Keeper::~Keeper() {
+  if (held_fd_ >= 0) close(held_fd_);
+}
+
+void Keeper::begin(const std::string& lab_name, FolderLock lock, const std::string& why) {
+  int fds[2];
+  if (pipe2(fds, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
+  const ProcessId kept = identify(getpid());
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      become_keeper(fds[0], lock.fd());
+      wait_for_end(fds[0], kept);
+      if (lock.is_of_folder()) take_down_what_is_left(lab_name, kept, why);
+    } catch (const std::exception&) {  // `down` can do the rest
+    }
+    _exit(0);
+  }
+  close(fds[0]);
+  held_fd_ = fds[1];
+  if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+  process_ = identify(child);
+  lock_.emplace(std::move(lock));
+  fcntl(held_fd_, F_SETFD, 0);  // for helpers; what runs on without us closes it
+}
+
+void Keeper::wait_for_no_helpers() {
+  fcntl(held_fd_, F_SETFD, FD_CLOEXEC);
+}
+
+void Keeper::release() {
+  if (!is_running(process_)) return;
+  kill(process_.pid, SIGKILL);
+  while (waitpid(process_.pid, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+int keep_medium(const std::string& name, const Serve& serve) {
   block_ending_signals();
-  State state;
-  if (!load(name, state)) return 1;
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) return 1;
@@ -65,7 +147,7 @@ int keep(const std::string& name, const Serve& serve) {
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGCHLD);
   for (;;) {
-    const bool is_told = sigtimedwait(&signals, nullptr, &kLook) == SIGTERM;
+    const bool is_told = sigwaitinfo(&signals, nullptr) == SIGTERM;
     int status = 0;
     if (waitpid(child, &status, WNOHANG) == child) {
       if (is_told) return 0;
@@ -74,10 +156,8 @@ int keep(const std::string& name, const Serve& serve) {
       take_down(name, "the medium " + end_of(status));
       return 0;
     }
-    const bool is_alone = state.keeper.pid != 0 && !is_running(state.keeper);
-    if (!is_told && !is_alone) continue;
+    if (!is_told) continue;
     end_processes({identify(child)}, std::chrono::seconds(2));
-    if (is_alone) take_down(name, "the run that it belonged to was killed");
     return 0;
   }
 }

@@ -6,12 +6,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <swarmtalk/client.hpp>
 #include <thread>
+#include <utility>
 
 #include "lab/interrupt.hpp"
 #include "lab/medium.hpp"
@@ -26,6 +29,7 @@ using namespace std::chrono_literals;
 constexpr auto kStartTimeout = 20s;
 constexpr auto kStartTimeoutElsewhere = 180s;  // an emulated processor
 constexpr auto kEndGrace = 3s;
+constexpr auto kOthersTimeout = 30s;  // for the keeper of a lab that was killed
 
 bool answers(const State& state, const Robot& robot) {
   if (const Medium& medium = medium_named(state.medium); medium.is_elsewhere()) {
@@ -67,9 +71,13 @@ void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
   spawn_options.output_file = robot.log;
   spawn_options.detached = true;
   spawn_options.dies_with_parent = options.dies_with_parent;
-  const auto command =
-      medium_named(state.medium).as_robot(state, robot, {options.daemon, "--config", robot.config});
-  robot.daemon = identify(spawn(command, spawn_options));
+  spawn_options.write_down = [&](const ProcessId& daemon) {
+    robot.daemon = daemon;
+    save(state);
+  };
+  spawn(
+      medium_named(state.medium).as_robot(state, robot, {options.daemon, "--config", robot.config}),
+      spawn_options);
 }
 
 /// A program by path, or by name from $PATH; empty: there is none.
@@ -92,15 +100,42 @@ void check(const LabOptions& options) {
     throw std::runtime_error("no program " + options.daemon +
                              "; name swarmtalkd with --daemon PATH");
   }
-  State existing;
-  if (!load(options.name, existing)) return;
-  if (is_alive(existing)) {
-    throw std::runtime_error("a lab called '" + options.name +
-                             "' is up; take it down with `swarmtalk-lab " +
-                             (options.name == kDefaultName ? "" : "--name " + options.name + " ") +
-                             "down` or use another --name");
+}
+
+void refuse_if_alive(const State& state) {
+  if (!is_alive(state)) return;
+  throw std::runtime_error("a lab called '" + state.name +
+                           "' is up; take it down with `swarmtalk-lab " + name_option(state.name) +
+                           "down` or use another --name");
+}
+
+/// Calls `attempt` until it returns true.
+void wait_for_others(const std::string& name, const std::function<bool()>& attempt) {
+  const auto deadline = std::chrono::steady_clock::now() + kOthersTimeout;
+  while (!attempt()) {
+    throw_if_interrupted();
+    if (std::chrono::steady_clock::now() > deadline) {
+      throw std::runtime_error("another swarmtalk-lab is busy with the lab '" + name +
+                               "' and does not end; use another --name");
+    }
+    std::this_thread::sleep_for(10ms);
   }
-  down(existing);  // left behind by a tool that was killed
+}
+
+/// The folder of a new lab, where there is nothing else.
+FolderLock make_folder(const std::string& name) {
+  std::optional<FolderLock> lock;
+  wait_for_others(name, [&] {
+    State existing;
+    if (load(name, existing)) refuse_if_alive(existing);
+    std::filesystem::create_directories(folder_of(name));
+    lock = FolderLock::try_take(name);
+    if (!lock || !load(name, existing)) return lock.has_value();
+    refuse_if_alive(existing);
+    down(existing);  // left behind by a tool that was killed, and the folder with it
+    return false;
+  });
+  return std::move(*lock);
 }
 
 State plan(const LabOptions& options) {
@@ -110,7 +145,7 @@ State plan(const LabOptions& options) {
   state.radio = options.radio;
   state.wifi_mode = options.wifi_mode;
   const auto folder = folder_of(options.name);
-  if (options.dies_with_parent) state.keeper = identify(getpid());
+  state.keeper = identify(getpid());
   for (int number = 1; number <= options.robots; ++number) {
     Robot robot;
     robot.number = number;
@@ -126,6 +161,10 @@ State plan(const LabOptions& options) {
 }
 
 }  // namespace
+
+std::string name_option(const std::string& name) {
+  return name == kDefaultName ? "" : "--name " + name + " ";
+}
 
 std::string last_words(const Robot& robot) {
   std::ifstream file(robot.log);
@@ -143,34 +182,57 @@ Pose grid_pose(int robot_number, int robots, double spacing_m) {
   return {spacing_m * (index % columns), spacing_m * (index / columns), 0};
 }
 
-State up(const LabOptions& options) {
+State up(const LabOptions& options, Keeper& keeper) {
   check(options);
+  keeper.begin(options.name, make_folder(options.name),
+               options.dies_with_parent ? "the run that it belonged to was killed"
+                                        : "its start was ended before all robots were up");
   forget_word(options.name);
   State state = plan(options);
-  save(state);
   try {
+    save(state);
     medium_named(state.medium).make(state);
     save(state);
     for (Robot& robot : state.robots) {
       throw_if_interrupted();
       start_daemon(state, robot, options);
-      save(state);
     }
     wait_until_up(state);
+    if (!options.dies_with_parent) {
+      state.keeper = {};
+      save(state);  // from here on the lab stays
+      keeper.release();
+    }
   } catch (...) {
     down(state);
+    keeper.release();
     throw;
   }
+  keeper.wait_for_no_helpers();
   return state;
 }
 
 bool is_alive(const State& state) {
-  // A lab of `run` is alive as long as that `run`; its daemons may be a moment slower to end.
+  // Its daemons may be a moment slower to end.
   if (state.keeper.pid != 0) return is_running(state.keeper);
   for (const Robot& robot : state.robots) {
     if (is_running(robot.daemon)) return true;
   }
   return false;
+}
+
+bool is_left_behind(const State& state) {
+  return state.keeper.pid != 0 && !is_running(state.keeper);
+}
+
+void take_down_left_behind(const std::string& name) {
+  wait_for_others(name, [&] {
+    State state;
+    if (!load(name, state)) return true;
+    const auto lock = FolderLock::try_take(name);
+    if (lock && load(name, state)) down(state);
+    return lock.has_value();
+  });
 }
 
 void down(const State& state) {

@@ -44,6 +44,15 @@ std::string find_daemon() {
   return "swarmtalkd";
 }
 
+bool is_up(const std::string& name) {
+  State state;
+  try {
+    return load(name, state) && is_alive(state);
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 State load_or_throw(const std::string& name) {
   State state;
   if (load(name, state)) return state;
@@ -62,7 +71,7 @@ State load_or_throw(const std::string& name) {
   const auto others = list_labs();
   if (!others.empty()) {
     text += others.size() == 1 ? " (there is:" : " (there are:";
-    for (const auto& other : others) text += " " + other;
+    for (const auto& other : others) text += " " + other + (is_up(other) ? "" : " (left behind)");
     text += "; choose with --name)";
   }
   throw std::runtime_error(text);
@@ -90,7 +99,8 @@ int wait_for(pid_t child) {
 
 int run(LabOptions options, const std::vector<std::string>& command) {
   options.dies_with_parent = true;
-  const State state = up(options);
+  Keeper keeper;
+  const State state = up(options, keeper);
   int result = 1;
   try {
     SpawnOptions spawn_options;
@@ -102,9 +112,11 @@ int run(LabOptions options, const std::vector<std::string>& command) {
     result = wait_for(spawn(command, spawn_options));
   } catch (...) {
     down(state);
+    keeper.release();
     throw;
   }
   down(state);
+  keeper.release();
   return result;
 }
 
@@ -277,18 +289,28 @@ int main(int argc, char** argv) {
 
   try {
     if (*keep_command) {
-      return keep(options.name, [&] { return serve_radio(load_or_throw(options.name)); });
+      return keep_medium(options.name, [&] { return serve_radio(load_or_throw(options.name)); });
     }
     remember_interrupts();
     if (*up_command) {
-      up(options);
-      const std::string name = options.name == kDefaultName ? "" : "--name " + options.name + " ";
+      Keeper keeper;
+      up(options, keeper);
       std::printf("%d robot%s up. Try: swarmtalk-lab %sexec 1 -- swarmtalk-cli status\n",
-                  options.robots, options.robots == 1 ? " is" : "s are", name.c_str());
+                  options.robots, options.robots == 1 ? " is" : "s are",
+                  name_option(options.name).c_str());
       return 0;
     }
     if (*run_command) return run(options, command_line);
     const State state = load_or_throw(options.name);
+    if (is_left_behind(state)) {
+      if (!*down_command) {
+        throw std::runtime_error("the up or run that made the lab '" + options.name +
+                                 "' was killed, and this is half a lab; remove it with " +
+                                 "`swarmtalk-lab " + name_option(options.name) + "down`");
+      }
+      take_down_left_behind(options.name);
+      return 0;
+    }
     if (*exec_command) {
       return run_in_robots(state, select_robots(state, robot_list), command_line, !no_prefix);
     }

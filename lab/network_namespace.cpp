@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <stdexcept>
 
 namespace swarmtalk::lab {
 namespace {
@@ -14,6 +15,7 @@ void set_sysctl(const std::string& network_namespace, const std::string& path,
   // /proc/sys/net shows the namespace of the process that opens it.
   SpawnOptions options;
   options.network_namespace = network_namespace;
+  options.dies_with_parent = true;
   const pid_t pid =
       spawn({"/bin/sh", "-c", "echo " + value + " > /proc/sys/" + path + " 2>/dev/null"}, options);
   int status = 0;
@@ -66,7 +68,11 @@ std::vector<ProcessId> processes_in(const std::string& network_namespace) {
 
 void remove_namespace(const std::string& network_namespace) {
   if (!namespace_exists(network_namespace)) return;
-  run_quietly({"ip", "netns", "del", network_namespace});
+  try {
+    run_quietly({"ip", "netns", "del", network_namespace});
+  } catch (const std::runtime_error&) {
+    if (namespace_exists(network_namespace)) throw;  // else somebody else has just removed it
+  }
 }
 
 }  // namespace swarmtalk::lab

@@ -52,6 +52,37 @@ void enter_namespace(const std::string& name) {
   if (result != 0) throw std::runtime_error("entering " + path + ": " + std::strerror(errno));
 }
 
+/// Keeps a child from its program until the parent has written it down.
+class Gate {
+ public:
+  Gate() {
+    if (pipe2(fds_, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
+  }
+  ~Gate() {
+    for (const int fd : fds_) {
+      if (fd >= 0) close(fd);
+    }
+  }
+  Gate(const Gate&) = delete;
+  Gate& operator=(const Gate&) = delete;
+
+  void open() { [[maybe_unused]] const auto written = write(fds_[1], "", 1); }
+
+  /// @return false when the parent has ended, or let go of it, without opening it
+  bool wait() {
+    close(fds_[1]);
+    fds_[1] = -1;
+    char opened = 0;
+    ssize_t size = 0;
+    while ((size = read(fds_[0], &opened, 1)) < 0 && errno == EINTR) {
+    }
+    return size == 1;
+  }
+
+ private:
+  int fds_[2] = {-1, -1};
+};
+
 void redirect(int from, int to) {
   if (dup2(from, to) < 0) throw std::runtime_error(std::string("dup2: ") + std::strerror(errno));
 }
@@ -117,9 +148,14 @@ void execute(const std::vector<std::string>& command, const SpawnOptions& option
 
 pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options) {
   const pid_t parent = getpid();
+  Gate gate;
   const pid_t pid = fork();
   if (pid < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-  if (pid > 0) return pid;
+  if (pid > 0) {
+    if (options.write_down) options.write_down(identify(pid));
+    gate.open();
+    return pid;
+  }
   try {
     if (options.dies_with_parent) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -139,6 +175,8 @@ pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options
       redirect(out, STDOUT_FILENO);
       redirect(out, STDERR_FILENO);
     }
+    if (!gate.wait()) _exit(kExitCannotExecute);
+    if (options.detached) close_range(STDERR_FILENO + 1, ~0U, 0);
     execute(command, options);
   } catch (const std::exception& error) {
     const std::string line = std::string("swarmtalk-lab: ") + error.what() + "\n";
@@ -152,6 +190,7 @@ Output output_of(const std::vector<std::string>& command, const SpawnOptions& op
   if (pipe2(pipe_fds, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
   SpawnOptions own = options;
   own.output_fd = pipe_fds[1];
+  own.dies_with_parent = true;
   const pid_t pid = spawn(command, own);
   close(pipe_fds[1]);
   Output output;

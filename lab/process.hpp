@@ -34,8 +34,11 @@ struct SpawnOptions {
   std::string output_file;               // stdout and stderr are appended here; empty: inherited
   int output_fd = -1;                    // or go to this descriptor
   std::vector<std::string> environment;  // NAME=VALUE, added to the caller's
-  bool detached = false;                 // own session, stdin from /dev/null
+  bool detached = false;                 // own session, stdin from /dev/null, no other descriptor
   bool dies_with_parent = false;
+  /// Called before the program begins, which it does only once this has returned: so that whatever
+  /// runs is written down, however the caller ends. What it throws comes out of spawn().
+  std::function<void(const ProcessId&)> write_down;
 };
 
 /// Forks and executes `command` (looked up in PATH). Throws std::runtime_error when it cannot.
@@ -44,7 +47,8 @@ pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options
 /// Replaces this process by `command`. Returns only by throwing.
 [[noreturn]] void execute(const std::vector<std::string>& command, const SpawnOptions& options);
 
-/// Runs a helper program to its end. Throws with its last error line when it fails.
+/// Runs a helper program to its end, or to the end of this process. Throws with its last error line
+/// when it fails.
 void run_quietly(const std::vector<std::string>& command);
 
 struct Output {
@@ -52,7 +56,7 @@ struct Output {
   std::string text;  // standard output and errors, without line ends behind
 };
 
-/// Runs a program to its end.
+/// Runs a program to its end, or to the end of this process.
 Output output_of(const std::vector<std::string>& command, const SpawnOptions& options = {});
 
 /// Exit code as a shell gives it: 128 + signal for a signalled process.

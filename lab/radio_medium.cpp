@@ -74,11 +74,15 @@ void RadioMedium::make(State& state) const {
   SpawnOptions options;
   options.detached = true;
   options.output_file = log_of(state);
-  const ProcessId keeper = identify(spawn({std::filesystem::read_symlink("/proc/self/exe"),
-                                           "--name", state.name, "keep", state.control_socket},
-                                          options));
-  state.medium_processes = {keeper};
-  save(state);  // or nobody would find it again, were this tool killed now
+  ProcessId keeper;
+  options.write_down = [&](const ProcessId& process) {
+    keeper = process;
+    state.medium_processes = {keeper};
+    save(state);
+  };
+  spawn({std::filesystem::read_symlink("/proc/self/exe"), "--name", state.name, "keep",
+         state.control_socket},
+        options);
   const auto deadline = std::chrono::steady_clock::now() + kMediumTimeout;
   for (std::string problem;;) {
     throw_if_interrupted();

@@ -32,7 +32,7 @@ struct State {
   std::string medium;
   std::string wifi_mode;      // of medium wifi: ap, ap-isolated, ibss or mesh
   std::string hub_namespace;  // holds the bridge; empty: none
-  ProcessId keeper;           // the `run` that owns this lab; pid 0: stays until `down`
+  ProcessId keeper;           // the `run`, or `up` that has not ended; pid 0: stays until `down`
   std::vector<Robot> robots;
   RadioSettings radio;                      // of the medium radio
   std::string control_socket;               // where the medium is told things; empty: nowhere
@@ -57,7 +57,7 @@ void leave_word(const std::string& name, const std::string& why);
 std::string last_word(const std::string& name);
 void forget_word(const std::string& name);
 
-/// Removes the lab's folder.
+/// Removes the lab's folder, and nothing else of it.
 void forget(const State& state);
 
 /// Who runs a lab of this name that is not ours, as far as one can see; empty: nobody.

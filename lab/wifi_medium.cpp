@@ -53,9 +53,6 @@ void WifiMedium::make(State& state) const {
                                    std::to_string(state.robots.size()),
                                    "--mode",
                                    state.wifi_mode};
-  if (state.keeper.pid != 0) {
-    command.insert(command.end(), {"--while", std::to_string(state.keeper.pid)});
-  }
   // Without it the kernel's own medium joins the radios, which loses nothing.
   if (const std::string air = find_beside(
           {"wifi/medium/swarmtalk-wifi-medium", "../libexec/swarmtalk-lab/swarmtalk-wifi-medium"});

@@ -21,11 +21,18 @@ def is_running(pid):
         return False
 
 
+def namespaces_of(name):
+    return [n.name for n in pathlib.Path("/run/netns").glob(f"swarmtalk-{name}-*")]
+
+
+def daemons_of(name):
+    return run("pgrep", "-f", f"swarmtalkd --config .*/{name}/").stdout.split()
+
+
 def leftovers(name):
     """Namespaces and processes of a lab."""
-    namespaces = [n.name for n in pathlib.Path("/run/netns").glob(f"swarmtalk-{name}-*")]
     processes = run("pgrep", "-af", f"swarmtalk-lab/{name}/").stdout.splitlines()
-    return namespaces + processes
+    return namespaces_of(name) + processes
 
 
 def test_up_status_exec_down(bridge_lab):
@@ -83,6 +90,67 @@ def an_interrupted_start_leaves_nothing_behind():
     one_line(errors, "interrupted")
     assert process.returncode == 1
     assert leftovers(name) == []
+
+
+def start_until(name, medium, robots, moment):
+    """`up` that has come as far as `moment`."""
+    process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "up", str(robots),
+                                "--medium", medium], stdout=subprocess.DEVNULL)
+    try:
+        wait_for(moment, what="the lab to begin")
+    except BaseException:
+        process.wait(timeout=60)
+        run(program("swarmtalk-lab"), "--name", name, "down")
+        raise
+    return process
+
+
+def kill(process):
+    process.kill()
+    process.wait()
+
+
+def nothing_is_left(name):
+    wait_for(lambda: not leftovers(name) and not lab_folder(name).exists(),
+             what="the lab to be taken down")
+    assert not run("pgrep", "-f", f"swarmtalk-lab --name {name} ").stdout
+
+
+def lab_folder(name):
+    return pathlib.Path("/run/swarmtalk-lab") / name
+
+
+def a_start_that_is_killed_leaves_nothing_behind(medium, until):
+    """@param until  when it is killed"""
+    name = f"cut{os.getpid()}"
+    kill(start_until(name, medium, 12, lambda: until(name)))
+    nothing_is_left(name)
+    one_line(run(program("swarmtalk-lab"), "--name", name, "down").stderr,
+             "was taken down: its start was ended|no lab called")
+
+
+def after_a_start_that_is_killed_the_next_may_begin_at_once():
+    name = f"again{os.getpid()}"
+    kill(start_until(name, "udp", 12, lambda: daemons_of(name)))
+    done = run(program("swarmtalk-lab"), "--name", name, "run", "1", "--medium", "udp", "--",
+               "echo", "ready")
+    assert (done.stdout, done.returncode) == ("ready\n", 0), done.stderr
+    nothing_is_left(name)
+
+
+def half_a_lab_is_named_and_taken_down(by):
+    """Where what should have taken it down was killed as well."""
+    name, tool = f"half{os.getpid()}", program("swarmtalk-lab")
+    process = start_until(name, "bridge", 12, lambda: daemons_of(name))
+    process.send_signal(signal.SIGSTOP)
+    keeper = int(run("pgrep", "-o", "-P", process.pid).stdout)
+    os.kill(keeper, signal.SIGKILL)
+    kill(process)
+    one_line(run(tool, "--name", name, "status").stderr, f"half a lab.*--name {name} down")
+    one_line(run(tool, "--name", "nowhere", "status").stderr, f"{name} \\(left behind\\)")
+    done = run(tool, "--name", name, *by)
+    assert done.returncode == 0, done.stderr
+    nothing_is_left(name)
 
 
 def a_killed_run_is_cleaned_up_by_the_next():
@@ -155,6 +223,15 @@ def test_runs_leave_nothing_behind_however_they_end():
     for by in (signal.SIGINT, signal.SIGTERM):
         an_interrupted_run_leaves_nothing_behind(by)
     an_interrupted_start_leaves_nothing_behind()
+    for until in (lambda name: lab_folder(name).exists(), namespaces_of,
+                  lambda name: len(namespaces_of(name)) > 6, daemons_of):
+        a_start_that_is_killed_leaves_nothing_behind("bridge", until)
+    a_start_that_is_killed_leaves_nothing_behind("udp", daemons_of)
+    a_start_that_is_killed_leaves_nothing_behind(
+        "radio", lambda name: (lab_folder(name) / "medium.log").exists())
+    after_a_start_that_is_killed_the_next_may_begin_at_once()
+    for by in (["down"], ["run", "1", "--medium", "udp", "--", "true"]):
+        half_a_lab_is_named_and_taken_down(by)
     a_killed_run_is_cleaned_up_by_the_next()
     the_name_may_stand_behind_the_verb()
     options_of_a_start_may_stand_before_the_verb()

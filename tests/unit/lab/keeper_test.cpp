@@ -1,0 +1,158 @@
+// Keeper of a start: what stays of a lab whose `up` or `run` is killed.
+#include "lab/keeper.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include "lab/lab.hpp"
+
+namespace swarmtalk::lab {
+namespace {
+
+class LabKeeper : public testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("XDG_RUNTIME_DIR", testing::TempDir().c_str(), 1);
+    std::filesystem::create_directories(folder_of(name_));
+  }
+
+  void TearDown() override {
+    if (daemon_.pid != 0) end_processes({daemon_}, std::chrono::milliseconds(0));
+    std::filesystem::remove_all(folder_of(name_));
+    forget_word(name_);
+  }
+
+  /// A fork that does `work` with a keeper of its lab, says so, and is killed.
+  void kill_after(const std::function<void(Keeper&)>& work) {
+    int done[2];
+    ASSERT_EQ(pipe(done), 0);
+    const pid_t pid = fork();
+    if (pid == 0) {
+      close(done[0]);
+      try {
+        Keeper keeper;
+        keeper.begin(name_, std::move(*FolderLock::try_take(name_)), "it was killed");
+        work(keeper);
+        [[maybe_unused]] const auto written = write(done[1], "", 1);
+        for (;;) pause();
+      } catch (...) {
+        _exit(1);
+      }
+    }
+    close(done[1]);
+    char is_done = 0;
+    EXPECT_EQ(read(done[0], &is_done, 1), 1);
+    // Nobody holds what the caller may read to its end.
+    kill(pid, SIGKILL);
+    EXPECT_EQ(read(done[0], &is_done, 1), 0);
+    close(done[0]);
+    waitpid(pid, nullptr, 0);
+  }
+
+  /// A lab of one robot without a namespace, whose daemon is a process that does nothing.
+  State lab_of(const ProcessId& owner) {
+    const pid_t pid = fork();
+    if (pid == 0) {
+      for (;;) pause();
+    }
+    daemon_ = identify(pid);
+    State state;
+    state.name = name_;
+    state.medium = "udp";
+    state.keeper = owner;
+    state.robots.resize(1);
+    state.robots[0].daemon = daemon_;
+    return state;
+  }
+
+  void wait_until_keeper_has_ended() const {
+    for (int i = 0; i < 6000 && std::filesystem::exists(folder_of(name_)); ++i) {
+      if (FolderLock::try_take(name_)) return;
+      std::this_thread::yield();
+      usleep(10'000);
+    }
+  }
+
+  const std::string name_ = "keeper" + std::to_string(getpid());
+  ProcessId daemon_;
+};
+
+TEST_F(LabKeeper, TakesTheLabDownWhenItsStartIsKilled) {
+  State state = lab_of({});
+  kill_after([&](Keeper&) {
+    state.keeper = identify(getpid());
+    save(state);
+  });
+  wait_until_keeper_has_ended();
+  EXPECT_FALSE(std::filesystem::exists(folder_of(name_)));
+  EXPECT_FALSE(is_running(daemon_));
+  EXPECT_EQ(last_word(name_), "it was killed");
+}
+
+TEST_F(LabKeeper, RemovesAFolderInWhichNothingIsWrittenYet) {
+  kill_after([](Keeper&) {});
+  wait_until_keeper_has_ended();
+  EXPECT_FALSE(std::filesystem::exists(folder_of(name_)));
+}
+
+TEST_F(LabKeeper, LeavesALabThatStaysByItself) {
+  const State state = lab_of({});
+  kill_after([&](Keeper&) { save(state); });
+  wait_until_keeper_has_ended();
+  EXPECT_TRUE(std::filesystem::exists(folder_of(name_) / "lab.json"));
+  EXPECT_TRUE(is_running(daemon_));
+}
+
+TEST_F(LabKeeper, LeavesALabOfTheSameNameThatIsNotItsOwn) {
+  const State state = lab_of(identify(getpid()));
+  kill_after([&](Keeper&) {
+    std::filesystem::remove_all(folder_of(name_));  // as `down` does
+    save(state);
+  });
+  wait_until_keeper_has_ended();
+  EXPECT_TRUE(std::filesystem::exists(folder_of(name_) / "lab.json"));
+  EXPECT_TRUE(is_running(daemon_));
+}
+
+TEST_F(LabKeeper, IsGoneOnceItIsReleased) {
+  kill_after([&](Keeper& keeper) {
+    keeper.release();
+    if (waitpid(-1, nullptr, WNOHANG) != -1) throw std::runtime_error("there is a child");
+  });
+  EXPECT_TRUE(std::filesystem::exists(folder_of(name_)));
+}
+
+TEST_F(LabKeeper, HalfALabIsTakenDownByTheNextThatComes) {
+  State state = lab_of({999'999'999, 1});
+  save(state);
+  EXPECT_TRUE(is_left_behind(state));
+  EXPECT_FALSE(is_alive(state));
+  take_down_left_behind(name_);
+  EXPECT_FALSE(std::filesystem::exists(folder_of(name_)));
+  EXPECT_FALSE(is_running(daemon_));
+}
+
+TEST(LabSpawn, BeginsNothingThatCouldNotBeWrittenDown) {
+  const std::string file = testing::TempDir() + "spawned" + std::to_string(getpid());
+  SpawnOptions options;
+  pid_t pid = 0;
+  options.write_down = [&](const ProcessId& process) {
+    pid = process.pid;
+    throw std::runtime_error("the disk is full");
+  };
+  EXPECT_THROW(spawn({"touch", file}, options), std::runtime_error);
+  int status = 0;
+  EXPECT_EQ(waitpid(pid, &status, 0), pid);
+  EXPECT_NE(exit_code(status), 0);
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+}  // namespace
+}  // namespace swarmtalk::lab
