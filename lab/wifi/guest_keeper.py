@@ -2,11 +2,11 @@
 guest's folder) and the agent inside (one virtio serial port), and takes everything away when it
 ends, or when whoever started it does, however that ends.
 
-    guest_keeper.py FOLDER --radios N [--memory MB] [--module NAME...] [--stay [--while PID]]
+    guest_keeper.py FOLDER --radios N [--memory MB] [--module NAME...] [--stay]
 
 Prints "ready" when the agent answers, else one line with the reason. It ends when a client asks for
-it (a frame Q), with --while when that process ends, and without --stay when its standard input
-does. Clients speak the agent's frames; their session numbers are replaced by its own.
+it (a frame Q), and without --stay when its standard input ends. Clients speak the agent's frames;
+their session numbers are replaced by its own.
 """
 import argparse
 import asyncio
@@ -106,6 +106,9 @@ class Keeper:
             if kind == b"Q":
                 self.ending.set()
             elif kind == b"S":
+                if not self.ready.is_set():
+                    writer.close()  # there is nothing yet to run it
+                    return
                 own[number] = next(self.numbers)
                 self.clients[own[number]] = (writer, number)
             if number in own:
@@ -140,6 +143,7 @@ class Keeper:
         loop = asyncio.get_running_loop()
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             loop.add_signal_handler(number, self.ending.set)
+        await asyncio.start_unix_server(self.client_connects, self.folder / "control.sock")
         kernel = self.make_image()
         port = await asyncio.start_unix_server(self.agent_connects, self.folder / "port.sock")
         self.qemu = await asyncio.create_subprocess_exec(
@@ -149,18 +153,12 @@ class Keeper:
         waits = [loop.create_task(self.qemu.wait()), loop.create_task(self.ending.wait())]
         if not self.options.stay:
             watching = loop.create_task(self.watch_input())  # noqa: F841  # a task needs an owner
-        elif self.options.watched:
-            try:
-                loop.add_reader(os.pidfd_open(self.options.watched), self.ending.set)
-            except ProcessLookupError:
-                return ""
         up = loop.create_task(self.ready.wait())
         await asyncio.wait([up, *waits], timeout=BOOT_TIMEOUT_S,
                            return_when=asyncio.FIRST_COMPLETED)
         if not self.ready.is_set():
             was_told = self.ending.is_set() and self.qemu.returncode is None
             return "" if was_told else self.last_words()
-        await asyncio.start_unix_server(self.client_connects, self.folder / "control.sock")
         port.close()
         print("ready", flush=True)
         await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -207,7 +205,6 @@ def main():
     parser.add_argument("--memory", type=int, default=768)
     parser.add_argument("--module", action="append", default=[])
     parser.add_argument("--stay", action="store_true")
-    parser.add_argument("--while", dest="watched", type=int, default=0)
     code = asyncio.run(keep(parser.parse_args()))
     sys.stdout.flush()
     os._exit(code)  # a thread may still wait for standard input

@@ -188,12 +188,10 @@ class Guest:
     """A guest that runs; close() or `with` takes it away, and so does the end of this process."""
 
     def __init__(self, radios: int = 3, access_points: int = ACCESS_POINTS, modules=(),
-                 memory_mb: int = 768, folder: pathlib.Path | None = None, stays: bool = False,
-                 watched: int = 0):
+                 memory_mb: int = 768, folder: pathlib.Path | None = None, stays: bool = False):
         """@param radios  of robots; @param modules  more kernel modules, by name
         @param folder   an empty one for its files; default: one of its own
-        @param stays    it runs on without this process, until end(); with `watched`, until the
-                        process of that number ends
+        @param stays    it runs on without this process, until end()
         @raises guest_image.Unavailable when the machine lacks something (one line)
         @raises GuestError when it does not come up"""
         self.radios, self.access_points = radios, access_points
@@ -205,7 +203,7 @@ class Guest:
         sweep(base)
         self.folder = folder or pathlib.Path(tempfile.mkdtemp(prefix=PREFIX, dir=base)).resolve()
         try:
-            self._boot(modules, memory_mb, stays, watched)
+            self._boot(modules, memory_mb, stays)
             self._spread_radios()
         except BaseException:
             self.close()
@@ -219,7 +217,7 @@ class Guest:
         guest.folder = pathlib.Path(folder)
         return guest
 
-    def _boot(self, modules, memory_mb: int, stays: bool, watched: int):
+    def _boot(self, modules, memory_mb: int, stays: bool):
         with open(self.folder / "lock", "w", encoding="ascii") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             words = [sys.executable, "-B", str(HERE / "guest_keeper.py"), str(self.folder),
@@ -227,7 +225,7 @@ class Guest:
             for name in modules:
                 words += ["--module", name]
             if stays:
-                words += ["--stay", "--while", str(watched)]
+                words += ["--stay"]
             # The keeper holds the lock for as long as it lives.
             self.keeper = subprocess.Popen(
                 words, stdin=subprocess.DEVNULL if stays else subprocess.PIPE,
@@ -292,18 +290,29 @@ class Guest:
         return (self.folder / "console.log").read_text(errors="replace")
 
     def end(self):
-        """Ends a guest that stays, and waits until its files are gone. Nothing happens if there is
-        none."""
-        try:
-            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
-                control.connect(str(self.folder / "control.sock"))
-                control.sendall(HEADER.pack(0, b"Q", 0))
-        except OSError:
-            pass
+        """Ends a guest that stays, also while it boots, and waits until its files are gone. Nothing
+        happens if there is none."""
         deadline = time.monotonic() + 15
-        while (self.folder / "control.sock").exists() and time.monotonic() < deadline:
+        while self._is_kept() and time.monotonic() < deadline:
+            try:
+                with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+                    control.connect(str(self.folder / "control.sock"))
+                    control.sendall(HEADER.pack(0, b"Q", 0))
+            except OSError:
+                pass  # its keeper begins or ends
             time.sleep(0.05)
         shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _is_kept(self) -> bool:
+        """Whether its keeper runs, which holds the lock from its first moment to its last."""
+        try:
+            with open(self.folder / "lock", encoding="ascii") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except FileNotFoundError:
+            return False
+        except OSError:
+            return True
+        return False
 
     def close(self):
         """Takes the guest away and waits until it is gone."""

@@ -107,6 +107,24 @@ def test_what_runs_in_a_lab_ends_with_it_when_that_is_killed(name):
     assert own not in os.listdir(pathlib.Path(folder_of_labs()))
 
 
+def test_a_start_that_is_killed_while_the_guest_boots_leaves_nothing_behind(name):
+    own = name + "s"
+    command = [guest.program("swarmtalk-lab"), "--name", own, "up", "1", "--medium", "wifi"]
+    for moment in ("guest_keeper", "qemu-system"):
+        starting = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        deadline = time.monotonic() + UP_S
+        while moment not in str(processes_of(own)):
+            assert starting.poll() is None and time.monotonic() < deadline
+            time.sleep(0.02)
+        starting.kill()
+        starting.wait()
+        wait_until_gone(own)
+        deadline = time.monotonic() + 30
+        while own in os.listdir(folder_of_labs()):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
 def folder_of_labs():
     if os.geteuid() == 0:
         return "/run/swarmtalk-lab"
