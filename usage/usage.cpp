@@ -46,7 +46,15 @@ void wrap(const std::string& line, std::size_t columns, std::string& text) {
   while (rest.size() > columns) {
     const std::size_t begin = std::max(rest.find_first_not_of(' '), indent);
     std::size_t cut = rest.rfind(' ', columns);
-    if (cut == std::string::npos || cut <= begin) cut = rest.find(' ', columns);
+    if (cut == std::string::npos || cut <= begin) {
+      if (const std::size_t comma = rest.rfind(',', columns - 1);
+          comma != std::string::npos && comma > begin) {  // a list without blanks
+        text += rest.substr(0, comma + 1) + "\n";
+        rest = std::string(indent, ' ') + rest.substr(comma + 1);
+        continue;
+      }
+      cut = rest.find(' ', columns);
+    }
     if (cut == std::string::npos) break;  // one long word
     const std::size_t next = rest.find_first_not_of(' ', cut);
     text += rest.substr(0, rest.find_last_not_of(' ', cut) + 1) + "\n";

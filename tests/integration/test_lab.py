@@ -323,21 +323,33 @@ def test_its_version_is_told_without_proc():
     assert re.match(r"\d+\.\d+", done.stdout)
 
 
+def lines_on_a_terminal(columns, *words):
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execve(program("swarmtalk-lab"), ["swarmtalk-lab", *words],
+                  {**os.environ, "COLUMNS": str(columns)})
+    shown = b""
+    with contextlib.suppress(OSError):  # its end
+        while data := os.read(terminal, 4096):
+            shown += data
+    os.waitpid(pid, 0)
+    os.close(terminal)
+    return shown.decode().splitlines()
+
+
 def status_fits_a_narrow_terminal(lab):
     for columns in (40, 80):
-        pid, terminal = pty.fork()
-        if pid == 0:
-            os.execve(program("swarmtalk-lab"), ["swarmtalk-lab", "--name", lab.name, "status"],
-                      {**os.environ, "COLUMNS": str(columns)})
-        shown = b""
-        with contextlib.suppress(OSError):  # its end
-            while data := os.read(terminal, 4096):
-                shown += data
-        os.waitpid(pid, 0)
-        os.close(terminal)
-        lines = shown.decode().splitlines()
+        lines = lines_on_a_terminal(columns, "--name", lab.name, "status")
         assert "frames sent" in " ".join(lines)
         assert all(len(line) <= columns for line in lines), lines
+
+
+@pytest.mark.logic
+@pytest.mark.parametrize("verb", ["up", "run", "exec"])
+def test_a_help_page_fits_a_narrow_terminal(verb):
+    lines = lines_on_a_terminal(40, verb, "--help")
+    assert any(line.startswith("Usage: swarmtalk-lab " + verb) for line in lines)
+    assert all(len(line) <= 40 for line in lines), lines
 
 
 @pytest.mark.logic
