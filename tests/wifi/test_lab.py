@@ -123,6 +123,7 @@ def test_a_start_that_is_killed_while_the_guest_boots_leaves_nothing_behind(name
         while own in os.listdir(folder_of_labs()):
             assert time.monotonic() < deadline
             time.sleep(0.1)
+        assert "its start was ended" in lab(own, "down").stderr  # which forgets that word
 
 
 def folder_of_labs():
