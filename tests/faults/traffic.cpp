@@ -82,7 +82,7 @@ int send(const char* name, const char* channel, double rate_hz, std::size_t size
       robot.run_once(10ms);
     }
   }
-  const auto deadline = Clock::now() + 2s;
+  const auto deadline = Clock::now() + 1min;
   while (account.sent + account.unsent < account.accepted && Clock::now() < deadline)
     robot.run_once(10ms);
   std::printf(

@@ -73,7 +73,7 @@ int send() {
       std::fprintf(stderr, "%zu bytes: %s\n", size, std::string(status.text()).c_str());
       return 1;
     }
-    const auto deadline = std::chrono::steady_clock::now() + 5s;
+    const auto deadline = std::chrono::steady_clock::now() + 1min;
     while ((!got || publisher.busy()) && std::chrono::steady_clock::now() < deadline) {
       robot.run_once(100ms);
     }

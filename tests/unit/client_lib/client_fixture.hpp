@@ -9,6 +9,7 @@
 
 #include <swarmtalk/client.hpp>
 
+#include "tests/support/patience.hpp"
 #include "tests/unit/client_lib/fake_daemon.hpp"
 
 namespace swarmtalk::test {
@@ -20,6 +21,7 @@ class ClientTest : public ::testing::Test {
   ClientOptions options() const {
     ClientOptions options;
     options.socket_path = path;
+    options.connect_timeout = options.request_timeout = kPatience;
     return options;
   }
 
@@ -35,9 +37,9 @@ class ClientTest : public ::testing::Test {
     client.on_reconnect([this] { ++reconnects; });
   }
 
-  /// Runs the client until `holds`, at most a minute. @return whether it holds
+  /// Runs the client until `holds`, at most kPatience. @return whether it holds
   static bool run_until(Client& client, const std::function<bool()>& holds) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
     while (!holds() && std::chrono::steady_clock::now() < deadline) {
       client.run_once(std::chrono::milliseconds(50));
     }

@@ -94,10 +94,7 @@ TEST_F(ClientReconnect, AMessageInFlightEndsAsDisconnected) {
 TEST_F(ClientReconnect, AWaitingCallEndsWhenTheDaemonDies) {
   FakeDaemon daemon(path);
   daemon.answers_requests = false;
-  ClientOptions patient = options();
-  patient.request_timeout = std::chrono::seconds(30);
-  Client client("test", patient);
-  collect_errors(client);
+  Client client = make_client();
   ASSERT_TRUE(client.connect());
   std::thread killer([&] {
     while (daemon.count([](const auto& e) { return e.has_get_status(); }) == 0) {

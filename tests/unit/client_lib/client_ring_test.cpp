@@ -73,6 +73,7 @@ TEST_F(ClientRing, AClientWithAFullRingSleeps) {
   pollfd wakes{client.fd(), POLLIN, 0};
   EXPECT_EQ(::poll(&wakes, 1, 0), 0) << "it must not ask again and again whether there is room";
   EXPECT_EQ(left_on_the_timer(), std::chrono::nanoseconds(0));
+  daemon.kill();  // else the publisher waits at its end
 }
 
 TEST_F(ClientRing, ADaemonThatDiedAtWorkIsNoticedByAProgramThatOnlySends) {

@@ -13,10 +13,10 @@ namespace {
 
 using ClientThreads = ClientTest;
 
-/// Waits, at most five seconds, until `thread` of this process sleeps in the kernel. proc(5)
+/// Waits, at most kPatience, until `thread` of this process sleeps in the kernel. proc(5)
 bool sleeps(pid_t thread) {
   const std::string file = "/proc/self/task/" + std::to_string(thread) + "/stat";
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < deadline) {
     std::ifstream stream(file);
     const std::string stat((std::istreambuf_iterator<char>(stream)), {});
@@ -49,7 +49,7 @@ TEST_F(ClientThreads, ASecondOneIsRefusedWhileTheFirstWaitsInRun) {
     owner = ::gettid();
     client.run();
   });
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (owner == 0 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   EXPECT_TRUE(sleeps(owner));
   DaemonStatus status;

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "tests/support/patience.hpp"
 #include "tests/unit/client_lib/armed_timer.hpp"
 #include "tests/unit/client_lib/fake_daemon.hpp"
 
@@ -51,9 +52,9 @@ class KeeperAlone : public testing::Test {
   static std::string told(const std::string& what, StatusCode code) {
     return what + " " + std::to_string(static_cast<int>(code));
   }
-  /// At most five seconds.
+  /// At most test::kPatience.
   bool wait_until(const std::function<bool()>& enough) {
-    return keeper_.wait_until(Wakeup::Clock::now() + std::chrono::seconds(5), enough);
+    return keeper_.wait_until(Wakeup::Clock::now() + test::kPatience, enough);
   }
   std::vector<std::string> happened() { return std::exchange(happened_, {}); }
 
@@ -143,7 +144,7 @@ TEST_F(KeeperAlone, WaitsLongestForADaemonOfAnotherVersion) {
   daemon.major = 99;
   ConnectionKeeper keeper("test", patient(), gate_, wakeup_, connection_, hooks());
   keeper.attempt_in_background();
-  const auto deadline = Wakeup::Clock::now() + std::chrono::seconds(5);
+  const auto deadline = Wakeup::Clock::now() + test::kPatience;
   ASSERT_TRUE(keeper.wait_until(deadline, [this] { return !happened_.empty(); }));
   EXPECT_EQ(happened(), (Story{told("failure", StatusCode::kVersionMismatch), "down"}));
   EXPECT_GT(test::left_on_the_timer(), std::chrono::minutes(1));
@@ -156,7 +157,7 @@ TEST_F(KeeperAlone, BeginsWithTheShortestWaitAgainAfterASuccess) {
   EXPECT_GT(test::left_on_the_timer(), std::chrono::minutes(1));
   test::FakeDaemon daemon(path_);
   keeper.on_timer();
-  const auto deadline = Wakeup::Clock::now() + std::chrono::seconds(5);
+  const auto deadline = Wakeup::Clock::now() + test::kPatience;
   ASSERT_TRUE(keeper.wait_until(deadline, [&] { return keeper.is_greeted(); }));
   keeper.become_up();
   daemon.kill();
@@ -177,7 +178,7 @@ TEST_F(KeeperAlone, SaysWhetherCallbacksMayRun) {
   EXPECT_FALSE(may_call_);
   daemon.deliver("while nobody does");
   while (heard_.size() < 2) {
-    wakeup_.wait_for_socket(Wakeup::Clock::now() + std::chrono::seconds(5));
+    wakeup_.wait_for_socket(Wakeup::Clock::now() + test::kPatience);
     keeper_.read({});
     ASSERT_TRUE(keeper_.is_up());
   }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tests/support/patience.hpp"
+
 namespace swarmtalk::drivers {
 
 Bytes numbered_packet(std::uint32_t number, std::size_t size) {
@@ -45,9 +47,8 @@ std::uint64_t counter(const Link& link, const std::string& name) {
   return 0;
 }
 
-bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
-               std::chrono::milliseconds limit) {
-  const auto deadline = std::chrono::steady_clock::now() + limit;
+bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done) {
+  const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
   while (!is_done() && std::chrono::steady_clock::now() < deadline) {
     io.restart();
     io.run_one_for(std::chrono::milliseconds(5));

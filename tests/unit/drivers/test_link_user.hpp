@@ -60,9 +60,8 @@ class TestLinkUser : public LinkUser {
 
 std::uint64_t counter(const Link& link, const std::string& name);
 
-/// Runs `io` until `is_done`, at most `limit`. @return is_done()
-bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
-               std::chrono::milliseconds limit = std::chrono::seconds(5));
+/// Runs `io` until `is_done`, at most test::kPatience. @return is_done()
+bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done);
 
 /// Runs `io` for `duration`: to see that nothing happens.
 void run_for(boost::asio::io_context& io, std::chrono::milliseconds duration);

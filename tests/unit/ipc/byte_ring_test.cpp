@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "ipc/pass_descriptor.hpp"
+#include "tests/support/patience.hpp"
 
 namespace swarmtalk::ipc {
 namespace {
@@ -206,13 +207,14 @@ TEST(PassDescriptor, GoesWithTheBytes) {
 // Two threads, the bell a pipe: were a wake-up ever lost, one of them would wait for good.
 TEST_F(RingTest, NoWakeUpIsLost) {
   constexpr std::size_t kTotal = 8 << 20;
+  constexpr int kPatienceMs = std::chrono::milliseconds(test::kPatience).count();
   int bell[2];
   int room[2];
   ASSERT_EQ(::pipe2(bell, O_CLOEXEC), 0);
   ASSERT_EQ(::pipe2(room, O_CLOEXEC), 0);
   const auto wait = [](int descriptor) {
     pollfd waiting{descriptor, POLLIN, 0};
-    if (::poll(&waiting, 1, 10'000) != 1) return false;
+    if (::poll(&waiting, 1, kPatienceMs) != 1) return false;
     char byte = 0;
     return ::read(descriptor, &byte, 1) == 1;
   };

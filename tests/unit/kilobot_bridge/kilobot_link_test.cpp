@@ -10,6 +10,7 @@
 #include "emulation/kilobot/pty.hpp"
 #include "emulation/ohc_double/frame_finder.hpp"
 #include "kilobot_wire/gateway_frame.hpp"
+#include "tests/support/patience.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {
@@ -65,7 +66,7 @@ class KilobotLinkTest : public testing::Test, public drivers::LinkUser, public S
 
   template <class Condition>
   bool run_until(Condition condition) {
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
     while (!condition() && std::chrono::steady_clock::now() < deadline) {
       io_.run_for(2ms);
       io_.restart();

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/patience.hpp"
+
 namespace swarmtalk::loop {
 namespace {
 
@@ -254,7 +256,7 @@ TEST(Loop, WakesForADescriptorWhileItSleeps) {
   descriptor.watch(EPOLLIN);
   boost::asio::steady_timer timer(io, 5ms);
   timer.async_wait([&](const boost::system::error_code&) { pair.write("a"); });
-  boost::asio::steady_timer limit(io, 10s);
+  boost::asio::steady_timer limit(io, test::kPatience);
   bool is_late = false;
   limit.async_wait([&](const boost::system::error_code& error) {
     is_late = !error;

@@ -9,6 +9,7 @@
 
 #include "emulation/kilobot/pty.hpp"
 #include "emulation/ohc_double/frame_finder.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
 
 namespace swarmtalk::daemon {
@@ -43,7 +44,7 @@ class KilobotControlTest : public SessionTest {
 
   template <class Condition>
   void run_until(Condition condition) {
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
     while (!condition()) {
       ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "timed out";
       io_.restart();

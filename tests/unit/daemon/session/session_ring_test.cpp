@@ -13,6 +13,7 @@
 
 #include "ipc/byte_ring.hpp"
 #include "ipc/pass_descriptor.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
 
 namespace swarmtalk::daemon {
@@ -331,7 +332,8 @@ TEST_F(SessionRing, AConnectionEndsWhoseOtherEndIsInABell) {
   peer->hang_up();
   step();
   EXPECT_EQ(counters_.messages_published, 1u);
-  for (int i = 0; i < 100 && clients_.size() > 0; ++i) {
+  const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
+  while (clients_.size() > 0 && std::chrono::steady_clock::now() < deadline) {
     io_.restart();
     io_.run_for(std::chrono::milliseconds(50));
   }

@@ -160,17 +160,14 @@ void RawL2Exchange::carry_ten_thousand_packets_in_a_window_without_loss() {
   constexpr std::uint32_t kWindow = 256;
   open();
   std::uint32_t next = 0;
-  const bool is_complete = run_until(
-      io_,
-      [&] {
-        while (next < kPackets && next < user_b_.received.size() + kWindow) {
-          user_a_.waiting.push_back(numbered_packet(next, 4 + next % 1397));
-          ++next;
-        }
-        if (!user_a_.waiting.empty()) a_->wake();
-        return user_b_.received.size() >= kPackets;
-      },
-      30s);
+  const bool is_complete = run_until(io_, [&] {
+    while (next < kPackets && next < user_b_.received.size() + kWindow) {
+      user_a_.waiting.push_back(numbered_packet(next, 4 + next % 1397));
+      ++next;
+    }
+    if (!user_a_.waiting.empty()) a_->wake();
+    return user_b_.received.size() >= kPackets;
+  });
   ASSERT_TRUE(is_complete) << user_b_.received.size();
   for (std::uint32_t i = 0; i < kPackets; ++i) {
     ASSERT_EQ(user_b_.received[i], numbered_packet(i, 4 + i % 1397));
