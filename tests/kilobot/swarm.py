@@ -14,7 +14,7 @@ BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", "build-test")).resolve()
 IMAGES = BUILD / "kilobot"
 EMULATOR = pathlib.Path(os.environ.get(
     "KILOBOT_EMULATOR", BUILD / "emulation/kilobot/kilobot-emulator"))
-RUN_SECONDS = 600  # wall clock; far more than any run needs
+RUN_SECONDS = 250  # wall clock; far more than any run needs, less than a test has
 
 COLLECTING = "SWARMTALK_COLLECTING" in os.environ  # the build system asks for names only
 

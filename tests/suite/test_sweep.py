@@ -79,6 +79,7 @@ def whole_and_broken(tmp_path, text: str, total: int, seed: int, patience_s: flo
     return [(tmp_path / name / "sweep-s/table.csv").read_bytes() for name in ("whole", "broken")]
 
 
+@pytest.mark.timeout(1500)  # five waits of 250 s
 def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
     whole, broken = whole_and_broken(tmp_path, SMALL.format(runs=5), 5 * CELLS,
                                      seed=1)
@@ -90,7 +91,7 @@ def test_a_sweep_that_was_killed_and_resumed_gives_the_same_table(tmp_path):
 @pytest.mark.field
 def test_two_thousand_runs_killed_and_resumed_give_the_same_table(tmp_path):
     text = SMALL.format(runs=167).replace("seconds = 12", "seconds = 2")
-    whole, broken = whole_and_broken(tmp_path, text, 167 * CELLS, seed=2, patience_s=1500)
+    whole, broken = whole_and_broken(tmp_path, text, 167 * CELLS, seed=2, patience_s=1400)
     assert whole == broken and whole.count(b"\n") == 1 + 167 * CELLS
 
 
