@@ -361,7 +361,7 @@ def node_modules(tmp_path_factory):
     folder = tmp_path_factory.mktemp("node")
     try:
         done = run("npm", "install", "--no-audit", "--no-fund", "--prefix", folder,
-                   "@mcap/core@2", "fzstd@0.1", "protobufjs@7", timeout=120)
+                   "@mcap/core@2.2.1", "fzstd@0.1.1", "protobufjs@7.6.6", timeout=120)
     except subprocess.TimeoutExpired:
         pytest.skip("npm has no answer from its registry")
     if done.returncode != 0:

@@ -14,7 +14,8 @@ from conftest import BUILD, ROOT, run
 from websocket import WebSocket
 
 SUBPROTOCOLS = ("foxglove.websocket.v1", "foxglove.sdk.v1")
-PACKAGES = ("@foxglove/ws-protocol@0.8.0", "@foxglove/schemas@1", "ws@8", "protobufjs@7")
+PACKAGES = ("@foxglove/ws-protocol@0.8.0", "@foxglove/schemas@1.8.0", "ws@8.23.0",
+            "protobufjs@7.6.6")
 HERE = pathlib.Path(__file__).resolve().parent
 
 
@@ -151,7 +152,8 @@ def fixture_packages():
     folder.mkdir(exist_ok=True)
     lock = open(folder / "lock", "w", encoding="utf-8")  # the tests run side by side
     fcntl.flock(lock, fcntl.LOCK_EX)
-    if not (folder / "complete").exists():
+    complete = folder / "complete"
+    if not complete.exists() or complete.read_text() != " ".join(PACKAGES):
         try:
             done = subprocess.run(["npm", "install", "--no-audit", "--no-fund", "--prefix", folder,
                                    *PACKAGES], capture_output=True, text=True, timeout=120,
@@ -161,7 +163,7 @@ def fixture_packages():
         if done.returncode != 0:
             last = (done.stderr.strip().splitlines() or ["npm failed"])[-1]
             pytest.skip(f"the npm packages cannot be had: {last}")
-        (folder / "complete").touch()
+        complete.write_text(" ".join(PACKAGES))
     lock.close()
     return folder / "node_modules"
 
