@@ -34,10 +34,6 @@ endfunction()
 # For swarmtalk_pytest, whose variables it uses: the COUNT tests of a kind in a file.
 macro(swarmtalk_add_pytest script each count)
   string(REGEX REPLACE "^(test_)?(.*)\\.py$" "${prefix}.\\2.${each}" name "${script}")
-  # A folder of its own: pytest's common one is cleared by what runs beside it. A short one: the path of
-  # a Unix socket has at most 107 bytes.
-  string(MD5 own "${PROJECT_BINARY_DIR}/${name}")
-  string(SUBSTRING ${own} 0 8 own)
   set(limit_s 300)
   set(file_limit_s 1800)
   if("${each}" STREQUAL field)  # up to those of an hour of soak
@@ -46,7 +42,7 @@ macro(swarmtalk_add_pytest script each count)
   endif()
   set(report ${PROJECT_BINARY_DIR}/Testing/pytest/${name})
   add_test(NAME ${name} COMMAND ${PYTHON3} ${plugin} run -v -rs -p no:cacheprovider
-    --timeout ${limit_s} --junitxml ${report}.xml --basetemp /tmp/swarmtalk-test-${own} ${script}
+    --timeout ${limit_s} --junitxml ${report}.xml ${script}
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
   # The largest files begin first.
   set_tests_properties(${name} PROPERTIES TIMEOUT ${file_limit_s} LABELS ${each} COST ${count}

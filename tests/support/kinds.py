@@ -11,7 +11,8 @@ pytest's, which takes the tests of that kind alone (swarmtalk_pytest of cmake se
                                        kept: that of the culprit, if pytest does not come to its end
 
     kinds.py run ARGUMENTS...
-        runs pytest with this plugin
+        runs pytest with this plugin, in a folder for temporary files of its own; the last argument
+        is the file of tests
     kinds.py collect PREFIX KIND LIST
         writes "KIND FILE NAME" for each test of the folder in which it is started into LIST; where
         a test does what one of its kind may not, the line "not KIND: NAME: WHY" as well, which
@@ -20,6 +21,7 @@ pytest's, which takes the tests of that kind alone (swarmtalk_pytest of cmake se
 import ast
 import collections
 import contextlib
+import hashlib
 import inspect
 import io
 import os
@@ -189,11 +191,22 @@ def collect(prefix, kind, into):
     return 0
 
 
+def own_folder(script):
+    """What no other file of tests, no other kind and no other checkout has, be it at the same path:
+    pytest's common folder is cleared by what runs beside it. A short one, since the path of a Unix
+    socket has at most 107 bytes."""
+    build = os.stat(os.environ["SWARMTALK_BUILD"])
+    words = (build.st_dev, build.st_ino, os.environ["SWARMTALK_PREFIX"],
+             os.environ["SWARMTALK_RUN"], script)
+    return "/tmp/swarmtalk-test-" + hashlib.sha256(repr(words).encode()).hexdigest()[:8]
+
+
 def main():
     if sys.argv[1:2] == ["collect"] and len(sys.argv) == 5:
         sys.exit(collect(*sys.argv[2:]))
     if sys.argv[1:2] == ["run"]:
-        sys.exit(pytest.main(sys.argv[2:], plugins=[sys.modules[__name__]]))
+        sys.exit(pytest.main([*sys.argv[2:], "--basetemp", own_folder(sys.argv[-1])],
+                             plugins=[sys.modules[__name__]]))
     sys.exit(__doc__)
 
 
