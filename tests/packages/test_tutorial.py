@@ -15,7 +15,7 @@ from conftest import bare_root, packages_of
 pytestmark = pytest.mark.field
 WITH_CPP = os.environ.get("SWARMTALK_PACKAGES") == "all"
 AT_MOST_S = 600  # for all of it, the installation with it
-NAMESPACE = "swtutorial"
+NAMESPACE = f"swtutorial{os.getpid()}"
 HOME = "home/alice"
 
 
@@ -61,9 +61,9 @@ def test_a_new_user_gets_from_nothing_to_a_program_of_his_own(laptop, tmp_path):
     if WITH_CPP:
         install(laptop, compiler)
     with_compiler = time.monotonic()
-    assert run("ip", "netns", "add", NAMESPACE).returncode == 0
     robot = None
     try:
+        assert run("ip", "netns", "add", NAMESPACE).returncode == 0
         robot = booted.Container(laptop, NAMESPACE, tmp_path / "console")
         begun = time.monotonic()
 
