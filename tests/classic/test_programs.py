@@ -103,7 +103,7 @@ def _nothing_left_running():
     for process in Robots.started:
         if process.poll() is None:  # a test that failed
             process.kill()
-            process.wait(10)
+            process.wait(60)
     Robots.started.clear()
 
 
@@ -128,7 +128,7 @@ class Robots:
         return (self.folder / name).read_text(encoding="utf-8")
 
     def wait_for(self, name: str, pattern: str) -> None:
-        end = time.monotonic() + 30
+        end = time.monotonic() + 60
         while not re.search(pattern, self.text(name), re.M):
             assert time.monotonic() < end, f"{name} has no '{pattern}':\n{self.text(name)}"
             assert all(process.poll() is None for process in self.processes)
@@ -137,7 +137,7 @@ class Robots:
     def stop(self) -> None:
         for process in self.processes:
             process.send_signal(signal.SIGTERM)
-        codes = [process.wait(10) for process in self.processes]
+        codes = [process.wait(60) for process in self.processes]
         assert codes == [0] * len(codes)
         assert not list(self.air.iterdir()), "each takes its socket with it"
 
@@ -257,7 +257,7 @@ def test_a_bad_place_is_refused_in_one_line(tmp_path):
     for name, text, what in (("X_MM", "far", "a number"), ("SPEED", "0", "at least 0.01"),
                              ("RANGE_MM", "-3", "at least 0")):
         run = subprocess.run([program], env={f"SWARMTALK_{name}": text}, capture_output=True,
-                             text=True, timeout=10, check=False)
+                             text=True, timeout=60, check=False)
         assert run.returncode == 1
         assert run.stderr == f"SWARMTALK_{name} is '{text}': give it {what}\n"
 

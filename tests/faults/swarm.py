@@ -16,7 +16,7 @@ import wire  # noqa: E402
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 TRAFFIC = BUILD / "tests/faults/traffic"
 SWARMTALKD = BUILD / "daemon/swarmtalkd"
-START_S = 20
+START_S = 60
 
 
 class Traffic:

@@ -10,7 +10,7 @@ import swarm
 
 KILLS = int(os.environ.get("SWARMTALK_KILLS", "40"))
 SEED = int(os.environ.get("SWARMTALK_SEED", "1"))
-BACK_S = 10  # of each client: far more than it needs, since the machine may be busy
+BACK_S = 60  # of each client: far more than it needs, since the machine may be busy
 # Of the median. That each is back within half a second is so by construction: it tries again at
 # least every 250 ms (tests/unit/client_lib/client_backoff_test.cpp), and registers in a few more.
 # Here a machine that is busy for a moment would add its own time to some clients', so one late

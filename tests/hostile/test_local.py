@@ -24,7 +24,7 @@ needs_other_user = pytest.mark.skipif(os.geteuid() != 0, reason="being another u
 def close_connections_without_a_process():
     with Daemon("[limits]\nclients = 20\n") as daemon:
         daemon.attack("doomed_sessions", 15).wait(60)
-        wait_for(lambda: daemon.status()["clients"] == 1, "all slots but our own", timeout=5)
+        wait_for(lambda: daemon.status()["clients"] == 1, "all slots but our own")
         assert daemon.counter("clients_malformed") == 15
 
 
@@ -180,7 +180,7 @@ def show_the_memory_of_a_daemon_with_a_key_to_nobody():
                     extra_groups=[]) as daemon:
             daemon.status()  # it serves, and has given up what it does not need
             done = subprocess.run(["cat", f"/proc/{daemon.process.pid}/environ"], user=STRANGER,
-                                  group=STRANGER, extra_groups=[], capture_output=True, timeout=20)
+                                  group=STRANGER, extra_groups=[], capture_output=True, timeout=60)
             readable.append(done.returncode == 0)
     shutil.rmtree(own)
     assert readable == [True, False]  # for a process of the same user
@@ -193,7 +193,7 @@ def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full(
     space = f"swarmtalk-hostile-{os.getpid()}"
 
     def ip(*words):
-        done = subprocess.run(["ip", *words], capture_output=True, text=True, timeout=20)
+        done = subprocess.run(["ip", *words], capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, done.stderr
 
     ip("netns", "add", space)
@@ -203,7 +203,7 @@ def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full(
         ip("-n", space, "link", "set", "wire", "up")
         done = subprocess.run(["ip", "netns", "exec", space, "tc", "qdisc", "add", "dev", "wire",
                                "root", "tbf", "rate", "8kbit", "burst", "1600", "limit", "1600"],
-                              capture_output=True, text=True, timeout=20)
+                              capture_output=True, text=True, timeout=60)
         if done.returncode != 0:
             pytest.skip(f"no queue can be made that is full: {done.stderr.strip()}")
         with Daemon(links='[links.w]\ntype = "raw_l2"\ninterface = "wire"\n',

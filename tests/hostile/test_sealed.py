@@ -45,11 +45,11 @@ def take_no_recorded_frames_whatever_starts_meanwhile(air, sender, hearer, line)
     sender.start(config_of(1, line))
     hearer.start(config_of(2, line))
     believe_each_other(sender, hearer)
-    listener = hearer.subscribe(CHANNEL, "-C", "20", "-W", "20")
+    listener = hearer.subscribe(CHANNEL, "-C", "20", "-W", "60")
     sender.publish(CHANNEL, "open the gripper", "--repeat", "20", "--rate", "100")
     assert len(heard(listener)) == 20
     assert int(tell(attack, "stop")) >= 20
-    listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "20")
+    listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "60")
     tell(attack, "play")
     sender.publish(CHANNEL, "now")
     assert [message["text"] for message in heard(listener)] == ["now"]
@@ -59,7 +59,7 @@ def take_no_recorded_frames_whatever_starts_meanwhile(air, sender, hearer, line)
         tell(attack, "order")
         number = 2 if robot is hearer else 1
         robot.start(config_of(number, line))
-        listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "20")
+        listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "60")
         tell(attack, "order")
         tell(attack, "play")
         believe_each_other(sender, hearer)
@@ -72,7 +72,7 @@ def hear_what_a_robot_says_first(sender, hearer, line):
     """The hearer runs for a while: what comes in its first tenths of a second it cannot judge."""
     starts = 5
     had = counter(hearer, "node_messages_received")
-    listener = hearer.subscribe(CHANNEL, "-C", starts, "-W", "40")
+    listener = hearer.subscribe(CHANNEL, "-C", starts, "-W", "60")
     for start in range(starts):
         sender.start(config_of(1, line), wait=False)
         # Before it has shown that it lives.
@@ -110,7 +110,7 @@ def lose_nothing_silently_at_the_receivers_start(sender, hearer, line):
         dropped += counter(hearer, "frames_not_proven") - counter(hearer, "frames_proven_later")
         # And when both know each other all is heard.
         believe_each_other(sender, hearer)
-        listener = hearer.subscribe(CHANNEL, "-C", at_once, "-W", "20")
+        listener = hearer.subscribe(CHANNEL, "-C", at_once, "-W", "60")
         sender.publish(CHANNEL, "then", "--repeat", at_once, "--rate", 200)
         assert len(heard(listener)) == at_once
         hearer.stop()
@@ -123,19 +123,19 @@ def test_a_robot_that_was_stopped_for_20_s_hears_what_waited_and_is_heard_again(
     robots = sender, hearer = air.daemon(1, line), air.daemon(2, line)
     believe_each_other(*robots)
     messages = 180
-    listener = hearer.subscribe(CHANNEL, "-C", messages, "-W", "50", "--keep-last", "1000")
+    listener = hearer.subscribe(CHANNEL, "-C", messages, "-W", "60", "--keep-last", "1000")
     publisher = sender.begin("pub", CHANNEL, "x", "--repeat", messages, "--rate", "10")
     wait_for(lambda: counter(hearer, "node_messages_received") > 0, what="the first message")
     os.kill(hearer.daemon.pid, signal.SIGSTOP)
     time.sleep(20)
     os.kill(hearer.daemon.pid, signal.SIGCONT)
     assert publisher.wait(timeout=60) == 0
-    assert len(heard(listener, timeout=60)) == messages
+    assert len(heard(listener)) == messages
     assert counter(hearer, "frames_too_old") == 0
     os.kill(sender.daemon.pid, signal.SIGSTOP)
     time.sleep(10)
     os.kill(sender.daemon.pid, signal.SIGCONT)
-    listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "20")
+    listener = hearer.subscribe(CHANNEL, "-C", "1", "-W", "60")
     sender.publish(CHANNEL, "awake")
     assert [message["text"] for message in heard(listener)] == ["awake"]
 
@@ -155,7 +155,7 @@ def test_a_robot_that_was_suspended_hears_others_and_is_heard_again(air, keys, t
         program("swarmtalkd")])
     if is_sealed:
         believe_each_other(other, robot)
-    listener = robot.subscribe(CHANNEL, "-C", "1", "-W", "20")
+    listener = robot.subscribe(CHANNEL, "-C", "1", "-W", "60")
     other.publish(CHANNEL, "before")
     assert [message["text"] for message in heard(listener)] == ["before"]
     listener = robot.listen("sub", CHANNEL, "--json", "--keep-last", "1000", file=True)
@@ -167,7 +167,7 @@ def test_a_robot_that_was_suspended_hears_others_and_is_heard_again(air, keys, t
     os.kill(robot.daemon.pid, signal.SIGCONT)
     # At once, as far as a message or two may be needed to believe each other again.
     publisher = other.begin("pub", CHANNEL, "after", "--repeat", "50", "--rate", "10")
-    answer = other.subscribe("6", "-C", "1", "-W", "20")
+    answer = other.subscribe("6", "-C", "1", "-W", "60")
     robot.begin("pub", "6", "awake", "--repeat", "50", "--rate", "10")
     assert [message["text"] for message in heard(answer)] == ["awake"]
     assert publisher.wait(timeout=60) == 0
@@ -190,7 +190,7 @@ def count_a_frame_of_an_older_release(old, new, line):
     old.publish(CHANNEL, "from long ago")
     wait_for(lambda: counter(new, "frames_not_fresh") > 0, what="the frame")
     assert counter(new, "frames_received") == 0
-    listener = old.subscribe(CHANNEL, "-C", "1", "-W", "20")
+    listener = old.subscribe(CHANNEL, "-C", "1", "-W", "60")
     new.publish(CHANNEL, "from now")
     assert [message["text"] for message in heard(listener)] == ["from now"]
 
@@ -215,7 +215,7 @@ def change_keys_by_reloads(sender, hearer, keys):
             done = robot.cli("reload")
             assert done.returncode == 0, done.stderr
     assert publisher.wait(timeout=60) == 0
-    listened = heard(listener, timeout=60)
+    listened = heard(listener)
     assert len(listened) == messages
     assert sum(message["lost_before"]["air"] for message in listened) == 0
     assert counter(hearer, "frames_other_key") == 0

@@ -20,7 +20,6 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 from commands import run, wait_for  # noqa: E402,F401
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
-TIMEOUT_S = 30
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
 

@@ -75,7 +75,7 @@ class Pair:
     def end(self):
         for process in reversed(self.started):
             process.send_signal(signal.SIGTERM)
-            process.wait(10)
+            process.wait(60)
 
 
 def test_clock_steps_change_neither_delivery_nor_delays(tmp_path):

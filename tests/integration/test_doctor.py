@@ -201,7 +201,7 @@ def test_a_receive_buffer_that_the_kernel_cuts_is_named(wires):
 
 def test_a_daemon_that_does_not_run_is_named(robot):
     os.kill(robot.daemon.pid, 9)
-    robot.daemon.wait(timeout=30)
+    robot.daemon.wait(timeout=60)
     only(robot, "daemon-dead", "--config", robot._config)
     os.unlink(robot.socket)
     only(robot, "daemon-absent", "--config", robot._config)

@@ -25,13 +25,13 @@ def wires():
 
 
 def a_message_crosses_to_a_small_profile_and_back_with_its_origin(wifi, small):
-    listener = small.subscribe("3", "-C", "1", "-W", "40")
+    listener = small.subscribe("3", "-C", "1", "-W", "60")
     wifi.publish("alarm", "12345")
     message, = heard(listener)
     assert message["text"] == "12345"
     assert message["sender"] == 250
     assert message["origin"] == {"link": None, "node": None, "message_number": None}
-    listener = wifi.subscribe("alarm", "-C", "1", "-W", "40")
+    listener = wifi.subscribe("alarm", "-C", "1", "-W", "60")
     small.publish("3", "hot!!")
     message, = heard(listener)
     assert message["text"] == "hot!!"
@@ -40,8 +40,8 @@ def a_message_crosses_to_a_small_profile_and_back_with_its_origin(wifi, small):
 
 
 def the_gateways_own_programs_reach_both_links(wifi, small, gateway):
-    listeners = [wifi.subscribe("alarm", "-C", "1", "-W", "40"),
-                 small.subscribe("3", "-C", "1", "-W", "40")]
+    listeners = [wifi.subscribe("alarm", "-C", "1", "-W", "60"),
+                 small.subscribe("3", "-C", "1", "-W", "60")]
     gateway.publish("alarm", "stop!")
     assert [heard(each)[0]["text"] for each in listeners] == ["stop!", "stop!"]
 
@@ -125,7 +125,7 @@ def one_link_goes_on_when_the_other_loses_its_interface(first, second):
     first.start(node(1) + WIFI)
     second.start(node(2) + WIFI + SMALL)
     second.execute("ip", "link", "del", "b0")
-    listener = first.subscribe("c", "-C", "1", "-W", "40")
+    listener = first.subscribe("c", "-C", "1", "-W", "60")
     second.publish("c", "still here")
     assert heard(listener)[0]["text"] == "still here"
     assert second.link("small")["up"] is False
@@ -134,7 +134,7 @@ def one_link_goes_on_when_the_other_loses_its_interface(first, second):
     second.stop()
     begin = len(second.logged())
     second.start(node(1) + WIFI + SMALL, wait=False)
-    assert second.daemon.wait(timeout=30) == 1
+    assert second.daemon.wait(timeout=60) == 1
     one_line(second.logged()[begin:], r"2\.toml:8: key 'links\.small\.interface'",
              "no such interface", "a0")
 

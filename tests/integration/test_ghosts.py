@@ -88,7 +88,7 @@ def five_robots_and_95_ghosts_share_one_medium(radio_lab, tmp_path):
     heard = {}
     for robot, process in listeners.items():
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=30)
+        process.communicate(timeout=60)
         lines = (tmp_path / f"{robot}.heard").read_text().splitlines()
         heard[robot] = collections.Counter(json.loads(line)["sender"] for line in lines)
         ghosts_heard = {node for node in heard[robot] if node >= FIRST_ID}
@@ -159,7 +159,7 @@ def on_a_wire_ghosts_can_be_filtered_and_their_deadlines_are_counted(wires, tmp_
     senders = []
     for sub in subs:
         sub.send_signal(signal.SIGINT)
-        sub.wait(timeout=30)
+        sub.wait(timeout=60)
         senders.append({message["sender"] for message in written(sub)})
     assert senders[0] >= {FIRST_ID, FIRST_ID + 1}
     assert not {sender for sender in senders[1] if sender >= FIRST_ID}

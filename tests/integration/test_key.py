@@ -49,7 +49,7 @@ class Robot:
     def end(self):
         """Ends the daemon. Returns what it has logged since it was asked last."""
         self.daemon.terminate()
-        self.daemon.wait(timeout=30)
+        self.daemon.wait(timeout=60)
         return self.daemon.stderr.read()
 
 
@@ -85,7 +85,7 @@ class Ether:
         self.ear.bind((GROUP, port))
         self.ear.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                             socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
-        self.ear.settimeout(10)
+        self.ear.settimeout(60)
         self.mouth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.mouth.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF,
                               socket.inet_aton("127.0.0.1"))
@@ -106,10 +106,10 @@ def who_has_the_key_understands_and_others_count_why_not(swarm, tmp_path):
     key = keygen(tmp_path / "swarm.key")
     with_key, friend = swarm("a", key), swarm("b", key)
     stranger, other = swarm("c"), swarm("d", keygen(tmp_path / "other.key"))
-    heard = friend.subscribe("c", "-C", "1", "-W", "20", "--json")
+    heard = friend.subscribe("c", "-C", "1", "-W", "60", "--json")
     with_key.believes(friend)
     assert with_key.cli("pub", "c", "a secret").returncode == 0
-    assert json.loads(heard.communicate(timeout=60)[0])["text"] == "a secret"
+    assert json.loads(heard.communicate(timeout=90)[0])["text"] == "a secret"
     wait_for(lambda: stranger.counter("frames_sealed") > 0, what="frames_sealed")
     wait_for(lambda: other.counter("frames_other_key") > 0, what="frames_other_key")
     before = with_key.counter("packets_received")
@@ -151,7 +151,7 @@ def replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, key):
     receiver.expect("frames_other_version", 1)
     assert receiver.counter("packets_received") == 1
     assert sender.cli("pub", "c", "the end").returncode == 0
-    out, _ = heard.communicate(timeout=60)
+    out, _ = heard.communicate(timeout=90)
     assert [json.loads(line)["text"] for line in out.splitlines()] == ["once only", "the end"]
 
 

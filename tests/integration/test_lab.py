@@ -75,7 +75,7 @@ def an_interrupted_run_leaves_nothing_behind(by):
                                stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "ready\n"
     process.send_signal(by)
-    assert process.wait(timeout=15) == 128 + by
+    assert process.wait(timeout=60) == 128 + by
     process.stdout.close()
     assert leftovers(name) == []
 
@@ -86,7 +86,7 @@ def an_interrupted_start_leaves_nothing_behind():
                                stderr=subprocess.PIPE, text=True)
     wait_for(lambda: leftovers(name), what="the first namespace")
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=60)
     one_line(errors, "interrupted")
     assert process.returncode == 1
     assert leftovers(name) == []

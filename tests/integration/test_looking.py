@@ -28,16 +28,16 @@ def channels_names_who_publishes_on_the_air(lab):
 
 
 def sub_prints_all_channels_and_in_a_format_of_ones_own(lab):
-    done = lab.cli(3, "sub", "--all", "-C", "12", "-F", "%c %s %l", "-W", "20")
+    done = lab.cli(3, "sub", "--all", "-C", "12", "-F", "%c %s %l", "-W", "60")
     assert done.returncode == 0, done.stderr
     assert set(done.stdout.splitlines()) == {"alarm 1 5", "4711 2 6"}
-    done = lab.cli(3, "sub", "alarm", "-C", "1", "-F", "%s\\0", "-W", "20")
+    done = lab.cli(3, "sub", "alarm", "-C", "1", "-F", "%s\\0", "-W", "60")
     assert done.stdout == "1\0\n"
-    done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--time", "-W", "20")
+    done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--time", "-W", "60")
     assert re.match(r"\d{4}-\d\d-\d\dT[\d:.]+Z  4711: robot 2 .* values 7 2\.5$", done.stdout)
-    done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--json", "-W", "20")
+    done = lab.cli(3, "sub", "4711", "--fmt", "<Hf", "-C", "1", "--json", "-W", "60")
     assert json.loads(done.stdout)["values"] == [7, 2.5]
-    done = lab.cli(3, "sub", "alarm", "--fmt", "<Hf", "-C", "1", "-W", "20")
+    done = lab.cli(3, "sub", "alarm", "--fmt", "<Hf", "-C", "1", "-W", "60")
     assert "values (not <Hf: 5 bytes, not 6)" in done.stdout
 
 
@@ -203,7 +203,7 @@ def a_misspelt_channel_is_told_with_the_one_that_there_is(lab):
     assert "nobody publishes 'alrm' as far as this robot knows; did you mean 'alarm'?" in (
         quiet.stderr.readline())
     quiet.send_signal(signal.SIGINT)
-    quiet.communicate(timeout=60)
+    quiet.communicate(timeout=90)
 
 
 def paths(value, at=""):
@@ -235,7 +235,7 @@ VERBS = {
     "channels": ("-W", "0.5"), "hz": ("alarm", "-C", "1", "--period", "1"), "top": ("-C", "1"),
     "neighbours": (), "pose get": (), "pose watch": ("-C", "1"),
     "ping": ("1", "-C", "1", "--period", "10"),
-    "sub": ("alarm", "-C", "1", "-W", "20"), "status": (), "decode": (FRAME,),
+    "sub": ("alarm", "-C", "1", "-W", "60"), "status": (), "decode": (FRAME,),
     "doctor": ("--period", "0.2", "--peer", "1"),
 }
 

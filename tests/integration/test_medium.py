@@ -26,7 +26,7 @@ def heard(lab, sender, receivers, messages=1, rate=50, channel="hello"):
     counts = []
     for sub in subs:
         sub.send_signal(signal.SIGINT)
-        counts.append(len(sub.communicate(timeout=30)[0].split()))
+        counts.append(len(sub.communicate(timeout=60)[0].split()))
     return counts
 
 
@@ -49,7 +49,7 @@ def range_decides_who_hears_whom_and_tcpdump_sees_it(lab, tmp_path):
         assert heard(lab, 2, [1, 3], messages=5) == [5, 0]
     finally:
         watcher.send_signal(signal.SIGTERM)
-        watcher.communicate(timeout=30)
+        watcher.communicate(timeout=60)
     seen = run("tcpdump", "-e", "-n", "-r", dump, "ether", "proto", "0x88b5").stdout
     assert seen.count("02:53:54:00:00:02 > ff:ff:ff:ff:ff:ff") >= 5, seen
     status = lab.medium()

@@ -7,7 +7,7 @@ import pytest
 from conftest import needs_root, one_line, program, wait_for
 
 
-def heard(process, timeout=60):
+def heard(process, timeout=90):
     out, errors = process.communicate(timeout=timeout)
     assert process.returncode == 0, errors
     return [json.loads(line) for line in out.splitlines()]
@@ -15,7 +15,7 @@ def heard(process, timeout=60):
 
 def a_message_crosses_with_distance_and_bearing(robots):
     """In a 2 x 2 grid, half a metre apart, all heading along +x."""
-    listener = robots.start_sub(4, "greetings", "--json", "-C", "1", "-W", "40")
+    listener = robots.start_sub(4, "greetings", "--json", "-C", "1", "-W", "60")
     assert robots.cli(1, "pub", "greetings", "good morning").returncode == 0
     message, = heard(listener)
     assert message["text"] == "good morning"
@@ -34,13 +34,13 @@ def every_robot_hears_it_once(robots):
     time.sleep(0.5)  # for whoever forwards it
     for listener in listeners:
         listener.terminate()
-        assert listener.communicate(timeout=60)[0] == ""
+        assert listener.communicate(timeout=90)[0] == ""
 
 
 def a_stale_pose_gives_an_unknown_distance_not_zero(robots):
     assert robots.cli(1, "pose", "set", "0", "0", "0", "--age-out").returncode == 0
     wait_for(lambda: robots.status(1)["pose"] is None, what="the pose to go stale")
-    listener = robots.start_sub(2, "c", "--json", "-C", "1", "-W", "40")
+    listener = robots.start_sub(2, "c", "--json", "-C", "1", "-W", "60")
     assert robots.cli(1, "pub", "c", "x").returncode == 0
     message, = heard(listener)
     assert message["distance_m"] is None
@@ -51,7 +51,7 @@ def every_size_crosses_two_namespaces_byte_for_byte(robots):
     receiver = robots.start(2, program("size_sweep"), "receive")
     done = robots.execute(1, program("size_sweep"), "send", timeout=240)
     receiver.terminate()
-    receiver.communicate(timeout=30)
+    receiver.communicate(timeout=90)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "16385 sizes, 0 to 16384 bytes, all intact" in done.stdout
 
@@ -66,7 +66,7 @@ def a_message_that_is_too_long_is_refused_with_the_limit(robots, tmp_path):
 
 
 def an_empty_message_is_a_message(robots):
-    listener = robots.start_sub(2, "c", "--json", "-C", "2", "-W", "40")
+    listener = robots.start_sub(2, "c", "--json", "-C", "2", "-W", "60")
     assert robots.cli(1, "pub", "c", "").returncode == 0
     assert robots.cli(1, "pub", "c", "then").returncode == 0
     first, second = heard(listener)
@@ -74,7 +74,7 @@ def an_empty_message_is_a_message(robots):
 
 
 def a_listener_on_the_same_robot_hears_it_marked_local(robots):
-    listener = robots.start_sub(1, "c", "--json", "-C", "1", "-W", "40")
+    listener = robots.start_sub(1, "c", "--json", "-C", "1", "-W", "60")
     assert robots.cli(1, "pub", "c", "hi").returncode == 0
     message, = heard(listener)
     assert message["local"] is True
@@ -82,10 +82,10 @@ def a_listener_on_the_same_robot_hears_it_marked_local(robots):
 
 
 def channels_are_apart(robots):
-    listener = robots.start_sub(2, "left", "--json", "-C", "1", "-W", "20")
+    listener = robots.start_sub(2, "left", "--json", "-C", "1", "-W", "60")
     assert robots.cli(1, "pub", "right", "x").returncode == 0
     assert robots.cli(1, "pub", "left", "y").returncode == 0
-    out, _ = listener.communicate(timeout=30)
+    out, _ = listener.communicate(timeout=90)
     assert [json.loads(line)["text"] for line in out.splitlines()] == ["y"]
 
 

@@ -111,7 +111,7 @@ def who_listens_is_told_once_when_the_last_link_goes_and_comes(wires, robots):
             line = sub.stderr.readline()
         assert words in line
     sub.terminate()
-    assert sub.communicate(timeout=30)[1] == ""
+    assert sub.communicate(timeout=60)[1] == ""
 
 
 def neighbours_are_listed_with_distance_pose_and_address(wires, robots):

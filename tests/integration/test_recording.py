@@ -34,7 +34,7 @@ def wait_for_channel(lab, robot, name):
 def end(process, number=signal.SIGINT):
     """Ends it; returns its exit code, standard output and error."""
     process.send_signal(number)
-    out, error = process.communicate(timeout=60)
+    out, error = process.communicate(timeout=90)
     return process.returncode, out, error
 
 
@@ -69,10 +69,10 @@ def record_twelve(lab, path, log_line=None):
         assert lab.cli(1, "pub", "debug", log_line).returncode == 0
     for number in range(6):
         for channel in "ab":
-            done = lab.cli(1, "pub", channel, f"{channel}{number}", "-W", "20")
+            done = lab.cli(1, "pub", channel, f"{channel}{number}", "-W", "60")
             assert done.returncode == 0, done.stderr
-    out, _ = sub.communicate(timeout=60)
-    text, error = recorder.communicate(timeout=60)
+    out, _ = sub.communicate(timeout=90)
+    text, error = recorder.communicate(timeout=90)
     assert (recorder.returncode, without_hint(error)) == (0, "")
     one_line(text, r"12 messages on 2 channels, \d+ bytes")
     return as_they_came(map(json.loads, out.splitlines()))
@@ -101,8 +101,8 @@ def play_keeps_the_order_across_channels_however_fast(lab, tmp_path):
     recorder = start_record(lab, 2, path, "--channels", "a,b", "-C", str(len(said)))
     wait_for_channel(lab, 2, "b")
     for text in said:
-        assert lab.cli(1, "pub", text[0], text, "-W", "20").returncode == 0
-    recorder.communicate(timeout=60)
+        assert lab.cli(1, "pub", text[0], text, "-W", "60").returncode == 0
+    recorder.communicate(timeout=90)
     again = played(lab, 1, path, len(said), "--rate", "1000")
     assert [message["text"] for message in again] == said
 
@@ -111,7 +111,7 @@ def record_finds_channels_on_the_air_that_nobody_here_uses(lab, tmp_path):
     recorder = start_record(lab, 2, "--jsonl", "-C", "3")
     pub = lab.start(1, program("swarmtalk-cli"), "pub", "4711", "x", "--repeat", "0",
                     "--rate", "20")
-    out, error = recorder.communicate(timeout=30)
+    out, error = recorder.communicate(timeout=90)
     end(pub)
     lines = [json.loads(line) for line in out.splitlines()]
     assert recorder.returncode == 0, error
@@ -166,8 +166,8 @@ def play_that_waits_in_a_quiet_lab_says_what_for(lab, other, tmp_path):
     line = player.stderr.readline()
     assert "waiting: no other robot is heard" in line and "beacon_ms" in line
     listener = other.start_sub(1, "a", "-C", "1")
-    assert player.wait(timeout=30) == 0, player.communicate()
-    assert "x" in listener.communicate(timeout=30)[0]
+    assert player.wait(timeout=60) == 0, player.communicate()
+    assert "x" in listener.communicate(timeout=90)[0]
     player.communicate()
 
 
@@ -210,7 +210,7 @@ def a_channel_recorded_by_its_number_is_played_by_its_name(lab, tmp_path):
     done = lab.cli(1, "play", "-c", "othr", "-c", "alarm", path)
     assert done.returncode == 0
     one_line(done.stderr, "a.mcap has no messages of 'othr'$")
-    assert "x" in sub.communicate(timeout=60)[0]
+    assert "x" in sub.communicate(timeout=90)[0]
     done = lab.cli(1, "play", "-c", "other", path)
     one_line(done.stderr, "no messages of these channels")
 
@@ -223,8 +223,8 @@ def a_channel_that_is_named_twice_is_heard_once(lab, tmp_path):
                       if each["number"] == number] == [2], what="one subscription each")
     for text in "xy":
         assert lab.cli(1, "pub", "alarm", text).returncode == 0
-    assert sub.communicate(timeout=60)[0] == "alarm x\nalarm y\n"
-    out, _ = recorder.communicate(timeout=60)
+    assert sub.communicate(timeout=90)[0] == "alarm x\nalarm y\n"
+    out, _ = recorder.communicate(timeout=90)
     heard = [each for each in map(json.loads, out.splitlines()) if each["type"] == "message"]
     assert [each["text"] for each in heard] == ["x", "y"]
 
@@ -253,7 +253,7 @@ def one_message_is_told_as_one(lab, tmp_path):
     wait_for(lambda: any(each["name"] == "alarm" and each["subscribers"]
                          for each in lab.status(2)["channels"]), what="the recorder")
     assert lab.cli(1, "pub", "alarm", "x").returncode == 0
-    out, _ = recorder.communicate(timeout=60)
+    out, _ = recorder.communicate(timeout=90)
     assert recorder.returncode == 0
     one_line(out, r"1 message on 1 channel, \d+ bytes")
 
@@ -273,7 +273,7 @@ def a_killed_recorder_leaves_whole_seconds_and_play_says_so(lab, tmp_path):
     lab.cli(1, "pub", "a", "first")
     wait_for(lambda: lab.cli(1, "play", path).returncode == 0, what="the message on the disk")
     os.kill(recorder_pid(path), signal.SIGKILL)
-    recorder.communicate(timeout=60)
+    recorder.communicate(timeout=90)
     done = lab.cli(1, "play", path)
     assert done.returncode == 0, done.stderr
     one_line(done.stderr, "cut off, as when a recorder is killed, or damaged there",
@@ -298,7 +298,7 @@ def a_full_disk_ends_the_recorder_with_one_line_and_a_readable_file(lab, tmp_pat
     wait_for_channel(lab, 2, "a")
     pub = lab.start(1, program("swarmtalk-cli"), "pub", "a", "--hex", os.urandom(600).hex(),
                     "--repeat", "0", "--rate", "50")
-    out, error = recorder.communicate(timeout=60)
+    out, error = recorder.communicate(timeout=90)
     end(pub)
     assert (recorder.returncode, out) == (1, "")
     one_line(without_hint(error), "cannot write .*a.mcap: File too large",

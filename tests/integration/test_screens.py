@@ -149,7 +149,7 @@ def arrows_move_what_is_too_long_for_the_terminal(lab):
             screen.wait("^1 .*\n2 .*\n3 .*\n4 .*\n4711 .*\n5 .*\n6 .*\nalarm .*\n\nPROGRAM")
     finally:
         sub.terminate()
-        sub.wait(20)
+        sub.wait(60)
 
 
 def a_terminal_that_cannot_be_drawn_on_is_told(lab):

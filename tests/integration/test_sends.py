@@ -24,10 +24,10 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "client_lib/python")}
 
 
 def two_sends_in_a_row_both_arrive(lab):
-    sub = lab.start_sub(2, "two", "-C", "2", "-W", "20")
+    sub = lab.start_sub(2, "two", "-C", "2", "-W", "60")
     done = lab.execute(1, program("two_sends"), "2", "wait")
     assert (done.returncode, done.stdout, done.stderr) == (0, "0 refused\n", "")
-    out, errors = sub.communicate(timeout=30)
+    out, errors = sub.communicate(timeout=90)
     assert sub.returncode == 0, out + errors
     assert re.findall(r'robot 1  "(.)"', out) == ["0", "1"], out
 
@@ -46,11 +46,11 @@ if sys.argv[1:] == ["killed"]:
 
 def what_a_program_sent_before_it_ended_arrives(lab, *words):
     for _ in range(4):
-        sub = lab.start_sub(2, "two", "-C", "9", "-W", "20")
+        sub = lab.start_sub(2, "two", "-C", "9", "-W", "60")
         done = lab.execute(1, *words, env=ENVIRONMENT)
         assert done.stderr == ""
         assert done.returncode == (-9 if "killed" in words else 0)
-        out, errors = sub.communicate(timeout=30)
+        out, errors = sub.communicate(timeout=90)
         assert sub.returncode == 0, out + errors
         assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), (words[0], out)
 
@@ -68,7 +68,7 @@ def a_daemon_that_has_gone_meanwhile_is_told(lab, how, *programs):
         assert process.stdout.readline() == "ready\n"
     os.kill(daemon, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
     try:
-        told = [process.communicate("\n", timeout=30)[1] for process in started]
+        told = [process.communicate("\n", timeout=60)[1] for process in started]
     finally:
         if how == "stopped":
             os.kill(daemon, signal.SIGCONT)

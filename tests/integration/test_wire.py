@@ -32,14 +32,14 @@ def only_broadcast_frames_of_our_ethertype_are_on_the_wire(lab, tmp_path):
         ["ip", "netns", "exec", f"swarmtalk-{lab.name}-air", "tcpdump", "-i", "robot1", "-U",
          "-Z", "root", "-w", str(capture)], stderr=subprocess.PIPE, text=True)
     assert "listening on" in dump.stderr.readline()
-    listener = lab.start_sub(2, "c", "-C", "5", "-W", "40")
+    listener = lab.start_sub(2, "c", "-C", "5", "-W", "60")
     assert lab.cli(1, "pub", "c", "marker-on-the-wire", "--repeat", "5",
                    "--rate", "50").returncode == 0
-    listener.communicate(timeout=60)
+    listener.communicate(timeout=90)
     assert lab.cli(2, "pub", "c", "answer").returncode == 0
     wait_for(lambda: capture.exists() and len(read_pcap(capture)) >= 6, what="captured frames")
     dump.send_signal(signal.SIGTERM)
-    dump.communicate(timeout=30)
+    dump.communicate(timeout=60)
     frames = read_pcap(capture)
     assert any(b"marker-on-the-wire" in frame for frame in frames)
     for frame in frames:
@@ -97,9 +97,9 @@ for i in range(20000):
                                 random.randrange(256), random.randrange(4)) + body
     frame(body)
 """)
-    listener = lab.start_sub(2, "c", "-C", "1", "-W", "40")
+    listener = lab.start_sub(2, "c", "-C", "1", "-W", "60")
     assert lab.cli(1, "pub", "c", "still here").returncode == 0
-    out, _ = listener.communicate(timeout=60)
+    out, _ = listener.communicate(timeout=90)
     assert "still here" in out
     assert lab.pid(2) == pid
 

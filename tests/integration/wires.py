@@ -41,7 +41,7 @@ class Wires:
         for process in self._processes:
             if process.poll() is None:
                 process.kill()
-            process.communicate(timeout=30)
+            process.communicate(timeout=60)
         for name in self._namespaces:
             run("ip", "netns", "del", name)
         self._folder.cleanup()
@@ -51,7 +51,7 @@ class Wires:
         for process in reversed(self._processes):
             if process.poll() is None:
                 process.terminate()
-                process.communicate(timeout=30)
+                process.communicate(timeout=60)
 
     def _namespace(self, name):
         full = f"{self._prefix}{name}"
@@ -110,7 +110,7 @@ class Wires:
         relay = self.keep(subprocess.Popen(
             ["ip", "netns", "exec", full, sys.executable, LOSSY, str(share), str(seed), *ports],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=30)[1]
+        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=60)[1]
 
     def file(self, name):
         """Path of a file that goes with the wires."""
@@ -161,7 +161,7 @@ class Robot:
     def stop(self):
         """Ends the daemon."""
         self.daemon.terminate()
-        self.daemon.wait(timeout=30)
+        self.daemon.wait(timeout=60)
 
     def logged(self):
         with open(self.log, encoding="utf-8") as file:
@@ -221,7 +221,7 @@ class Robot:
         assert done.returncode == 0, done.stderr
 
 
-def heard(process, timeout=60):
+def heard(process, timeout=90):
     """What a subscriber printed until its end."""
     out, _ = process.communicate(timeout=timeout)
     return [json.loads(line) for line in out.splitlines()]

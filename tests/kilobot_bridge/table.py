@@ -60,7 +60,7 @@ class Background:
         if self.is_running():
             self.process.send_signal(by)
         try:
-            return self.process.wait(timeout=30)
+            return self.process.wait(timeout=60)
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise

@@ -36,7 +36,7 @@ def say_until(daemon, channel, number, is_answered):
     """Tells the robots a number until one answers: nothing acknowledges, and a robot that talks at
     the moment hears none of a message's copies. @return the answers"""
     for _ in range(5):
-        done = daemon.cli("pub", channel, "--hex", number, "-W", 20)
+        done = daemon.cli("pub", channel, "--hex", number, "-W", 60)
         assert done.returncode == 0, done.stderr
         deadline = time.monotonic() + 5
         while time.monotonic() < deadline:

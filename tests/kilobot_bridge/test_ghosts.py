@@ -49,5 +49,5 @@ def test_what_ghost_kilobots_say_leaves_the_overhead_controller(stack):
 
     # A hop count from ghost 0 (the seed): 0, and from ghost 1: 1 hop; as payload behind 3 bytes.
     counts = wait_for(lambda: {each[3] for each in from_table()} >= {0, 1} and from_table(),
-                      timeout=20, what="both ghosts' counts on the table")
+                      what="both ghosts' counts on the table")
     assert len(counts) >= 3

@@ -103,16 +103,16 @@ def test_the_portable_programs_run_on_an_older_debian(tmp_path):
              f"{home}/swarmtalkd", "--config", "/tmp/config.toml"], stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=open(tmp_path / "log", "w", encoding="utf-8"))
         cli = [*inside, f"{home}/swarmtalk-cli", "--socket", "/tmp/daemon.sock"]
-        booted.wait_for(lambda: run(*cli, "status").returncode == 0, timeout=30, what="daemon")
-        heard = subprocess.Popen([*cli, "sub", "c", "-C", "1", "-W", "20"], text=True,
+        booted.wait_for(lambda: run(*cli, "status").returncode == 0, what="daemon")
+        heard = subprocess.Popen([*cli, "sub", "c", "-C", "1", "-W", "60"], text=True,
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         booted.wait_for(lambda: json.loads(run(*cli, "status", "--json").stdout)["channels"],
                         what="subscription")
         assert run(*cli, "pub", "c", "old friend").returncode == 0
-        out, errors = heard.communicate(timeout=30)
+        out, errors = heard.communicate(timeout=90)
         assert "old friend" in out, errors
     finally:
         if daemon:
             daemon.terminate()
-            daemon.wait(20)
+            daemon.wait(60)
         shutil.rmtree(root)

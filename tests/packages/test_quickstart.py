@@ -67,13 +67,13 @@ def test_quickstart_talks_and_so_do_the_programs_that_it_tells_of(tmp_path, is_b
     up, sub, pub, down = below("Three robots that stay")
     assert run("sh", "-c", up, cwd=tree).returncode == 0
     try:
-        listener = subprocess.Popen(f"exec {sub} -C 1 -W 20", shell=True, cwd=tree, text=True,
+        listener = subprocess.Popen(f"exec {sub} -C 1 -W 60", shell=True, cwd=tree, text=True,
                                     stdout=subprocess.PIPE)
         status = f"{sub.split(' -- ')[0]} -- {pub.split(' -- ')[1].split()[0]} status --json"
         wait_for(lambda: '"channels":[]' not in run("sh", "-c", status, cwd=tree).stdout.replace(
             " ", ""), what="subscription")
         assert run("sh", "-c", pub, cwd=tree).returncode == 0
-        assert "good morning" in listener.communicate(timeout=30)[0]
+        assert "good morning" in listener.communicate(timeout=90)[0]
     finally:
         assert run("sh", "-c", down, cwd=tree).returncode == 0
     shutil.rmtree(tree)

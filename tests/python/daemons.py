@@ -16,7 +16,7 @@ BUILD = os.path.abspath(os.environ.get("SWARMTALK_BUILD") or os.path.join(ROOT, 
 CLIENT = os.path.join(ROOT, "client_lib", "python")
 DAEMON = os.path.join(BUILD, "daemon", "swarmtalkd")
 CLI = os.path.join(BUILD, "cli", "swarmtalk-cli")
-START_S = 20
+START_S = 60
 
 
 class Daemon(object):

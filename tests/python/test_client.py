@@ -9,7 +9,7 @@ from daemons import CLI, CLIENT
 
 import swarmtalk
 
-PATIENCE_S = 10
+PATIENCE_S = 60
 
 
 def behave_with(python):
@@ -138,21 +138,21 @@ def hear_cpp_and_be_heard_by_it(two_robots):
         robot.set_fixed_pose(0, 0, 0)
         robot.sync()
         subprocess.run([CLI, "--socket", two_robots[1].socket, "pose", "set", "3", "4", "0"],
-                       check=True, timeout=30)
+                       check=True, timeout=PATIENCE_S)
         sub = subprocess.Popen([CLI, "--socket", two_robots[1].socket, "sub", "c", "--json", "-C",
-                                "2", "-W", "30"], stdout=subprocess.PIPE, text=True)
+                                "2", "-W", "60"], stdout=subprocess.PIPE, text=True)
         with swarmtalk.Client("q", two_robots[1].socket) as other:
             while not other.status().channels:
                 other.run(0.02)
         publisher = robot.advertise("c")
         payload = bytes(range(256))
         assert publisher.send("grüß") and publisher.send(payload)
-        heard = [json.loads(line) for line in sub.communicate(timeout=40)[0].splitlines()]
+        heard = [json.loads(line) for line in sub.communicate(timeout=90)[0].splitlines()]
         assert heard[0]["text"] == "grüß" and heard[1]["hex"] == payload.hex()
         assert heard[0]["sender"] == 1 and heard[0]["distance_m"] == pytest.approx(5, abs=0.01)
         subscriber = robot.subscribe("d")
         subprocess.run([CLI, "--socket", two_robots[1].socket, "pub", "d", "00ff0a", "--hex"],
-                       check=True, timeout=30)
+                       check=True, timeout=PATIENCE_S)
         message = subscriber.get(PATIENCE_S)
         assert message.data == b"\x00\xff\n" and message.sender == 2
         assert message.distance == pytest.approx(5, abs=0.01)
@@ -204,7 +204,7 @@ def serve_one_event_loop_after_the_other(two_robots):
             async for message in each:
                 return message
         for text in ("first", "second", "third"):
-            asyncio.run(asyncio.wait_for(hear(text), 30))
+            asyncio.run(asyncio.wait_for(hear(text), PATIENCE_S))
         with pytest.raises(swarmtalk.BadArgument, match="need a running event loop"):
             robot.attach()
 

@@ -54,7 +54,7 @@ class Lab:
         for process in self.started:
             if process.poll() is None:
                 process.terminate()
-                process.communicate(timeout=30)
+                process.communicate(timeout=60)
         self.tool("down")
 
 
@@ -102,7 +102,7 @@ def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     assert code == 1 and "AttributeError" in errors, errors
     assert "debug channel is off" not in errors
     log.terminate()
-    lines = [json.loads(line) for line in log.communicate(timeout=30)[0].splitlines()]
+    lines = [json.loads(line) for line in log.communicate(timeout=60)[0].splitlines()]
     assert {line["sender"] for line in lines} == {9}
     text = [line["text"] for line in lines]
     assert text[0] == "leader.py died on robot 9:"

@@ -16,7 +16,7 @@ from daemons import CLIENT
 import daemons
 import swarmtalk
 
-LONGEST_S = 20  # of a block that ends by itself; others are interrupted when they have printed
+LONGEST_S = 60  # of a block that ends by itself; others are interrupted when they have printed
 
 
 def blocks(document):
@@ -112,7 +112,7 @@ def two_robots():
 def chatter(two_robots):
     thread = Chatter(two_robots[1].socket)
     thread.start()
-    assert thread.listens.wait(30)
+    assert thread.listens.wait(60)
     yield thread
     thread.ended.set()
     thread.join(30)

@@ -67,7 +67,7 @@ def test_a_log_that_was_changed_by_hand_does_not_run_for_ever(tmp_path, key, val
     scenario = {"program": "hop_count", "platform": "sim-kilobot", "seed": 1, "seconds": 1,
                 "robots": [{"x_mm": 0, "y_mm": 0}]}
     (tmp_path / "s.json").write_text(json.dumps(scenario | {key: value}) + "\n")
-    done = subprocess.run([BUILD / "suite/swarmtalk-sim", tmp_path / "s.json", "-"], timeout=20,
+    done = subprocess.run([BUILD / "suite/swarmtalk-sim", tmp_path / "s.json", "-"], timeout=60,
                           capture_output=True, text=True)
     words = (key if key != "faults" else "fault", *(value if isinstance(value, dict) else ()))
     assert done.returncode == 1 and done.stderr.count("\n") == 1

@@ -5,14 +5,18 @@ import time
 
 import pytest
 
+# Of a wait for what has to come: far longer than it takes, and shorter than the limit of a test.
+PATIENCE_S = 60
 
-def run(*command, timeout=30, **options):
-    """Runs a command to its end, at most `timeout` seconds; its result, with text output."""
+
+def run(*command, timeout=PATIENCE_S + 30, **options):
+    """Runs a command to its end, at most `timeout` seconds, more than one waits itself (-W 60); its
+    result, with text output."""
     return subprocess.run([str(word) for word in command], timeout=timeout, text=True,
                           capture_output=True, stdin=subprocess.DEVNULL, **options)
 
 
-def wait_for(condition, timeout=60.0, what="condition"):
+def wait_for(condition, timeout=PATIENCE_S, what="condition"):
     """Polls until `condition()` is true; returns its value. Fails after `timeout` seconds."""
     deadline = time.monotonic() + timeout
     while True:

@@ -37,7 +37,7 @@ class Tmux:
     def keys(self, *keys):
         run(*self.words, "send-keys", *keys)
 
-    def wait(self, pattern, timeout=20):
+    def wait(self, pattern, timeout=60):
         try:
             wait_for(lambda: re.search(pattern, self.text(), re.M), timeout=timeout, what=pattern)
         except AssertionError as error:

@@ -300,7 +300,7 @@ def test_when_it_is_killed_nothing_is_left(project, tmp_path):
             wait_for(left, 60, "its process")
         finally:
             started.kill()
-    wait_for(lambda: not left(), 10, "the end of its process")
+    wait_for(lambda: not left(), 60, "the end of its process")
 
 
 @pytest.mark.parametrize("words, why", [

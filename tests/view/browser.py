@@ -90,7 +90,7 @@ class Browser:
         assert "exceptionDetails" not in result, result["exceptionDetails"]
         return result["result"].get("value")
 
-    def wait_for(self, expression, timeout=20.0):
+    def wait_for(self, expression, timeout=60.0):
         """Polls until the expression is true; returns its value."""
         deadline = time.monotonic() + timeout
         while True:

@@ -25,7 +25,7 @@ from commands import run, wait_for  # noqa: E402,F401
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 PROGRAMS = {"swarmtalk-view": "view", "swarmtalk-lab": "lab", "swarmtalk-cli": "cli"}
-TIMEOUT_S = 30
+TIMEOUT_S = 60
 
 
 def program(name):

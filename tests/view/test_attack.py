@@ -56,7 +56,7 @@ def test_who_looks_goes_on_under_attack_and_nothing_stays(make_lab, make_view, b
         with page(view) as other:
             message_where(other, lambda m: m["t"] == "state")
         grown = resident_kib(view) - resident
-        talker.wait(timeout=30)
+        talker.wait(timeout=60)
         for attack in attacks:
             attack.communicate("")
         gone = time.monotonic()

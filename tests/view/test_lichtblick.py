@@ -170,6 +170,6 @@ def test_it_opens_a_recording_that_the_command_line_wrote(make_lab, server, tmp_
     server.recording = tmp_path / "run.mcap"
     recorder = lab.start_cli(1, "record", server.recording, "-W", "5")
     lab.cli(2, "pub", "alarm", "fire")
-    assert recorder.wait(30) == 0
+    assert recorder.wait(60) == 0
     with Browser(address(server, "remote-file", f"{server.origin}/run.mcap"), 1440, 900) as page:
         wait_for_robots(page, 9, "lichtblick_recording.png")

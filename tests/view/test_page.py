@@ -33,7 +33,7 @@ def keep(page, name):
         page.picture(pathlib.Path(PICTURES) / name)
 
 
-def shown(page, count, timeout=20.0):
+def shown(page, count, timeout=60.0):
     """Robots by id, once so many have a place."""
     deadline = time.monotonic() + timeout
     while True:
@@ -62,9 +62,9 @@ def show_robots_cards_channels_and_what_was_before(page, lab):
     # What is not known is called unknown.
     assert "unknown" in page.ask("document.getElementById('card').textContent")
     keep(page, "channels.png")
-    page.wait_for("performance.now() > 3000", 6.0)  # else there is nothing 4 s back
+    page.wait_for("performance.now() > 3000")  # else there is nothing 4 s back
     lab.kill(3)
-    page.wait_for("swarmtalk.isGreyed(3)", 6.0)
+    page.wait_for("swarmtalk.isGreyed(3)")
     assert not page.ask("swarmtalk.isGreyed(2)")
     # Back to when robot 3 was there.
     page.ask("""(() => { const back = document.getElementById('back');
@@ -148,7 +148,7 @@ def grow_old_without_the_viewer(page, view):
     shown(page, 2)
     page.wait_for("!swarmtalk.isGreyed(2)")
     view.process.kill()
-    page.wait_for("swarmtalk.isGreyed(2) && swarmtalk.isGreyed(1)", 10.0)
+    page.wait_for("swarmtalk.isGreyed(2) && swarmtalk.isGreyed(1)")
     text = page.ask("document.getElementById('state').textContent")
     assert re.search(r"no connection to swarmtalk-view for \d.* s; trying again", text), text
     assert page.ask("document.getElementById('when').textContent") == "not live"

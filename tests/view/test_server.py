@@ -55,7 +55,7 @@ def answer_garbage(lab):
         for garbage in (b"\x00\xff" * 3000, b"GET / HTTP/9.9\r\n\r\n",
                         b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
                         b"GET / HTTP/1.1\r\n" + b"x: y\r\n" * 5000):
-            with socket.create_connection(("127.0.0.1", view.port), timeout=10) as connection:
+            with socket.create_connection(("127.0.0.1", view.port), timeout=60) as connection:
                 with contextlib.suppress(OSError):
                     connection.sendall(garbage)
                     connection.shutdown(socket.SHUT_WR)
@@ -84,7 +84,7 @@ def bear_a_thousand_connections(lab):
         before = view.descriptors()
         with page(view) as viewer, contextlib.ExitStack() as stack:
             for _ in range(1000):
-                stack.enter_context(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+                stack.enter_context(socket.create_connection(("127.0.0.1", view.port), timeout=60))
             message_where(viewer, lambda m: m["t"] == "state")
             assert view.descriptors() < before + 200
         wait_for(lambda: view.descriptors() <= before, what="closed connections")
@@ -185,7 +185,7 @@ def tell_an_address_that_cannot_be_written(lab):
         assert "http://localhost:" in line and "No space left on device" in line, line
     finally:
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=60)
 
 
 ELSEWHERE = """
@@ -268,13 +268,13 @@ def find_a_place_among_requests_that_never_end(view):
     held = []
     try:
         for number in range(2 * MOST_PLACES):
-            held.append(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+            held.append(socket.create_connection(("127.0.0.1", view.port), timeout=60))
             if number % 2:
                 held[-1].sendall(b"GET / HTTP/1.1\r\nHost: loc")
         with page(view) as viewer:
             message_where(viewer, lambda m: m["t"] == "state")
             for _ in range(2 * MOST_PLACES):  # and keeps it
-                held.append(socket.create_connection(("127.0.0.1", view.port), timeout=10))
+                held.append(socket.create_connection(("127.0.0.1", view.port), timeout=60))
             message_where(viewer, lambda m: m["t"] == "state")
     finally:
         for each in held:

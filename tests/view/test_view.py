@@ -207,7 +207,7 @@ def test_robots_that_are_not_heard_are_shown_by_their_reports(make_lab, make_vie
             stack.callback(process.wait)
             stack.callback(process.kill)
         viewer.send(json.dumps({"op": "card", "robot": 9}))
-        state = state_with(viewer, *range(1, 10), timeout=40.0)
+        state = state_with(viewer, *range(1, 10))
         last = robots_of(state)[9]
         assert (last["x"], last["y"]) == pytest.approx(lab.place(9), abs=0.001)
         assert "told_age" in last

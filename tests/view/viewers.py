@@ -11,7 +11,7 @@ def page(view, **options):
     return WebSocket(view.port, protocol=PAGE, **options)
 
 
-def message_where(viewer, condition, timeout=30.0, what="message"):
+def message_where(viewer, condition, timeout=60.0, what="message"):
     """The first message for which the condition holds."""
     deadline = time.monotonic() + timeout
     while time.monotonic() < deadline:
@@ -25,7 +25,7 @@ def robots_of(state):
     return {robot["id"]: robot for robot in state["robots"]}
 
 
-def state_with(viewer, *ids, timeout=30.0):
+def state_with(viewer, *ids, timeout=60.0):
     """A state in which these robots have a place."""
     return message_where(viewer, lambda m: m["t"] == "state" and all(
         "x" in robots_of(m).get(number, {}) for number in ids), timeout, f"robots {ids}")

@@ -38,7 +38,7 @@ def rest_of(connection, received):
 
 def get(port, path="/", host=None, **headers):
     """One GET; returns status, headers and body."""
-    with socket.create_connection(("127.0.0.1", port), timeout=20) as connection:
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
         lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'localhost:{port}'}"]
         lines += [f"{name}: {value}" for name, value in headers.items()]
         connection.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
@@ -53,7 +53,7 @@ def get(port, path="/", host=None, **headers):
 
 
 class WebSocket:
-    def __init__(self, port, path="/", protocol=None, origin=None, host=None, timeout=20,
+    def __init__(self, port, path="/", protocol=None, origin=None, host=None, timeout=60,
                  address="127.0.0.1"):
         self.connection = socket.create_connection((address, port), timeout=timeout)
         lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'localhost:{port}'}",

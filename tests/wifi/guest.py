@@ -238,7 +238,7 @@ class Capture:
         self.machine = machine
         self.file = f"/run/capture-{time.monotonic_ns()}.pcap"
         self.process = machine.start(where, "tcpdump", "-U", "-i", interface, "-w", self.file)
-        self.process.wait_for(lambda process: "listening on" in process.stderr, 30, "tcpdump")
+        self.process.wait_for(lambda process: "listening on" in process.stderr, 60, "tcpdump")
 
     def __enter__(self):
         return self

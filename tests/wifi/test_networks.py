@@ -159,7 +159,7 @@ def test_the_medium_says_what_it_cannot_do(machine):
             with pytest.raises(guest.GuestError, match=words):
                 medium.ask(line)
     second = machine.start("", guest.program("swarmtalk-wifi-medium"), "1", "r1=nonsense")
-    assert second.wait(20) == 1 and "NAME=ADDRESS@X,Y" in second.stderr
+    assert second.wait(60) == 1 and "NAME=ADDRESS@X,Y" in second.stderr
 
 
 def assert_all_heard(machine, channel):

@@ -88,7 +88,7 @@ def test_a_capture_of_robots_with_a_key_is_read_after_unsealing(tmp_path):
     key, config, sealed = (tmp_path / name for name in ("swarm.key", "base.toml", "sealed.pcap"))
     subprocess.run([CLI, "keygen", key], check=True, capture_output=True)
     config.write_text(f'[links.wifi]\nkey_file = "{key}"\n[channels]\nhello = 7\n')
-    talk = (f"{LAB} exec 2 -- {CLI} capture {sealed} -C 40 -W 20 & "
+    talk = (f"{LAB} exec 2 -- {CLI} capture {sealed} -C 40 -W 60 & "
             f"{LAB} exec 1 -- {CLI} pub --repeat 60 --rate 20 hello 'good morning'; wait")
     done = subprocess.run([LAB, "--name", f"ws{os.getpid()}", "run", "2", "--medium", "udp",
                            "--config", config, "--", "/bin/sh", "-c", talk], text=True,

@@ -21,7 +21,7 @@ from local_frames import field, fields, frame  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 STRANGER = 65534  # nobody: a user without any right on this machine
-WAIT_S = int(os.environ.get("SWARMTALK_WAIT_S", "20"))
+WAIT_S = int(os.environ.get("SWARMTALK_WAIT_S", "60"))
 FAILURE, SUBSCRIBE, SUBSCRIBED, ADVERTISE, ADVERTISED, GET_STATUS, STATUS = 3, 5, 6, 8, 9, 14, 15
 
 
@@ -188,7 +188,7 @@ class Daemon:
         if self.process.poll() is None:
             self.process.terminate()
             try:
-                self.process.wait(10)
+                self.process.wait(60)
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()

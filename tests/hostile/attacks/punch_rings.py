@@ -40,7 +40,7 @@ def punch(client, memory, times):
 if __name__ == "__main__":
     CLIENT, MEMORY = begin(sys.argv[1])
     CLIENT.take()
-    CLIENT.socket.settimeout(5)
+    CLIENT.socket.settimeout(60)
     TIMES = punch(CLIENT, MEMORY, int(sys.argv[2]))
     _, AGAIN = begin(sys.argv[1])
     print(json.dumps({"times": TIMES, "offered_again": AGAIN is not None}))

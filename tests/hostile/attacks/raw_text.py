@@ -56,10 +56,10 @@ def shown(seconds):
         attack.kill()
         for words, view in views.items():
             view.terminate()
-            _, errors = view.communicate(timeout=20)
+            _, errors = view.communicate(timeout=60)
             view.file.seek(0)
             printed[words] = view.file.buffer.read() + errors.encode()
-        local.communicate("", timeout=20)
+        local.communicate("", timeout=60)
         wait_for(lambda: len(robot.status()["clients_served"]) == 1, what="the names' end",
                  timeout=60)
         with open(robot.log, "rb") as file:

@@ -11,7 +11,7 @@ import daemons  # noqa: E402
 sys.path.insert(0, daemons.CLIENT)
 import swarmtalk  # noqa: E402
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 class Case(unittest.TestCase):
