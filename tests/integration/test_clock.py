@@ -2,14 +2,13 @@
 import json
 import mmap
 import os
-import random
 import signal
 import struct
 import subprocess
 import time
 
 import pytest
-from conftest import BUILD, program, wait_for
+from conftest import BUILD, program, udp_port, wait_for
 
 SHIM = BUILD / "tests/integration/libclock_shim.so"
 STEPS_S = [3600, -3600, 0.5, -0.5, 3, 0, -86400, 0]
@@ -84,7 +83,7 @@ def test_clock_steps_change_neither_delivery_nor_delays(tmp_path):
     if "san" in BUILD.name:
         pytest.skip("a sanitizer's library must be the first to be loaded")
     clock = Clock(tmp_path / "offset")
-    port = random.Random(os.getpid()).randrange(20000, 60000)
+    port = udp_port()
     environment = {**os.environ, "LD_PRELOAD": str(SHIM),
                    "SWARMTALK_CLOCK_OFFSET": str(tmp_path / "offset")}
     key = tmp_path / "swarm.key"

@@ -9,11 +9,12 @@ import subprocess
 import tempfile
 
 import pytest
-from conftest import needs_root, one_line, program, run, wait_for
+from conftest import needs_root, one_line, program, run, udp_port, wait_for
 
 
 def write_config(tmp_path, text="", link=""):
     path = tmp_path / "swarmtalkd.toml"
+    link = link or f'[links.test]\ntype = "udp"\ninterface = "lo"\nport = {udp_port()}\n'
     path.write_text(f'[socket]\npath = "{tmp_path}/d.sock"\n{link}{text}')
     return path
 
@@ -95,12 +96,12 @@ def test_a_stale_socket_is_taken_over_and_a_live_one_is_not(tmp_path):
 
 
 WRONG = {
-    "unknown key": ("[node]\nidd = 3\n", [r"swarmtalkd.toml:7", "idd", "id"]),
-    "unknown section": ("[chanels]\na = 1\n", [r"swarmtalkd.toml:6", "chanels", "channels"]),
-    "bad type": ('[node]\nid = true\n', [r"swarmtalkd.toml:7", "id"]),
-    "out of range": ("[channels]\na = 70000\n", [r"swarmtalkd.toml:7", "70000", "65535"]),
-    "one number twice": ("[channels]\na = 3\nb = 3\n", [r"swarmtalkd.toml:8", "a", "b", "3"]),
-    "not TOML": ("[node\n", [r"swarmtalkd.toml:6"]),
+    "unknown key": ("[node]\nidd = 3\n", [r"swarmtalkd.toml:8", "idd", "id"]),
+    "unknown section": ("[chanels]\na = 1\n", [r"swarmtalkd.toml:7", "chanels", "channels"]),
+    "bad type": ('[node]\nid = true\n', [r"swarmtalkd.toml:8", "id"]),
+    "out of range": ("[channels]\na = 70000\n", [r"swarmtalkd.toml:8", "70000", "65535"]),
+    "one number twice": ("[channels]\na = 3\nb = 3\n", [r"swarmtalkd.toml:9", "a", "b", "3"]),
+    "not TOML": ("[node\n", [r"swarmtalkd.toml:7"]),
 }
 
 
@@ -120,7 +121,7 @@ def test_a_socket_of_the_command_line_is_no_other_paths_place(tmp_path):
     config = write_config(tmp_path, f'[node]\npose_socket = "{path}"\n')
     for extra in ([], ["--check"]):
         done = run(program("swarmtalkd"), "--config", config, "--socket", path, *extra)
-        one_line(done.stderr, r"swarmtalkd.toml:7: key 'node.pose_socket'", "path of --socket too")
+        one_line(done.stderr, r"swarmtalkd.toml:8: key 'node.pose_socket'", "path of --socket too")
         assert done.returncode == 1
     done = run(program("swarmtalkd"), "--config", config, "--check", "--socket", "")
     one_line(done.stderr, "--socket: is empty; give an absolute path")

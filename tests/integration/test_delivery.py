@@ -11,7 +11,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import needs_root, program, run, wait_for
+from conftest import needs_root, program, run, udp_port, wait_for
 
 PUBLISHED = 400
 
@@ -21,7 +21,7 @@ def daemon(tmp_path):
     """A daemon on a UDP link; returns a function that starts `swarmtalk-cli` on it."""
     config = tmp_path / "d.toml"
     config.write_text('[links.w]\ntype = "udp"\ninterface = "lo"\nport = %d\n'
-                      "[limits]\nsocket_buffer_bytes = 4096\n" % (20000 + os.getpid() % 10000))
+                      "[limits]\nsocket_buffer_bytes = 4096\n" % udp_port())
     path = tmp_path / "d.sock"
     server = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket", path],
                               stderr=subprocess.DEVNULL)

@@ -3,14 +3,14 @@ import socket
 import subprocess
 import time
 
-from conftest import needs_root, program, run, wait_for
+from conftest import needs_root, program, run, udp_port, wait_for
 
 HELLO_OF_NO_TEXT = bytes.fromhex("05000000" "1203" "2201ff")  # Hello.name is not UTF-8
 
 
 def start_daemon(tmp_path, **options):
     config = tmp_path / "d.toml"
-    config.write_text('[links.w]\ntype = "udp"\ninterface = "lo"\n')
+    config.write_text('[links.w]\ntype = "udp"\ninterface = "lo"\n' + f"port = {udp_port()}\n")
     path = tmp_path / "d.sock"
     log = open(tmp_path / "log", "w", encoding="utf-8")
     daemon = subprocess.Popen([program("swarmtalkd"), "--config", config, "--socket", path],

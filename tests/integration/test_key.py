@@ -1,13 +1,11 @@
 """A swarm key on real links: who has it understands, all others are refused, counted by cause."""
 import json
-import os
-import random
 import socket
 import struct
 import subprocess
 
 import pytest
-from conftest import one_line, program, run, wait_for
+from conftest import one_line, program, run, udp_port, wait_for
 
 GROUP = "239.255.83.84"
 WITH_A_PACKET_BYTES = 80  # more than a frame of two robots without one has
@@ -56,7 +54,7 @@ class Robot:
 @pytest.fixture
 def swarm(tmp_path):
     """Makes robots that share a UDP port of their own: swarm(name, key file or None)."""
-    port = random.Random(os.getpid()).randrange(20000, 60000)
+    port = udp_port()
     robots = []
 
     def make(name, key=None):

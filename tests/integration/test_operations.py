@@ -3,14 +3,13 @@ import json
 import os
 import pathlib
 import re
-import random
 import signal
 import socket
 import subprocess
 import time
 
 import pytest
-from conftest import BUILD, one_line, program, run, wait_for
+from conftest import BUILD, one_line, program, run, udp_port, wait_for
 
 LINK = '[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n'
 
@@ -20,7 +19,7 @@ class Daemon:
         self.path = folder / f"{name}.sock"
         self.config = folder / f"{name}.toml"
         self.log = folder / f"{name}.log"
-        self.port = port or random.Random(time.monotonic_ns()).randrange(20000, 60000)
+        self.port = port or udp_port()
         self.write(extra)
         with open(self.log, "w", encoding="utf-8") as log:
             self.process = subprocess.Popen(
@@ -145,7 +144,7 @@ def the_node_id_can_be_set_at_run_time(daemon):
 @pytest.mark.logic
 def test_a_host_without_a_number_is_told_so(tmp_path):
     config = tmp_path / "d.toml"
-    config.write_text('[node]\nid = "hostname"\n' + LINK.format(port=20001))
+    config.write_text('[node]\nid = "hostname"\n' + LINK.format(port=udp_port()))
     command = [program("swarmtalkd"), "--config", str(config), "--socket", str(tmp_path / "s")]
     done = run("unshare", "--uts", "sh", "-c", 'hostname robot && exec "$@"', "sh", *command)
     if "unshare" in done.stderr:

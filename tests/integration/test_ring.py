@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import program, wait_for
+from conftest import program, udp_port, wait_for
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from local_frames import field, fields, frame, next_envelope  # noqa: E402
@@ -112,7 +112,7 @@ class RingClient:
 def a_daemon(tmp_path, **spawn):
     """A daemon whose rings are as small as they may be: its pid and its socket's path."""
     config, path, log = tmp_path / "d.toml", tmp_path / "d.sock", tmp_path / "log"
-    port = random.Random(os.getpid()).randrange(20000, 60000)
+    port = udp_port()
     config.write_text(f'[links.w]\ntype = "udp"\ninterface = "lo"\nport = {port}\n'
                       '[limits]\nring_bytes = 4096\n')
     with open(log, "w", encoding="utf-8") as out:

@@ -4,14 +4,17 @@ SWARMTALK_BUILD names the build folder. The daemons of one Daemons hear each oth
 on a port of their own; poses are told by the tests.
 """
 import os
-import random
 import shutil
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.append(os.path.join(ROOT, "tests", "support"))
+from ports import udp_port  # noqa: E402
+
 BUILD = os.path.abspath(os.environ.get("SWARMTALK_BUILD") or os.path.join(ROOT, "build-test"))
 CLIENT = os.path.join(ROOT, "client_lib", "python")
 DAEMON = os.path.join(BUILD, "daemon", "swarmtalkd")
@@ -63,7 +66,7 @@ class Daemons(object):
 
     def __init__(self, count=2, configuration=""):
         self.folder = tempfile.mkdtemp(prefix="swarmtalk-py")
-        port = random.Random(os.urandom(8)).randrange(20000, 30000)
+        port = udp_port()
         self.robots = [Daemon(self.folder, number + 1, port, configuration)
                        for number in range(count)]
         try:

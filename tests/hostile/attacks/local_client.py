@@ -2,10 +2,10 @@
 it speaks to. Attacks import this; each is a program of its own, so that it can be another user."""
 import array
 import fcntl
+import itertools
 import json
 import os
 import pathlib
-import random
 import shutil
 import socket
 import struct
@@ -18,6 +18,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests/support"))
 from local_frames import field, fields, frame  # noqa: E402
+from ports import udp_port  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 STRANGER = 65534  # nobody: a user without any right on this machine
@@ -132,10 +133,9 @@ class Daemon:
         os.chmod(self.folder, 0o755)
         self.socket, self.log = self.folder / "d.sock", self.folder / "log"
         self.config = self.folder / "d.toml"
-        port = random.Random(os.urandom(8)).randrange(20000, 60000)
         self.text = (f'[node]\nid = 7\n[socket]\npath = "{self.socket}"\nmode = "0666"\n'
                      + (links or '[links.w]\ntype = "udp"\ninterface = "lo"\n'
-                                 f'port = {port}\n{link}') + configuration)
+                                 f'port = {udp_port()}\n{link}') + configuration)
         self.config.write_text(self.text, encoding="utf-8")
         spawn.setdefault("stderr", open(self.log, "w", encoding="utf-8"))
         program = BUILD / "daemon/swarmtalkd"
@@ -204,11 +204,13 @@ class Daemon:
 class MemoryGroup:
     """A control group with a limit of memory, of version 1 or 2; the daemon's share of it."""
 
+    _count = itertools.count()
+
     def __init__(self, limit_bytes):
         root = pathlib.Path("/sys/fs/cgroup")
         is_new = (root / "cgroup.controllers").exists()
         parent = root if is_new else root / "memory"
-        self.folder = parent / f"swarmtalk-test-{os.getpid()}-{random.randrange(10**6)}"
+        self.folder = parent / f"swarmtalk-test-{os.getpid()}-{next(self._count)}"
         if is_new:
             try:
                 (root / "cgroup.subtree_control").write_text("+memory")

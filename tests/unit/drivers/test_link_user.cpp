@@ -1,6 +1,7 @@
 #include "tests/unit/drivers/test_link_user.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -37,6 +38,10 @@ void TestLinkUser::on_packet(std::span<const std::uint8_t> packet, const FrameRe
   received.emplace_back(packet.begin(), packet.end());
   receptions.push_back(frame);
   if (on_received) on_received(received.back());
+}
+
+std::uint16_t udp_port() {
+  return static_cast<std::uint16_t>(20000 + getpid() % 10000);
 }
 
 std::uint64_t counter(const Link& link, const std::string& name) {

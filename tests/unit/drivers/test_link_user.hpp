@@ -58,6 +58,10 @@ class TestLinkUser : public LinkUser {
   std::function<void(const Bytes&)> on_received;  // may be empty
 };
 
+/// A port of this process: below those that the kernel gives away, and below those of tests in
+/// Python (tests/support/ports.py).
+std::uint16_t udp_port();
+
 std::uint64_t counter(const Link& link, const std::string& name);
 
 /// Runs `io` until `is_done`, at most test::kPatience. @return is_done()

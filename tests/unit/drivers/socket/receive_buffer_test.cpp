@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <sstream>
@@ -24,7 +23,7 @@ class ReceiveBuffer : public ::testing::Test {
     spdlog::set_default_logger(std::make_shared<spdlog::logger>(
         "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(logged_)));
     udp_.interface = "lo";
-    udp_.port = static_cast<std::uint16_t>(20000 + getpid() % 40000);
+    udp_.port = udp_port();
   }
   void TearDown() override { spdlog::set_default_logger(before_); }
 

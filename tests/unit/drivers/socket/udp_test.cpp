@@ -2,7 +2,6 @@
 #include "drivers/socket/udp.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "drivers/socket/interface_watch.hpp"
 #include "tests/unit/drivers/test_link_user.hpp"
@@ -16,7 +15,7 @@ using namespace std::chrono_literals;
 UdpConfig loopback_config() {
   UdpConfig config;
   config.interface = "lo";
-  config.port = static_cast<std::uint16_t>(20000 + getpid() % 40000);
+  config.port = udp_port();
   return config;
 }
 
