@@ -10,7 +10,7 @@ import socket
 import subprocess
 
 import pytest
-from conftest import needs_root, one_line, program, run, wait_for
+from conftest import ROOT, needs_root, one_line, program, run, wait_for
 
 
 def is_running(pid):
@@ -93,9 +93,10 @@ def an_interrupted_start_leaves_nothing_behind():
 
 
 def start_until(name, medium, robots, moment):
-    """`up` that has come as far as `moment`."""
-    process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "up", str(robots),
-                                "--medium", medium], stdout=subprocess.DEVNULL)
+    """`up` that has come as far as `moment`, and does not become ready."""
+    process = subprocess.Popen(
+        [program("swarmtalk-lab"), "--name", name, "up", str(robots), "--medium", medium,
+         "--daemon", ROOT / "tests/support/silent/swarmtalkd"], stdout=subprocess.DEVNULL)
     try:
         wait_for(moment, what="the lab to begin")
     except BaseException:
