@@ -126,6 +126,13 @@ def test_what_fails_twice_is_red(project):
     assert re.fullmatch(again, ALONE) and not re.match(again, ALONE + "x")
 
 
+def test_the_time_of_each_part_is_told(project):
+    _, _, lines, _ = project(logic={"Hub.Sends": PASSES}, clock={ALONE: PASSES}).run()
+    assert re.fullmatch(r"tools/test: took: packages \d+ s; checks \d+ s; build \d+ s \(.*\); "
+                        r"tests of kind logic \d+ s; tests of kind clock, one at a time \d+ s",
+                        lines[-1])
+
+
 def test_no_other_test_gets_a_second_try(project):
     status, ran, lines, counts = project(
         logic={"Hub.Sends": FAILS_ONCE}, clock={ALONE: PASSES}).run()
@@ -370,3 +377,39 @@ def test_a_part_of_a_file_leaves_what_had_failed_in_the_rest(project):
     page.write_text("edited")
     status, _, lines, counts = made.run("--field")
     assert status == 1 and counts == (2, 1, 0)
+
+
+def ci(folder, does, minutes="85"):
+    """Exit status and lines of .ci/run with this in the place of tools/test."""
+    text = (ROOT / ".ci/run").read_text().replace("part 85", f"part {minutes}")
+    for name, text in ((".ci/run", text), ("tools/test", f"#!/bin/sh\n{does}\n")):
+        (folder / name).parent.mkdir()
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    done = subprocess.run([folder / ".ci/run"], capture_output=True, text=True, timeout=60,
+                          stdin=subprocess.DEVNULL)
+    return done.returncode, done.stdout.splitlines()
+
+
+def test_ci_ends_with_the_sum_of_its_parts(tmp_path):
+    status, lines = ci(tmp_path, "echo 'tools/test: 7 passed, 2 failed, 1 skipped in 3 s'; exit 1")
+    assert status == 1 and lines[-1] == "7 passed, 2 failed, 1 skipped"
+
+
+def test_ci_names_what_was_red_in_a_part_that_is_cut_off(tmp_path):
+    status, lines = ci(tmp_path, textwrap.dedent("""
+        echo 'Building preset test ...'
+        echo 'Tests of kind logic:'
+        echo '  1/12 Test #3: Hub.Sends[a] ......***Failed    0.10 sec'
+        echo '  2/12 Test #4: Hub.Hears .........   Passed    0.10 sec'
+        exec sleep 50"""), minutes="0.02")
+    assert status == 1 and lines[-3:] == [
+        ".ci/run: failed: Hub.Sends[a]",
+        ".ci/run: failed: tools/test took more than 0.02 minutes, at: Tests of kind logic",
+        "0 passed, 2 failed, 0 skipped"]
+
+
+def test_ci_names_a_part_that_ends_without_a_sum(tmp_path):
+    status, lines = ci(tmp_path, "exit 9")
+    assert status == 1 and lines[-2:] == [
+        ".ci/run: failed: tools/test ended with exit status 9", "0 passed, 1 failed, 0 skipped"]
