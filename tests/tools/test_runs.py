@@ -379,9 +379,9 @@ def test_a_part_of_a_file_leaves_what_had_failed_in_the_rest(project):
     assert status == 1 and counts == (2, 1, 0)
 
 
-def ci(folder, does, minutes="85"):
+def ci(folder, does, minutes="50"):
     """Exit status and lines of .ci/run with this in the place of tools/test."""
-    text = (ROOT / ".ci/run").read_text().replace("part 85", f"part {minutes}")
+    text = (ROOT / ".ci/run").read_text().replace("part 50", f"part {minutes}")
     for name, text in ((".ci/run", text), ("tools/test", f"#!/bin/sh\n{does}\n")):
         (folder / name).parent.mkdir()
         (folder / name).write_text(text)
@@ -394,6 +394,14 @@ def ci(folder, does, minutes="85"):
 def test_ci_ends_with_the_sum_of_its_parts(tmp_path):
     status, lines = ci(tmp_path, "echo 'tools/test: 7 passed, 2 failed, 1 skipped in 3 s'; exit 1")
     assert status == 1 and lines[-1] == "7 passed, 2 failed, 1 skipped"
+
+
+def test_ci_goes_on_with_sanitizers_after_tests_that_passed(tmp_path):
+    status, lines = ci(tmp_path, textwrap.dedent("""
+        [ $# = 0 ] && echo 'tools/test: 7 passed, 0 failed, 1 skipped in 3 s' && exit
+        echo "tools/test: 3 passed, 1 failed, 0 skipped in 2 s"
+        [ "$*" != --sanitize ]"""))
+    assert status == 1 and lines[-1] == "10 passed, 1 failed, 1 skipped"
 
 
 def test_ci_names_what_was_red_in_a_part_that_is_cut_off(tmp_path):
