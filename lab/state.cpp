@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -114,7 +115,10 @@ void save(const State& state) {
 }
 
 void leave_word(const std::string& name, const std::string& why) {
-  std::ofstream(word_of(name)) << why << "\n";
+  if (std::FILE* file = std::fopen(word_of(name).c_str(), "wx"); file != nullptr) {
+    std::fputs((why + "\n").c_str(), file);
+    std::fclose(file);
+  }
 }
 
 std::string last_word(const std::string& name) {

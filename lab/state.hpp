@@ -50,7 +50,7 @@ bool load(const std::string& name, State& state);
 void save(const State& state);
 
 /// Leaves word why a lab ended by itself, for who asks for it next; until a lab of this name
-/// begins.
+/// begins. The first word stays: what ends after that ends for this reason.
 void leave_word(const std::string& name, const std::string& why);
 
 /// That word; empty: none was left.

@@ -139,6 +139,15 @@ TEST_F(LabKeeper, HalfALabIsTakenDownByTheNextThatComes) {
   EXPECT_FALSE(is_running(daemon_));
 }
 
+TEST_F(LabKeeper, TheFirstWordIsWhyALabEnded) {
+  leave_word(name_, "its start was killed");
+  leave_word(name_, "the medium ended with 0");
+  EXPECT_EQ(last_word(name_), "its start was killed");
+  forget_word(name_);
+  leave_word(name_, "the medium was killed");
+  EXPECT_EQ(last_word(name_), "the medium was killed");
+}
+
 TEST(LabSpawn, BeginsNothingThatCouldNotBeWrittenDown) {
   const std::string file = testing::TempDir() + "spawned" + std::to_string(getpid());
   SpawnOptions options;
