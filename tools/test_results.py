@@ -2,6 +2,8 @@
 """tools/test_results.py FOLDER: what came of the tests that ctest has just run in a build folder,
 for tools/test: "PASSED SKIPPED", then "failed NAME" or "ended NAME" a line. "ended" is a file of
 pytest's that did not come to its end, with the test that it was at: nobody knows about the others.
+Then, a line for each reason for which tests were skipped: "skipped COUNT, such as NAME: WHY", or
+"lacking ..." where a machine has no excuse for it.
 
 ctest's own report has GoogleTest's tests and programs; a file of pytest's is one test to ctest, and
 its tests are read from the report that pytest wrote (cmake/SwarmtalkPytest.cmake).
@@ -13,6 +15,8 @@ import typing
 import xml.etree.ElementTree
 
 SKIPPED = re.compile(r"^skipped: (.*)$|: Skipped\n(.*)$|^SKIPPED \[\d+\] [^ ]+ (.*)$", re.MULTILINE)
+# What a machine may lack: a reason has one of these words. All else tools/setup installs.
+EXCUSES = re.compile(r"\broot\b|\bnamespaces?\b|\bkernel\b|\bkilolib\b|of this machine's kind")
 WORST = ("passed", "skipped", "failed", "ended")
 
 
@@ -89,6 +93,13 @@ def main():
     for each in results:
         if each.came in ("failed", "ended"):
             print(each.came, each.name)
+    skipped = {}
+    for each in results:
+        if each.came == "skipped":
+            skipped.setdefault(each.why, []).append(each.name)
+    for why, names in skipped.items():
+        print("skipped" if EXCUSES.search(why) else "lacking",
+              f"{len(names)}, such as {names[0]}: {' '.join(why.split())}")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 
+pytestmark = pytest.mark.field
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 PAYLOAD_BYTES = 100
@@ -29,7 +30,7 @@ def delivered(name, case, seed=1):
 
 def compare(case):
     if not (BUILD / "tests/air/ns3_broadcast").exists():
-        pytest.skip("no ns-3 here (apt-get install libns3-dev, and configure again)")
+        pytest.skip("no ns-3 here (tools/setup more, and configure again)")
     judge, ours = delivered("ns3_broadcast", case), delivered("our_broadcast", case)
     print(f"{case}: ns-3 {judge:.3f}, ours {ours:.3f}")
     assert abs(judge - ours) <= 0.10
@@ -40,7 +41,6 @@ def test_delivery_is_that_of_ns3(case):
     compare(case)
 
 
-@pytest.mark.field
 @pytest.mark.parametrize("case", MORE,
                          ids=lambda case: f"{case[0]}_at_{case[1]}_m_each_{case[2]}_us")
 def test_delivery_is_that_of_ns3_from_idle_to_crowded_air(case):

@@ -3,7 +3,6 @@ does work, and values are what programs take (test_blocks.py looks at the option
 tutorial's have a test of their own (test_tutorial.py)."""
 import json
 import os
-import shutil
 import subprocess
 
 import pytest
@@ -97,5 +96,6 @@ def tell_the_radio_what_its_document_says(tmp_path):
 @pytest.mark.clock
 def test_what_documents_let_a_person_type_works(tmp_path):
     type_what_is_typed_on_a_robot(tmp_path)
-    if os.geteuid() == 0 and shutil.which("ip"):  # network namespaces need both
-        tell_the_radio_what_its_document_says(tmp_path)
+    if os.geteuid() != 0:
+        pytest.skip("passed but for its last step: network namespaces need root")
+    tell_the_radio_what_its_document_says(tmp_path)

@@ -100,7 +100,7 @@ def group():
     try:
         made = MemoryGroup(256 << 20)
     except OSError as error:
-        pytest.skip(f"no control group with a limit of memory can be made: {error}")
+        pytest.skip(f"this kernel makes no control group with a limit of memory: {error}")
     yield made
     made.close()
 
@@ -205,7 +205,7 @@ def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full(
                                "root", "tbf", "rate", "8kbit", "burst", "1600", "limit", "1600"],
                               capture_output=True, text=True, timeout=60)
         if done.returncode != 0:
-            pytest.skip(f"no queue can be made that is full: {done.stderr.strip()}")
+            pytest.skip(f"this kernel makes no queue that is full: {done.stderr.strip()}")
         with Daemon(links='[links.w]\ntype = "raw_l2"\ninterface = "wire"\n',
                     command=["ip", "netns", "exec", space]) as daemon:
             client = Client(daemon.socket)
@@ -236,7 +236,8 @@ def test_hostile_programs_harm_themselves_only():
     bound_the_memory_of_rings_that_are_kept()
     end_a_ring_whose_pages_are_taken_out()
     go_on_though_nobody_reads_the_log()
-    if os.geteuid() == 0:  # being another user needs root
-        leave_places_channels_and_room_to_others()
-        keep_places_for_operators()
-        show_the_memory_of_a_daemon_with_a_key_to_nobody()
+    if os.geteuid() != 0:
+        pytest.skip("passed but for its last three steps: being another user needs root")
+    leave_places_channels_and_room_to_others()
+    keep_places_for_operators()
+    show_the_memory_of_a_daemon_with_a_key_to_nobody()

@@ -98,11 +98,12 @@ def project(tmp_path):
 
 
 def test_each_test_runs_once_and_those_of_kind_clock_come_last(project):
-    status, ran, _, counts = project(
+    status, ran, lines, counts = project(
         logic={"Hub.Sends": PASSES, "suite.runner.y": PASSES},
         clock={ALONE: PASSES, "Loop.Turns": PASSES, "python.documents.x": SKIPS},
         field={"wifi.networks": FAILS}).run()
     assert status == 0 and counts == (4, 0, 1)
+    assert lines[-2] == "tools/test: skipped 1, such as python.documents.x: no root"
     assert sorted(ran[:2]) == ["Hub.Sends", "suite.runner.y"]
     assert sorted(ran[2:]) == ["Loop.Turns", ALONE, "python.documents.x"]
 
@@ -114,6 +115,19 @@ def test_what_fails_once_in_real_time_is_named_and_is_not_red(project):
     assert status == 0 and counts == (3, 0, 0)
     assert ran.count(ALONE) == 2 and ran[-1] == ALONE and len(ran) == 4
     assert lines[-1] == f"tools/test: passed at the second try: {ALONE}"
+
+
+def test_a_skip_without_an_excuse_is_red_where_a_whole_kind_runs(project):
+    made = project(logic={"Hub.Sends": SKIPS.replace("no root", "no avr-g++"),
+                          "Hub.Takes": SKIPS.replace("no root", "no avr-g++")},
+                   clock={ALONE: PASSES})
+    reason = "2, such as Hub.Sends: no avr-g++"
+    status, _, lines, counts = made.run()
+    assert status == 1 and counts == (1, 1, 2)
+    assert lines[-1] == f"tools/test: failed: skipped {reason}"
+    status, _, lines, counts = made.run("-R", "Hub")
+    assert status == 0 and counts == (0, 0, 2)
+    assert lines[-2] == f"tools/test: skipped {reason}"
 
 
 def test_what_fails_twice_is_red(project):

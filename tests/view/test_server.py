@@ -348,8 +348,9 @@ def test_a_server_lets_in_whom_it_should_and_bears_what_goes_wrong(make_lab, mak
     tell_that_its_token_file_is_no_good(lab, tmp_path)
     end_at_once_with_ctrl_c(lab)
     tell_an_address_that_cannot_be_written(lab)
-    if os.geteuid() == 0:  # it needs a network namespace
-        need_the_token_from_another_machine(lab, tmp_path)
     ask_for_names_with_control_characters(lab)
     be_told_of_channels_beyond_the_limit(lab)
     be_told_why_robots_cannot_be_asked(lab)
+    if os.geteuid() != 0:
+        pytest.skip("passed but for its last step: a network namespace needs root")
+    need_the_token_from_another_machine(lab, tmp_path)
