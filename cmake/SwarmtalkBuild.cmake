@@ -21,8 +21,8 @@ endforeach()
 if("undefined" IN_LIST SWARMTALK_SANITIZE)
   add_compile_options(-fno-sanitize-recover=undefined)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND "address" IN_LIST SWARMTALK_SANITIZE)
-    # These two take a third of the build's time. Where a null pointer is used the program ends without
-    # them as well; the preset fuzz (clang) has them.
+    # These two make the build longer. Where a null pointer is used the program ends without them as
+    # well; the preset fuzz (clang) has them.
     add_compile_options(-fno-sanitize=null,vptr)
   endif()
 endif()
@@ -31,10 +31,59 @@ endif()
 # sanitizers, cost most of a build. The presets release and debug compile each source by itself, so a
 # Raspberry Pi's memory is enough; a test of tests/compilers does so as well, so that a missing
 # include shows.
+# CMake's own joined files (UNITY_BUILD) name sources by their whole path, so that a compiler's cache finds
+# nothing for the same tree in another folder; ours name them from the repository's root.
 function(swarmtalk_join_sources target)
   if(SWARMTALK_JOIN_SOURCES)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+    cmake_language(EVAL CODE "cmake_language(DEFER CALL swarmtalk_join_sources_of ${target})")
   endif()
+endfunction()
+
+# When all of a folder's sources and their properties are known: twelve sources in a file.
+function(swarmtalk_join_sources_of target)
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(is_apart ${target} SWARMTALK_NOT_JOINED)
+  if(is_apart)
+    return()
+  endif()
+  set(joined "")
+  set(others "")
+  foreach(source IN LISTS sources)
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE
+      OUTPUT_VARIABLE path)
+    cmake_path(IS_PREFIX PROJECT_SOURCE_DIR ${path} is_ours)
+    cmake_path(IS_PREFIX PROJECT_BINARY_DIR ${path} is_made)
+    set(is_apart FALSE)
+    foreach(property SWARMTALK_NOT_JOINED COMPILE_OPTIONS COMPILE_DEFINITIONS COMPILE_FLAGS)
+      get_source_file_property(value ${source} ${property})
+      if(value)
+        set(is_apart TRUE)
+      endif()
+    endforeach()
+    if(source MATCHES "\\.cpp$" AND is_ours AND NOT is_made AND NOT is_apart)
+      cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+      list(APPEND joined ${path})
+    else()
+      list(APPEND others ${source})
+    endif()
+  endforeach()
+  list(LENGTH joined count)
+  if(count LESS 2)
+    return()
+  endif()
+  math(EXPR last "${count} - 1")
+  foreach(first RANGE 0 ${last} 12)
+    list(SUBLIST joined ${first} 12 some)
+    if(some)
+      list(TRANSFORM some REPLACE "(.+)" "#include \"\\1\"\n")
+      string(CONCAT text ${some})
+      set(file ${CMAKE_CURRENT_BINARY_DIR}/joined/${target}_${first}.cpp)
+      file(CONFIGURE OUTPUT ${file} CONTENT "${text}" @ONLY)
+      list(APPEND others ${file})
+    endif()
+  endforeach()
+  set_property(TARGET ${target} PROPERTY SOURCES ${others})
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
 endfunction()
 
 # For our own targets: warnings, which generated code (protobuf) does not get, and joined sources.

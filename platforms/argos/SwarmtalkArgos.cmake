@@ -63,7 +63,7 @@ function(swarmtalk_argos_library)
   add_library(swarmtalk_argos SHARED ${sources})
   # kilolib's header defines macros called main, RED, GREEN and BLUE.
   set_source_files_properties(${SWARMTALK_ARGOS_FOLDER}/kilobot_controller.cpp PROPERTIES
-    SKIP_UNITY_BUILD_INCLUSION ON)
+    SWARMTALK_NOT_JOINED ON)
   target_compile_features(swarmtalk_argos PUBLIC cxx_std_20)
   target_include_directories(swarmtalk_argos PUBLIC ${root} ${root}/core/include)
   target_include_directories(swarmtalk_argos SYSTEM PUBLIC ${SWARMTALK_ARGOS_INCLUDE})

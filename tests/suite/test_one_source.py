@@ -26,12 +26,8 @@ def host_command(source: str) -> list[str]:
             return shlex.split(entry["command"])
     for entry in commands:
         joined = pathlib.Path(entry["file"])
-        if "/Unity/" not in entry["file"]:
-            continue
-        # Some sources are made by CMake, and stand in the build.
-        path = re.search(f'"([^"]*/{re.escape(source)})"', joined.read_text())
-        if path:
-            return shlex.split(entry["command"].replace(entry["file"], path[1]))
+        if joined.parent.name == "joined" and f'"{source}"' in joined.read_text():
+            return shlex.split(entry["command"].replace(entry["file"], str(ROOT / source)))
     raise AssertionError(f"no target compiles {source}")
 
 
