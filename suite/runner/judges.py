@@ -148,8 +148,8 @@ def edge_following(log: Log) -> dict:
         turned.append(angle / (2 * math.pi))
     waits = [e["value"] for e in log.of("value") if e["name"] == "waits"]
     ends = log.of("end")
-    contacts = (sum(e["contacts"] for e in ends) if all("contacts" in e for e in ends)
-                else overlaps(log))
+    is_counted = bool(ends) and all("contacts" in e for e in ends)
+    contacts = sum(e["contacts"] for e in ends) if is_counted else overlaps(log)
     revolutions = min(turned, default=0)
     error = statistics.mean(errors) if errors else None
     return {"revolutions": revolutions, "distance_error": error, "contacts": contacts,

@@ -20,11 +20,11 @@ def run(folder, program: str, text: str = "", *options) -> dict:
     return results(suite(folder, "run", "--scenario", "s.toml", *options))[0]
 
 
-def written(folder, robots: int, events: list[dict], **scenario) -> run_log.Log:
+def written(folder, count: int, events: list[dict], **scenario) -> run_log.Log:
     """A log made by hand: robots on a line, 50 mm apart, each heard by the next ones."""
     first = {"program": "hop_count", "platform": "sim-kilobot", "seed": 1, "seconds": 12,
              "radio": {"range_mm": 75}, "faults": [],
-             "robots": [{"x_mm": 50 * i, "y_mm": 0, "role": int(i == 0)} for i in range(robots)]}
+             "robots": [{"x_mm": 50 * i, "y_mm": 0, "role": int(i == 0)} for i in range(count)]}
     path = folder / "log.jsonl"
     lines = [first | scenario] + events
     path.write_text("".join(json.dumps(each) + "\n" for each in lines))
