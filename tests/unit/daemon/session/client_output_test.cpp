@@ -104,6 +104,31 @@ TEST_F(Output, MessagesOfNoBytesAreLimitedToo) {
   EXPECT_EQ(output_.lost(), 9'900u) << "their room is free again";
 }
 
+/// What a client that reads has taken, again and again, does not fill its queue.
+TEST_F(Output, HasRoomAgainForEachMessageThatWasTakenDroppedOrForgotten) {
+  limits_.queue_bytes = 512 * 20;
+  QueuedSubscription kept{3, false};
+  QueuedSubscription latest{100, true};
+  QueuedSubscription old{100, false};
+  old.max_age_ms = 1;  // these messages were received when the clock began
+  for (int i = 0; i < 200; ++i) {
+    QueuedSubscription left{8, false};
+    deliver(left, "left");
+    output_.forget(left);
+    for (int k = 0; k < 4; ++k) {
+      deliver(kept, "k");
+      deliver(latest, "l");
+      deliver(old, "");
+      deliver(a_, "a");
+    }
+    while (output_.refill()) output_.advance(output_.unwritten().size());
+  }
+  EXPECT_EQ(counters_.deliveries_dropped_bytes, 0u);
+  EXPECT_EQ(counters_.deliveries_dropped_old, 800u);
+  EXPECT_EQ(counters_.deliveries_dropped_closed, 200u);
+  EXPECT_EQ(output_.deliveries_sent(), 200u * (3 + 1 + 4));
+}
+
 TEST_F(Output, SaysThatAClientDoesNotReadItsAnswersAndCountsItOnce) {
   limits_.reply_bytes = 10;
   for (std::uint32_t i = 1; i <= 5; ++i) answer(i);
