@@ -5,6 +5,7 @@ import os
 import pathlib
 import random
 import resource
+import signal
 import socket
 import struct
 import subprocess
@@ -42,6 +43,7 @@ class RingClient:
         self.size = size - BYTES
         self.written = 0
         self.waits = 0
+        self.when_full = lambda: None
         self.requests = 0
         self.unread = []  # frames that came before an awaited one
 
@@ -69,6 +71,7 @@ class RingClient:
             self.socket.sendall(BELL)
             if data and self.room() == 0:
                 self.waits += 1
+                self.when_full()
                 self.unread.append(self.find(20))  # room
 
     def take(self) -> bytes:
@@ -131,14 +134,19 @@ def daemon(tmp_path):
 
 
 def test_messages_through_the_ring_arrive_as_they_were(daemon):
-    _, path = daemon
+    pid, path = daemon
     sender, listener = RingClient(path), RingClient(path)
     listener.ask(field(5, field(1, field(1, "c")) + field(2, 100)), 6)
     publisher = sender.ask(field(8, field(1, field(1, "c")) + field(4, 100)), 9)[1]
     chance = random.Random(3)
     sizes = [chance.randrange(1, 600) for _ in range(60)] + [16000, 1, 9000]  # longer than a ring
     messages = [chance.randbytes(size) for size in sizes]
+    # The daemon may read as fast as this writes: it stands still until the ring is full.
+    sender.when_full = lambda: os.kill(pid, signal.SIGCONT)
     for number, message in enumerate(messages, start=1):
+        if len(message) == 16000:
+            os.kill(pid, signal.SIGSTOP)
+            os.waitid(os.P_PID, pid, os.WSTOPPED)
         body = field(1, publisher) + field(2, number) + field(3, message)
         sender.write(frame(field(11, body)))
     assert [fields(listener.find(13)[13])[2] for _ in messages] == messages
