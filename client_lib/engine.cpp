@@ -144,12 +144,12 @@ Status Engine::process_inside() {
   entrance_.note_caller();
   if (!keeper_.has_started()) keeper_.attempt_in_background();
   if (wakeup_.take_timer()) keeper_.on_timer();
-  if (keeper_.is_up() && handles_.has_subscribers()) silence_.watch();
   deliveries_.run();
   read_ahead();
   keeper_.flush();
   deliveries_.run();
   report_losses();
+  if (keeper_.is_up() && handles_.has_subscribers()) silence_.watch();
   keeper_.flush();
   is_loss_untold_ = false;
   if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time

@@ -2140,6 +2140,7 @@ class Client(_Session):
         subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
                                           keep_last, latest_from_each, no_older_than, timestamped))
         self._tell_wildcard(subscriber)
+        self._ring()  # an event loop comes by, and from then on it is watched whether it hears
         if receive is not None and self._heard_nothing_of is None:
             self._heard_nothing_of = subscriber.label
             self._subscribed_at = _monotonic()
@@ -2227,7 +2228,6 @@ class Client(_Session):
             if not self._started:
                 self._attempt_in_background()
             self._take_timer()
-            self._watch_quiet()
             self._run_events()
             for _ in range(_READS_AHEAD):
                 if not self._read() or len(self._events) >= _EVENTS_MAX // 4:
@@ -2235,6 +2235,7 @@ class Client(_Session):
             self._flush()
             self._run_events()
             self._report_losses()
+            self._watch_quiet()
             self._flush()
             done = True
         finally:

@@ -53,6 +53,30 @@ TEST_F(ClientLoop, DescriptorIsQuietWhenNothingHappens) {
   EXPECT_EQ(::poll(&descriptor, 1, 30), 0);
 }
 
+// process() begins to watch whether it hears anything, and nothing else may ever wake the loop.
+TEST_F(ClientLoop, ASubscriptionMakesTheDescriptorReadableOnce) {
+  FakeDaemon daemon(path);
+  Client client = make_client();
+  ASSERT_TRUE(client.connect());
+  client.process();
+  pollfd descriptor{client.fd(), POLLIN, 0};
+  ASSERT_EQ(::poll(&descriptor, 1, 0), 0);
+  auto subscriber = client.channel("hello").subscriber([](const Message&) {});
+  EXPECT_EQ(::poll(&descriptor, 1, 0), 1);
+  client.process();
+  EXPECT_EQ(::poll(&descriptor, 1, 0), 0);
+}
+
+TEST_F(ClientLoop, AProgramThatIsThereBeforeTheDaemonLooksWhyItHearsNothing) {
+  Client client = make_client();
+  client.process();
+  auto subscriber = client.channel("hello").subscriber([](const Message&) {});
+  FakeDaemon daemon(path);
+  EXPECT_TRUE(poll_until(client, client.fd(), [&] {
+    return daemon.count([](const ipc::Envelope& each) { return each.has_get_status(); }) == 1;
+  }));
+}
+
 TEST_F(ClientLoop, WhatCameDuringAWaitingCallMakesTheDescriptorReadable) {
   FakeDaemon daemon(path);
   Client client = make_client();

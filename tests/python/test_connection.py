@@ -1,0 +1,559 @@
+"""The Python client's connection: attempts, greeting, requests, losses. Its daemon is a script in
+this thread and its clock stands still unless it waits, so that nothing depends on how long it
+takes. The bytes are looked at with the protocol of docs/ipc.md, by hand."""
+import select
+import socket
+
+import pytest
+
+import swarmtalk
+from local_frames import field, fields, frame, next_envelope
+
+pytestmark = pytest.mark.logic
+
+HELLO, FAILURE, DONE, SUBSCRIBE, SUBSCRIBED, UNSUBSCRIBE = range(2, 8)
+ADVERTISE, ADVERTISED, UNADVERTISE = range(8, 11)
+PUBLISH, SENT, DELIVER, GET_STATUS, STATUS, SET_POSE, GET_POSE, POSE, CLIENT_LOSS = range(11, 20)
+GREETING = field(1, swarmtalk._MAJOR) + field(2, 0) + field(4, "swarmtalkd 9") + field(5, 77)
+
+
+class Script:
+    """The other end of the socket. What it has got is in `requests`: [(kind, its fields)]."""
+
+    def __init__(self, path):
+        self.path = path
+        self.listening, self.connection = None, None
+        self.requests, self.received, self.attempts = [], b"", 0
+        self.answers = {ADVERTISE: lambda number: field(ADVERTISED, field(1, number) + field(2, 5)),
+                        SUBSCRIBE: lambda number: field(SUBSCRIBED, field(1, number) + field(2, 5))}
+        self.greeting = field(HELLO, GREETING)
+
+    def start(self):
+        self.path.unlink(missing_ok=True)
+        self.listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.listening.bind(str(self.path))
+        self.listening.listen(8)
+        self.listening.setblocking(False)
+
+    def stop(self):
+        for each in (self.connection, self.listening):
+            if each is not None:
+                each.close()
+        self.connection = self.listening = None
+        self.path.unlink(missing_ok=True)
+
+    def drop(self):
+        """Ends the connection; the next one is taken."""
+        self.connection.close()
+        self.connection = None
+
+    def serve(self):
+        """Takes a connection, reads and answers what has come. Returns whether there was any."""
+        did = False
+        if self.connection is None and self.listening is not None:
+            try:
+                self.connection, _ = self.listening.accept()
+            except BlockingIOError:
+                return False
+            self.connection.setblocking(False)
+            self.received, did = b"", True
+            self.attempts += 1
+        while self.connection is not None:
+            try:
+                envelope, self.received = next_envelope(self.received, self.more)
+            except BlockingIOError:
+                break
+            except EOFError:
+                self.drop()
+                break
+            did = True
+            self.take(fields(envelope))
+        return did
+
+    def more(self):
+        try:
+            chunk = self.connection.recv(65536)
+        except BlockingIOError:
+            raise
+        except OSError:
+            return b""
+        self.received += chunk  # kept when the next look finds nothing
+        return chunk
+
+    def take(self, told):
+        (kind,) = set(told) - {1}
+        self.requests.append((kind, told.get(1), fields(told[kind])))
+        if kind == HELLO and self.greeting:
+            self.tell(self.greeting)
+        elif kind in self.answers and 1 in told:
+            self.tell(field(1, told[1]) + self.answers[kind](told[1]))
+
+    def tell(self, *envelopes):
+        self.connection.sendall(b"".join(map(frame, envelopes)))
+
+    def deliver(self, subscriber, data):
+        self.tell(field(DELIVER, field(1, subscriber) + field(2, data)))
+
+    def of(self, kind):
+        return [each[2] for each in self.requests if each[0] == kind]
+
+
+class World:
+    """A client, its daemon and the time, which goes on only when it is told to, or when the client
+    waits and nothing comes."""
+
+    def __init__(self, monkeypatch, path):
+        self.now, self.daemon = 1000.0, Script(path)
+        self.told, self.heard = [], []
+        monkeypatch.setattr(swarmtalk, "_monotonic", lambda: self.now)
+        monkeypatch.setattr(swarmtalk, "_set_timer", lambda descriptor, seconds: None)
+        monkeypatch.setattr(swarmtalk, "_interruptible", self.wait)
+        self.client = swarmtalk.Client("test", path, connect=False)
+        self.client.on_error = lambda error: self.told.append(("error", error.code, error.text))
+        self.client.on_disconnect = lambda error: self.told.append(("lost", error.text))
+        self.client.on_reconnect = lambda: self.told.append(("back",))
+
+    def wait(self, poll, timeout):
+        found = poll(0)
+        if not self.daemon.serve() and not found and timeout:
+            self.now += 0.001
+        return found
+
+    def settle(self):
+        """Until neither has more to say. As in an event loop, the client does what it has to when
+        its descriptor is readable."""
+        for _ in range(1000):
+            is_due = self.client._timer_at is not None and self.client._timer_at <= self.now
+            readable = select.select([self.client.fileno()], [], [], 0)[0]
+            if is_due or readable:
+                self.client.process()
+            if not self.daemon.serve() and not readable:
+                return
+        raise AssertionError("they never come to an end")
+
+    def pass_time(self, seconds, each=None, step=0.001):
+        for _ in range(round(seconds / step)):
+            self.now += step
+            self.settle()
+            if each:
+                each()
+
+    def meet(self):
+        self.daemon.start()
+        self.pass_time(0.3)
+        assert self.client.connected
+
+
+@pytest.fixture(name="world")
+def make_world(monkeypatch, tmp_path):
+    world = World(monkeypatch, tmp_path / "s")
+    yield world
+    world.daemon.stop()
+    world.client.close()
+
+
+def times_of_attempts(world, seconds):
+    """When the client tried, while the daemon closes each connection at once."""
+    times = []
+
+    def close():
+        if world.daemon.connection is not None:
+            times.append(world.now)
+            world.daemon.drop()
+    world.pass_time(seconds, close)
+    return times
+
+
+def pauses(times):
+    return [later - earlier for earlier, later in zip(times, times[1:])]
+
+
+def test_the_pauses_between_attempts_grow_to_a_quarter_of_a_second(world):
+    world.daemon.greeting = None
+    world.daemon.start()
+    found = pauses(times_of_attempts(world, 10))
+    assert 40 <= len(found) <= 90
+    for number, pause in enumerate(found):
+        longest = min(0.25, 0.02 * 2**number)
+        assert longest / 2 <= pause + 1e-6 and pause <= longest + 0.003, (number, found[:8])
+
+
+def test_after_a_success_the_pauses_begin_anew(world):
+    world.daemon.greeting = None
+    world.daemon.start()
+    times_of_attempts(world, 3)
+    world.daemon.greeting = field(HELLO, GREETING)
+    world.pass_time(0.3)
+    assert world.client.connected
+    world.daemon.greeting = None
+    begin = world.now
+    world.daemon.drop()
+    found = times_of_attempts(world, 0.5)
+    assert found[0] - begin <= 0.023 and pauses(found)[0] <= 0.043
+
+
+def test_a_daemon_that_goes_is_told_once_however_long_it_stays_away(world):
+    world.meet()
+    for times in (1, 2):
+        world.daemon.greeting = None
+        world.daemon.drop()
+        times_of_attempts(world, 2)
+        world.daemon.stop()
+        world.pass_time(1)
+        world.daemon.greeting = field(HELLO, GREETING)
+        world.meet()
+        assert [each[0] for each in world.told] == ["lost", "back"] * times, world.told
+
+
+def test_another_version_is_told_once_and_tried_seldom(world):
+    world.daemon.greeting = field(HELLO, field(1, swarmtalk._MAJOR + 1) + field(4, "swarmtalkd 99"))
+    world.daemon.start()
+    world.pass_time(0.1)
+    assert [each[:2] for each in world.told] == [("error", "version_mismatch")]
+    assert "swarmtalkd 99" in world.told[0][2] and "update the older" in world.told[0][2]
+    assert world.daemon.attempts == 1, "the first pause is as long as the longest"
+    world.pass_time(4.9)
+    assert 20 <= world.daemon.attempts <= 42 and len(world.told) == 1
+
+
+def test_a_daemon_that_is_silent_is_told_of_once_and_left_after_the_timeout(world):
+    world.daemon.greeting = None
+    world.daemon.start()
+    world.client.connect_timeout = 1.5
+    world.pass_time(1.49)
+    assert world.told == [] and world.daemon.attempts == 1
+    world.pass_time(4)
+    assert [each[:2] for each in world.told] == [("error", "timeout")]
+    assert "did not answer within 1.5 s" in world.told[0][2]
+    assert world.daemon.attempts >= 3
+    world.daemon.greeting = field(HELLO, GREETING)
+    world.pass_time(2)
+    assert world.client.connected and world.client.node_id == 77
+
+
+def test_connect_waits_for_the_daemon_or_says_why_not(world):
+    with pytest.raises(swarmtalk.Error, match="does not exist") as failed:
+        world.client.connect()
+    assert failed.value.code == "no_daemon"
+    world.daemon.greeting = None
+    world.daemon.start()
+    begin = world.now
+    with pytest.raises(swarmtalk.Error, match="did not answer within 2 s"):
+        world.client.connect()
+    assert 1.9 < world.now - begin < 2.3
+    world.daemon.greeting = field(HELLO, GREETING)
+    world.client.connect()
+    assert world.client.connected and world.told == []
+
+
+def test_all_that_is_registered_is_registered_again_with_the_next_daemon(world):
+    world.client.process()  # nobody is there
+    publisher = world.client.advertise("a")
+    subscriber = world.client.subscribe("b", lambda message: world.heard.append(message.text))
+    world.told.clear()
+    world.meet()
+    assert [each[0] for each in world.daemon.requests] == [HELLO, ADVERTISE, SUBSCRIBE]
+    assert publisher.status is None and subscriber.status is None
+    first = world.daemon.requests[2][1]  # the script's ids are the requests' numbers
+    world.daemon.deliver(first, "one")
+    world.settle()
+    world.daemon.drop()
+    world.pass_time(0.3)
+    assert [each[0] for each in world.daemon.requests[3:]] == [HELLO, ADVERTISE, SUBSCRIBE]
+    second = world.daemon.requests[5][1]
+    assert second != first
+    world.daemon.deliver(first, "for nobody")
+    world.daemon.deliver(second, "two")
+    world.settle()
+    assert world.heard == ["one", "two"]
+    assert world.told == [("lost", "lost swarmtalkd: it closed the connection; reconnecting"),
+                          ("back",)]
+
+
+def test_a_refusal_at_a_new_connection_is_told_and_the_handle_keeps_it(world):
+    world.client.process()
+    publisher = world.client.advertise("a")
+    world.told.clear()
+    world.daemon.answers[ADVERTISE] = lambda _: field(FAILURE,
+                                                      field(1, 2) + field(2, "no such ttl"))
+    world.meet()
+    assert [each[0::2] for each in world.told] == [("error", "no such ttl")]
+    assert publisher.status.text == "no such ttl"
+    assert not publisher.send(b"x")
+
+
+def test_frames_may_come_in_pieces_and_many_at_once(world):
+    world.client.process()
+    world.client.subscribe("b", lambda message: world.heard.append(message.text))
+    world.meet()
+    subscriber = world.daemon.requests[1][1]
+    whole = b"".join(frame(field(DELIVER, field(1, subscriber) + field(2, text)))
+                     for text in ("one", "two"))
+    for byte in whole:
+        world.daemon.connection.sendall(bytes([byte]))
+        world.client.process()
+    assert world.heard == ["one", "two"]
+    world.daemon.connection.sendall(whole * 50)
+    world.settle()
+    assert world.heard == ["one", "two"] * 51
+
+
+@pytest.mark.parametrize("bytes_", [b"\0\0\0\0", b"\1\0\1\0", b"\xff" * 8,
+                                    frame(b"\x6a\xff"), frame(b"\x0d\1"), frame(b"\x07")])
+def test_what_is_not_the_protocol_ends_the_connection_with_a_word(world, bytes_):
+    world.meet()
+    world.daemon.connection.sendall(bytes_)
+    world.pass_time(0.3)
+    assert world.told == [("lost", "swarmtalkd sent something that is not the protocol"),
+                          ("back",)]
+
+
+def test_what_a_newer_daemon_adds_is_left_alone(world):
+    world.client.process()
+    world.client.subscribe("b", lambda message: world.heard.append(message.text))
+    world.meet()
+    subscriber = world.daemon.requests[1][1]
+    world.daemon.tell(field(900, "news"), field(DELIVER, field(1, subscriber) + field(2, "x")
+                                                + field(800, 5)))
+    world.settle()
+    assert world.client.connected and world.heard == ["x"]
+
+
+def poses(world):
+    """x of each pose that the daemon got, of fields that are little-endian floats."""
+    return [swarmtalk.struct.unpack("<f", each[1])[0] for each in world.daemon.of(SET_POSE)]
+
+
+def test_of_poses_that_are_set_quickly_the_newest_follows_once(world):
+    world.meet()
+    for x in (1, 2, 3):
+        world.client.set_pose(x, 0, 0)
+    world.settle()
+    assert poses(world) == [1]
+    world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
+    world.daemon.tell(field(1, world.daemon.requests[-1][1]) + field(DONE, b""))
+    world.pass_time(1)
+    assert poses(world) == [1, 3]
+    world.client.set_pose(4, 0, 0)
+    world.pass_time(1)
+    assert poses(world) == [1, 3, 4]
+
+
+def test_a_pose_that_is_refused_is_told_and_the_next_one_is_sent(world):
+    world.meet()
+    world.daemon.answers[SET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "too far"))
+    world.client.set_pose(1, 0, 0)
+    world.settle()
+    world.client.set_pose(2, 0, 0)
+    world.settle()
+    assert poses(world) == [1, 2]
+    assert [each[2] for each in world.told] == ["too far"] * 2
+
+
+def test_a_pose_that_waited_for_a_daemon_that_went_is_not_sent_to_the_next(world):
+    world.meet()
+    world.client.set_pose(1, 0, 0)
+    world.client.set_pose(2, 0, 0)
+    world.settle()
+    world.daemon.drop()
+    world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
+    world.pass_time(0.5)
+    assert poses(world) == [1]
+    world.client.set_pose(3, 0, 0)
+    world.settle()
+    assert poses(world) == [1, 3]
+
+
+def advertise(world, **options):
+    """A publisher with the script's daemon; (it, its id)."""
+    world.daemon.answers[ADVERTISE] = lambda number: field(
+        ADVERTISED, field(1, number) + field(2, 5) + field(3, 60000) + field(4, 7))
+    publisher = world.client.advertise("a", **options)
+    return publisher, next(each[1] for each in reversed(world.daemon.requests)
+                           if each[0] == ADVERTISE)
+
+
+def left(publisher, number):
+    return field(SENT, field(1, publisher) + field(2, number))
+
+
+def failed(publisher, number, text):
+    return field(FAILURE, field(1, 5) + field(2, text) + field(4, publisher) + field(5, number))
+
+
+def test_each_message_has_one_end_and_gives_its_room_back(world):
+    world.meet()
+    ends = []
+    publisher, id_ = advertise(world, queue=2, sent=lambda error: ends.append(
+        error and error.text))
+    assert [bool(publisher.send(b"%d" % i)) for i in range(4)] == [True, True, True, False]
+    assert publisher.busy()
+    world.settle()
+    assert [each[3] for each in world.daemon.of(PUBLISH)] == [b"0", b"1", b"2"]
+    assert [each[2] for each in world.daemon.of(PUBLISH)] == [1, 2, 3]
+    world.daemon.tell(left(id_, 1), failed(id_, 2, "lost"), left(id_, 1), left(id_, 9))
+    world.settle()
+    assert ends == [None, "lost"] and not publisher.busy()
+    assert [bool(publisher.send(b"x")) for _ in range(3)] == [True, True, False]
+    world.settle()
+    world.daemon.drop()
+    world.pass_time(0.3)
+    assert ends[:2] == [None, "lost"] and len(ends) == 5
+    assert all("not connected" in text for text in ends[2:]), ends
+    assert publisher.send(b"again"), "the next daemon begins with nothing"
+
+
+def test_one_word_ends_all_messages_before_it_where_nobody_looks_at_each(world):
+    world.meet()
+    publisher, id_ = advertise(world, queue=9)
+    assert world.daemon.of(ADVERTISE)[0][8] == 2
+    assert all([publisher.send(b"x") for _ in range(10)]) and publisher.busy()
+    world.settle()
+    world.daemon.tell(left(id_, 4))
+    world.settle()
+    assert [bool(publisher.send(b"x")) for _ in range(5)] == [True] * 4 + [False]
+
+
+def test_what_was_refused_here_is_told_to_the_daemon_each_once(world):
+    world.meet()
+    publisher, id_ = advertise(world, queue=1)
+    assert [bool(publisher.send(b"x")) for _ in range(7)] == [True] * 2 + [False] * 5
+    world.settle()
+    assert [each[4] for each in world.daemon.of(CLIENT_LOSS)] == [1]  # without process()
+    world.now += 3
+    world.client.process()
+    world.settle()
+    told = world.daemon.of(CLIENT_LOSS)
+    assert {each[3] for each in told} == {id_} and sum(each[4] for each in told) == 5
+    assert not publisher.send(b"x")
+    world.pass_time(3)
+    assert sum(each[4] for each in world.daemon.of(CLIENT_LOSS)) == 6
+
+
+def test_what_a_queue_here_dropped_is_told_to_the_daemon_once(world):
+    world.meet()
+    subscriber = world.client.subscribe("b", keep_last=2)
+    id_ = next(each[1] for each in world.daemon.requests if each[0] == SUBSCRIBE)
+    for i in range(5):
+        world.daemon.deliver(id_, str(i))
+    world.pass_time(1)
+    assert world.daemon.of(CLIENT_LOSS) == [{1: id_, 2: 3}]
+    assert [message.text for message in subscriber.take()] == ["3", "4"]
+    world.daemon.deliver(id_, "5")
+    world.pass_time(1)
+    assert [(message.text, message.lost_before.client) for message in subscriber.take()] == [
+        ("5", 0)]
+    assert len(world.daemon.of(CLIENT_LOSS)) == 1
+    for i in range(3):
+        world.daemon.deliver(id_, str(i))
+    world.pass_time(1)
+    assert world.daemon.of(CLIENT_LOSS)[1:] == [{1: id_, 2: 1}]
+
+
+def test_what_the_socket_does_not_take_at_once_follows_in_order(world):
+    world.meet()
+    publisher, _ = advertise(world, queue=1000)
+    taken = 0
+    while publisher.send(b"%06d" % taken + b"x" * 50000):
+        taken += 1
+        assert taken < 1000, "a daemon that does not read never makes it wait"
+    refused = publisher.send(b"y")
+    assert refused.code == "busy" and "does not read" in refused.text
+    world.settle()
+    assert [each[3][:6] for each in world.daemon.of(PUBLISH)] == [b"%06d" % i
+                                                                  for i in range(taken)]
+    assert publisher.send(b"y")
+    world.settle()
+    # The same with the next daemon, which begins with nothing.
+    while publisher.send(b"x" * 50000):
+        pass
+    world.daemon.drop()
+    world.pass_time(0.3)
+    world.daemon.requests.clear()
+    for taken in range(12):
+        assert publisher.send(b"%06d" % taken + b"x" * 50000)
+    world.settle()
+    assert [each[3][:6] for each in world.daemon.of(PUBLISH)] == [b"%06d" % i for i in range(12)]
+
+
+@pytest.mark.parametrize("told", [None, True, False])
+def test_when_a_message_was_sent_is_told_where_the_daemon_has_a_use_for_it(world, told):
+    world.meet()
+    world.daemon.answers[ADVERTISE] = lambda number: field(
+        ADVERTISED, field(1, number) + field(3, 100) + (b"" if told is None else field(5, told)))
+    world.client.advertise("a").send(b"x")
+    world.settle()
+    assert world.daemon.of(PUBLISH)[0].get(5) == (None if told is False else int(
+        world.now * 1e9))
+
+
+def test_a_question_that_is_not_answered_is_given_up_and_its_late_answer_is_nobodys(world):
+    world.meet()
+    begin = world.now
+    with pytest.raises(swarmtalk.Error, match="did not answer in time"):
+        world.client.get_pose()
+    assert 0.99 < world.now - begin < 1.1
+    late = world.daemon.requests[-1][1]
+    world.daemon.answers[GET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "none yet"))
+    world.daemon.tell(field(1, late) + field(POSE, b""))
+    with pytest.raises(swarmtalk.Error, match="none yet"):
+        world.client.get_pose()
+
+
+def test_requests_are_numbered_from_one_again_after_the_last_number(world):
+    world.meet()
+    world.daemon.answers[GET_POSE] = lambda _: field(POSE, b"")
+    world.client._last_request = 0xFFFFFFFE
+    for _ in range(3):
+        assert world.client.get_pose() is None
+    assert [each[1] for each in world.daemon.requests[-3:]] == [0xFFFFFFFF, 1, 2]
+
+
+def test_a_handle_that_is_closed_is_told_once_and_hears_nothing_more(world):
+    world.meet()
+    world.daemon.answers[UNSUBSCRIBE] = world.daemon.answers[UNADVERTISE] = lambda _: field(
+        DONE, b"")
+    subscriber = world.client.subscribe("b", lambda message: world.heard.append(message.text))
+    publisher = world.client.advertise("b")
+    ids = {each[0]: each[1] for each in world.daemon.requests}
+    for each in (subscriber, publisher, subscriber):
+        each.close()
+    world.daemon.deliver(ids[SUBSCRIBE], "late")
+    world.pass_time(1)
+    assert world.heard == []
+    assert world.daemon.of(UNSUBSCRIBE) == [{1: ids[SUBSCRIBE]}]
+    assert world.daemon.of(UNADVERTISE) == [{1: ids[ADVERTISE]}]
+    assert not publisher.send(b"x")
+    world.daemon.drop()
+    world.pass_time(0.3)
+    assert [each[0] for each in world.daemon.requests][-1] == HELLO  # and registers neither
+
+
+@pytest.mark.parametrize("around, hint", [(b"", True), (field(1, field(1, 9)), False)])
+def test_a_program_that_hears_nothing_is_told_once_that_it_is_alone(world, capsys, around, hint):
+    world.meet()
+    world.daemon.answers[GET_STATUS] = lambda _: field(STATUS, b"")
+    world.daemon.answers[30] = lambda _: field(31, around)
+    world.client.subscribe("b", lambda message: None)
+    world.pass_time(30, step=0.01)
+    assert len(world.daemon.of(GET_STATUS)) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == hint and all("no other robot is around" in line for line in lines)
+    world.daemon.drop()
+    world.pass_time(30, step=0.01)
+    assert world.client.connected and "around" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("channels, hint", [
+    ([("position", 1)], True), ([("position", 0)], True), ([("something", 1)], False),
+    ([("positon", 1), ("position", 1)], False), ([("positon", 0), ("position", 1)], True)])
+def test_a_program_that_misspelt_a_channel_is_told_the_right_one(world, capsys, channels, hint):
+    world.meet()
+    known = b"".join(field(8, field(1, 5) + field(2, name) + field(3, publishers))
+                     for name, publishers in channels)
+    world.daemon.answers[GET_STATUS] = lambda _: field(STATUS, known)
+    world.daemon.answers[30] = lambda _: field(31, field(1, field(1, 9)))
+    world.client.subscribe("positon", lambda message: None)
+    world.pass_time(10, step=0.01)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == hint and all("did you mean 'position'?" in line for line in lines)
