@@ -69,3 +69,7 @@ def test_nine_saturated_robots_starve_nobody(tmp_path, drift_ppm, range_mm):
           f"least to most {min(sent) / max(sent):.2f}")
     assert min(sent) >= 0.5 * max(sent)
     assert sum(sent) > 800  # of 880: each has one turn in 102 ms, and 10 s
+    for i in range(9):  # what met taken air is not given up, but sent at the next try
+        numbers = [int.from_bytes(bytes.fromhex(e["data"])[2:4], "little")
+                   for e in log.of("sent", f"k{i}", type=16)]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))

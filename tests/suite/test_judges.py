@@ -78,7 +78,12 @@ def test_contacts_of_a_simulated_world_are_taken_as_counted(tmp_path):
     assert (found["contacts"], found["success"]) == (3, False)
 
 
-def test_followers_that_never_moved_have_no_error_and_no_success(tmp_path):
+def test_followers_that_stand_still_have_not_succeeded(tmp_path):
+    found = edge(tmp_path, [0, 0])
+    assert (found["revolutions"], found["contacts"], found["success"]) == (0, 0, False)
+
+
+def test_a_seed_alone_has_not_succeeded(tmp_path):
     assert edge(tmp_path, [])["success"] is False
 
 
@@ -89,8 +94,8 @@ def test_waiting_for_a_seed_that_is_taken_and_for_an_answer_are_counted_apart(tm
 
 
 def fireflies(folder, offsets, periods=20, faults=(), until=None):
-    """What is found of robots that flash each at its offset, in periods; from period 10 on without
-    them where `until` is 10."""
+    """What is found of robots that flash once a period, each at its own offset (a share of a
+    period). From period `until` on, if it is given, all of them flash together."""
     events = [value(PERIOD_S * (k + (0 if until is not None and k >= until else offset)), robot,
                     "flash", 0)
               for robot, offset in enumerate(offsets) for k in range(periods)]

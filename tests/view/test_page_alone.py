@@ -5,6 +5,7 @@ once: it asks the page everything, prints it and ends.
 """
 import html
 import json
+import math
 import re
 import subprocess
 
@@ -40,6 +41,15 @@ CARD = {"t": "card", "id": 2, "known": True, "x": 1.0, "y": 0.25, "th": 1.5708, 
         "heard_age": 1500, "told_age": 300, "distance": 1.031, "bearing": -0.7854, "frames": 120,
         "frames_lost": 40, "lost": LOST, "channels": [[7, True, True, 2], [9, False, True, 1]],
         "programs": []}
+# For the map. Robot 2 has turned to the left and moved since; robot 3 is told of by others alone;
+# robot 4 is gone, and so are its links.
+MAP = {"t": "state", "self": 1, "robots": [
+    {"id": 1, "self": True, "name": "base", "x": 0.0, "y": 0.0, "th": 0.0},
+    {"id": 2, "x": 1.0, "y": 0.5, "th": math.pi / 2, "heard_age": 200},
+    {"id": 3, "x": 0.0, "y": 1.0, "th": math.pi, "told_age": 12000},
+    {"id": 4, "x": 1.0, "y": 1.0, "th": 0.0, "heard_age": 61000}],
+    "links": [[1, 3, 0.75, 100], [1, 2, 0.5, 100], [2, 1, 0.25, 100], [3, 2, 0.0, 100],
+              [2, 4, 0.1, 100], [4, 2, 0.1, 100]]}
 MESSAGES = [
     {"t": "msg", "n": 7, "from": 2, "d": 1.25, "hex": b"fire \xc3\xbc".hex()},
     {"t": "msg", "n": 7, "from": 3, "hops": 2, "hex": "0001ff", "lost": 4},
@@ -77,7 +87,7 @@ found.card = Object.fromEntries([...document.querySelectorAll("#card dt")].map(
 document.querySelector("#channel-list tbody tr").click();
 MESSAGES_HERE.forEach(from);
 found.messages = [...document.querySelectorAll("#messages > div")].map(each => each.textContent);
-found.asked = daemon.sent;
+found.asked = [...daemon.sent];
 found.places = [1, 2, 3, 4].map(id => swarmtalk.onMap(id));
 found.seconds = [undefined, 999, 1000, 9999, 10000, 99999, 100000, 150000].map(seconds);
 found.percent = [undefined, 0, 0.004, 0.0999, 0.1, 1].map(percent);
@@ -92,6 +102,54 @@ back = -5;
 found.before = swarmtalk.shown().robots.length;
 back = 0;
 found.live = swarmtalk.shown().robots.length;
+// What is drawn on the map: each line and body with its path, each text with its place.
+const drawn = [];
+let path = [];
+const look = (name, note) => {
+  const real = pen[name];
+  pen[name] = (...values) => { note(...values); return real.apply(pen, values); };
+};
+const put = (kind, style, more) => drawn.push(
+  {kind, style, path, dash: pen.getLineDash(), width: pen.lineWidth, alpha: pen.globalAlpha,
+   ...more});
+look("beginPath", () => { path = []; });
+look("moveTo", (x, y) => path.push([x, y]));
+look("lineTo", (x, y) => path.push([x, y]));
+look("arc", (x, y, radius) => path.push([x, y, radius]));
+look("stroke", () => put("line", pen.strokeStyle));
+look("fill", () => put("body", pen.fillStyle));
+look("fillText", (text, x, y) => put("text", pen.fillStyle, {text, x, y}));
+const paint = () => { drawn.length = 0; draw(); return [...drawn]; };
+document.getElementById("search").value = "";
+past.length = 0;
+const now = performance.now();
+const earlier = {...MAP_HERE, robots: MAP_HERE.robots.map(r => r.id === 2 ? {...r, y: 0.25} : r)};
+keep(now - TRAIL_MS - 100, {...earlier, robots: earlier.robots.map(r => ({...r, y: r.y - 1}))});
+keep(now - 5000, earlier);
+keep(now - 1000, MAP_HERE);
+state = {...MAP_HERE, byId: new Map(MAP_HERE.robots.map(r => [r.id, r]))};
+swarmtalk.select(0);
+paint();  // the camera has found the robots
+found.map = paint();
+found.spots = [1, 2, 3, 4].map(id => swarmtalk.onMap(id));
+found.scale = camera.scale;
+found.colours = Object.fromEntries(["self", "accent", "gone", "paper", "line"].map(name => {
+  pen.fillStyle = colour(name);
+  return [name, pen.fillStyle];
+}));
+swarmtalk.select(3);
+found.selected = paint();
+swarmtalk.select(0);
+document.getElementById("links").click();
+document.getElementById("trails").click();
+found.bare = paint();
+const box = canvas.getBoundingClientRect();
+const spot = [box.width / 3, box.height / 4];
+const before = toWorld(box, ...spot);
+zoom(1.5, ...spot);
+found.zoomed = {kept: toWorld(box, ...spot).map((each, i) => each - before[i]),
+                back: toScreen(box, ...toWorld(box, ...spot)).map((each, i) => each - spot[i]),
+                scale: camera.scale / found.scale};
 const told = document.createElement("pre");
 told.id = "found";
 told.textContent = JSON.stringify(found);
@@ -103,7 +161,8 @@ document.body.append(told);
 def ask_the_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     ask = ASK
-    for name, value in (("STATE", STATE), ("INFO", INFO), ("CARD", CARD), ("MESSAGES", MESSAGES)):
+    for name, value in (("STATE", STATE), ("INFO", INFO), ("CARD", CARD), ("MESSAGES", MESSAGES),
+                        ("MAP", MAP)):
         ask = ask.replace(name + "_HERE", json.dumps(value))
     page = (ROOT / "view/page/index.html").read_text("utf-8")
     assert page.count("<script>") == 1 and page.count("</body>") == 1
@@ -177,3 +236,128 @@ def test_numbers_are_as_a_person_reads_them(found):
 
 def test_what_was_a_while_ago_is_shown_as_it_was(found):
     assert (found["before"], found["live"]) == (4, 2)
+
+
+def middle(one, other):
+    return [(one[0] + other[0]) / 2, (one[1] + other[1]) / 2]
+
+
+def strokes(found, begin, end, name="map"):
+    """The straight lines that were drawn between two places, in their order."""
+    wanted = pytest.approx([*begin, *end], abs=0.01)
+    return [each for each in found[name] if each["kind"] == "line" and len(each["path"]) == 2
+            and [*each["path"][0], *each["path"][1]] == wanted]
+
+
+def colour(line):
+    """Red, green, blue, each of 255, and opacity of 1, of "rgba(r, g, b, a)" or "#rrggbb"."""
+    style = line["style"]
+    if style[0] == "#":
+        return [int(style[i:i + 2], 16) for i in (1, 3, 5)] + [1.0]
+    return [float(each) for each in re.findall(r"[\d.]+", style)]
+
+
+def redness(line):
+    red, green, *_ = colour(line)
+    return red - green
+
+
+def test_each_half_of_a_link_is_what_the_robot_at_its_end_loses(found):
+    one, two, three, four = found["spots"]
+    at_two, at_one = strokes(found, two, middle(one, two)), strokes(found, one, middle(one, two))
+    assert len(at_two) == len(at_one) == 1
+    assert at_two[0]["dash"] == at_one[0]["dash"] == []
+    assert at_two[0]["width"] == at_one[0]["width"]  # both lose much
+
+    nothing_lost = strokes(found, two, middle(two, three))[0]
+    most_lost = strokes(found, three, middle(one, three))[0]
+    assert redness(nothing_lost) < 0 < redness(at_one[0]) < redness(at_two[0])
+    assert redness(at_two[0]) == pytest.approx(redness(most_lost))  # half is all a user needs
+    assert nothing_lost["width"] < at_one[0]["width"]
+    places = [found["map"].index(each) for each in (nothing_lost, *at_one, *at_two, most_lost)]
+    assert places == sorted(places), "what loses most lies on top"
+    for robot in (one, two, three):  # its links went with robot 4
+        assert not strokes(found, robot, middle(robot, four))
+        assert not strokes(found, four, middle(robot, four))
+
+
+def test_the_half_of_a_link_of_which_nothing_is_known_is_dashed(found):
+    one, two, three, _ = found["spots"]
+    for hearer, sender in ((three, one), (two, three)):
+        known = strokes(found, hearer, middle(hearer, sender))
+        unknown = strokes(found, middle(hearer, sender), sender)
+        assert [each["dash"] for each in known] == [[]]
+        assert len(unknown) == 1 and unknown[0]["dash"]
+        assert unknown[0]["style"] == found["colours"]["line"]
+    assert not strokes(found, middle(one, two), one) and not strokes(found, middle(one, two), two)
+
+
+def bodies(found):
+    """By robot: the shape that stands at its place."""
+    shapes = [each for each in found["map"] if each["kind"] == "body"]
+    return [next(each for each in shapes if each["path"][1][:2] == pytest.approx(spot, abs=0.01))
+            for spot in found["spots"]]
+
+
+def test_a_robot_points_where_it_looks(found):
+    for (x, y), body, (dx, dy) in zip(found["spots"], bodies(found), [(1, 0), (0, -1), (-1, 0),
+                                                                      (1, 0)]):
+        tip, radius = body["path"][0], body["path"][1][2]
+        assert tip[0] - x == pytest.approx(1.75 * radius * dx, abs=0.01)
+        assert tip[1] - y == pytest.approx(1.75 * radius * dy, abs=0.01)  # downwards
+
+
+def test_a_robot_is_coloured_by_whether_it_is_heard(found):
+    colours = found["colours"]
+    assert [body["style"] for body in bodies(found)] == [
+        colours["self"], colours["accent"], colours["paper"], colours["gone"]]
+    texts = {each["text"]: (each["x"], each["y"]) for each in found["map"]
+             if each["kind"] == "text"}
+    assert [text for text in texts if text[-2:] not in (" m", "cm")] == [
+        "1 base", "2", "3  12 s", "4  61 s"]
+    assert texts["2"][0] == pytest.approx(found["spots"][1][0], abs=0.01)
+    assert texts["2"][1] > found["spots"][1][1]
+
+
+def test_the_bar_is_as_long_as_its_text_says(found):
+    text = next(each["text"] for each in found["map"] if each["kind"] == "text")
+    number, unit = text.split()
+    bar = next(each["path"] for each in found["map"] if each["kind"] == "line"
+               and len(each["path"]) == 4 and each["path"][0][0] == each["path"][1][0])
+    length_m = (bar[2][0] - bar[1][0]) / found["scale"]
+    assert length_m == pytest.approx(float(number) / {"m": 1, "cm": 100}[unit])
+
+
+def test_a_trail_leads_from_where_a_robot_was_to_where_it_is(found):
+    two = found["spots"][1]
+    assert len(strokes(found, [two[0], two[1] + 0.25 * found["scale"]], two)) == 1
+    # Nobody else moved within the time of a trail.
+    trails = [each for each in found["map"] if each["kind"] == "line" and each["alpha"] < 1]
+    assert {tuple(map(tuple, each["path"])) for each in trails if each["path"][0] !=
+            each["path"][1]} == {tuple(map(tuple, strokes(
+                found, [two[0], two[1] + 0.25 * found["scale"]], two)[0]["path"]))}
+
+
+def test_what_is_selected_has_a_ring_and_the_other_links_fade(found):
+    def rings(name):
+        return [each["path"][0][:2] for each in found[name] if each["kind"] == "line"
+                and len(each["path"]) == 1]
+    one, two, three, _ = found["spots"]
+    assert rings("map") == [] and rings("selected") == [pytest.approx(three, abs=0.01)]
+    assert strokes(found, three, middle(one, three), "selected")[0]["width"] > strokes(
+        found, three, middle(one, three))[0]["width"]
+    assert colour(strokes(found, one, middle(one, two), "selected")[0])[3] < colour(strokes(
+        found, one, middle(one, two))[0])[3]
+
+
+def test_links_and_trails_go_when_they_are_not_wanted(found):
+    one, two, _, _ = found["spots"]
+    assert not strokes(found, one, middle(one, two), "bare")
+    assert not [each for each in found["bare"] if each["alpha"] < 1]
+    assert len([each for each in found["bare"] if each["kind"] == "body"]) == 4
+
+
+def test_zooming_keeps_the_place_below_the_pointer(found):
+    assert found["zoomed"]["kept"] == pytest.approx([0, 0], abs=1e-9)
+    assert found["zoomed"]["back"] == pytest.approx([0, 0], abs=1e-9)
+    assert found["zoomed"]["scale"] == pytest.approx(1.5)

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "tests/support/patience.hpp"
@@ -93,6 +94,29 @@ TEST_F(KeeperAlone, TellsLossAndReturnOnceEach) {
   daemon.restart();
   ASSERT_TRUE(wait_until([this] { return keeper_.is_up(); }));
   EXPECT_EQ(happened(), (Story{"greeted", "return"})) << "that it was away is not told again";
+}
+
+TEST_F(KeeperAlone, TellsNoSecondLossOfADaemonThatHasNotComeBack) {
+  test::FakeDaemon daemon(path_);
+  ASSERT_TRUE(keeper_.connect());
+  for (int times = 0; times < 2; ++times) {
+    daemon.kill();
+    ASSERT_TRUE(wait_until([this] { return !keeper_.is_greeted(); }));
+    happened();
+    daemon.refuse_clients.set_code(ipc::ERROR_LIMIT);
+    daemon.restart();
+    const auto is_down = [this] { return happened_.size() >= 2; };
+    ASSERT_TRUE(wait_until(is_down));
+    EXPECT_EQ(happened(), (Story{told("failure", StatusCode::kLimit), "down"}));
+    daemon.kill();
+    daemon.refuse_clients.Clear();
+    daemon.restart();
+    ASSERT_TRUE(wait_until([this] { return keeper_.is_up(); }));
+    const Story back = happened();
+    ASSERT_GE(back.size(), 2u);
+    EXPECT_EQ(Story(back.end() - 2, back.end()), (Story{"greeted", "return"}));
+    EXPECT_EQ(std::count(back.begin(), back.end(), "return"), 1);
+  }
 }
 
 TEST_F(KeeperAlone, TellsWhyItCannotConnectOnceForAllAttempts) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -71,6 +73,61 @@ TEST_F(DeliveriesAlone, TellWhatOtherThreadsHadToReport) {
   reports_.add(Status(StatusCode::kBusy, "busy"));
   deliveries_.run();
   EXPECT_EQ(told_, std::vector<std::string>{"busy"});
+  reports_.add(Status(StatusCode::kRate, "too fast"));
+  deliveries_.run();
+  deliveries_.run();
+  EXPECT_EQ(told_, (std::vector<std::string>{"busy", "too fast"})) << "each once";
+}
+
+/// Whatever comes and is run in whatever order: each message is handed over or told as lost, once,
+/// and so is what the daemon lost before it.
+TEST_F(DeliveriesAlone, HandOverOrTellAsLostEachMessageOnce) {
+  std::mt19937 random(7);
+  const auto draw = [&](unsigned below) { return static_cast<unsigned>(random() % below); };
+  using std::chrono::seconds;
+  std::vector<Policy> policies(6);
+  policies[1].keep_last = 1;
+  policies[2].keep_last = 4;
+  policies[3].max_age = seconds(60);
+  policies[4].latest_of_each = true;
+  policies[5].latest_of_each = true;
+  policies[5].keep_last = 2;
+  policies[5].max_age = seconds(60);
+  for (const Policy& policy : policies) {
+    subscriber_ = std::make_shared<SubscriberState>();
+    subscriber_->policy = policy;
+    std::uint64_t came = 0, handed_over = 0, lost_before = 0, told_before = 0, told_lost = 0;
+    subscriber_->receive = [&](const Message& message) {
+      ++handed_over;
+      told_lost += message.lost_before.client;
+      told_before += message.lost_before.air;
+    };
+    const auto come = [&](bool is_old, std::uint32_t lost) {
+      ipc::DeliverFrame frame;
+      frame.sender = draw(3);
+      frame.epoch = draw(2);
+      if (is_old) frame.received_at_ns = 1;
+      frame.lost_before.air = lost;
+      deliveries_.deliver(subscriber_, frame, draw(4) == 0);
+      ++came;
+      lost_before += lost;
+    };
+    for (int step = 0; step < 3000; ++step) {
+      if (draw(10) < 7) {
+        come(draw(10) == 0, draw(2));
+      } else {
+        deliveries_.run();
+      }
+    }
+    deliveries_.run();
+    come(false, 0);  // tells what is left
+    deliveries_.run();
+    EXPECT_EQ(handed_over + told_lost, came);
+    EXPECT_EQ(told_before, lost_before);
+    EXPECT_EQ(subscriber_->unreported_loss, told_lost);
+    EXPECT_GT(handed_over, 500u);
+    EXPECT_EQ(told_lost > 0, policy.keep_last || policy.max_age || policy.latest_of_each);
+  }
 }
 
 TEST_F(DeliveriesAlone, TellNothingOnceClosed) {

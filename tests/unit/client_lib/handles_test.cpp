@@ -75,6 +75,29 @@ TEST_F(HandlesAlone, EndAPublicationOnce) {
   EXPECT_EQ(publisher_->in_flight, std::deque<std::uint64_t>{1});
 }
 
+TEST_F(HandlesAlone, ReportWhatWasLostSinceTheLastReport) {
+  handles_.register_all();
+  answer_all();
+  const auto report = [&](std::uint32_t lost, std::uint32_t refused) {
+    subscriber_->unreported_loss += lost;
+    publisher_->untold_refusals += refused;
+    handles_.report_losses();
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> told;
+    for (const ipc::Envelope& envelope : std::exchange(written_, {})) {
+      const ipc::ClientLoss& loss = envelope.client_loss();
+      EXPECT_EQ(loss.has_publisher_id() ? loss.publisher_id() : loss.subscription_id(),
+                loss.has_publisher_id() ? 11u : 12u);
+      told.emplace_back(loss.messages(), loss.refused());
+    }
+    return told;
+  };
+  using Told = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  EXPECT_EQ(report(3, 2), (Told{{0, 2}, {3, 0}}));
+  EXPECT_EQ(report(0, 0), Told{});
+  EXPECT_EQ(report(1, 0), (Told{{1, 0}}));
+  EXPECT_EQ(report(0, 5), (Told{{0, 5}}));
+}
+
 TEST_F(HandlesAlone, ThatGoBeforeTheirAnswerAreUnregisteredAfterIt) {
   handles_.register_one(subscriber_);
   handles_.remove(*subscriber_);

@@ -53,6 +53,13 @@ TEST_F(RequestsAlone, AnswerAllThatWaitsWhenTheConnectionIsLost) {
   requests_.send(note_);
   requests_.fail_all(Status(StatusCode::kDisconnected));
   EXPECT_EQ(done_, (std::vector{StatusCode::kDisconnected, StatusCode::kDisconnected}));
+  requests_.make();
+  const auto third = requests_.send(note_);
+  requests_.fail_all(Status(StatusCode::kProtocol));
+  ASSERT_EQ(done_.size(), 3u) << "each once";
+  EXPECT_EQ(done_[2], StatusCode::kProtocol);
+  requests_.answer(answer_to(third));
+  EXPECT_EQ(done_.size(), 3u);
 }
 
 TEST_F(RequestsAlone, RefuseWhatIsTooLongForAFrame) {

@@ -198,5 +198,31 @@ TEST_F(GatewayReaderTest, RefusesEveryDamagedByteOfAFrame) {
   EXPECT_TRUE(heard.empty());
 }
 
+TEST_F(GatewayReaderTest, ReadsTextsOfEachLengthWhole) {
+  synchronise();
+  for (std::size_t size = 0; size <= kTextBytes; ++size) {
+    GatewayFrame frame;
+    frame.begin(GatewayKind::kText, static_cast<std::uint8_t>(size));
+    std::string text;
+    for (std::size_t i = 0; i < size; ++i) text += static_cast<char>('a' + (size + i) % 26);
+    for (const char each : text) frame.append(static_cast<std::uint8_t>(each));
+    put(frame);
+    ASSERT_EQ(texts.size(), size + 1);
+    EXPECT_EQ(texts.back(), text);
+  }
+  EXPECT_EQ(reader.counters().unreadable_frames, 0u);
+}
+
+TEST_F(GatewayReaderTest, CutsATextThatIsTooLongAndReadsNoLongerFrame) {
+  synchronise();
+  const std::string text(kTextBytes + 5, 'x');
+  GatewayFrame frame;
+  frame.begin(GatewayKind::kText, 0);
+  for (const char each : text) frame.append(static_cast<std::uint8_t>(each));
+  put(frame);
+  ASSERT_EQ(texts.size(), 1u);
+  EXPECT_EQ(texts[0], text.substr(0, kTextBytes));
+}
+
 }  // namespace
 }  // namespace swarmtalk::kilobot_bridge

@@ -278,6 +278,10 @@ TEST_F(KilobotControlTest, StopOfOneClientEndsTheCommandOfAnother) {
   EXPECT_EQ(ended.end(), ipc::KILOBOT_STOPPED);
   EXPECT_NE(ended.text().find("another program"), std::string::npos);
   expect_stop();
+  for (int times = 0; times < 2; ++times) {  // and each later command of its own, once
+    const ipc::Envelope answer = ask(*second, command(ipc::KILOBOT_STOP));
+    EXPECT_EQ(wait_ended(*second).operation_id(), answer.kilobot_started().operation_id());
+  }
 }
 
 TEST_F(KilobotControlTest, CancelsNobodyElsesCommand) {

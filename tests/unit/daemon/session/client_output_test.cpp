@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 namespace swarmtalk::daemon {
 namespace {
 
@@ -102,6 +104,66 @@ TEST_F(Output, MessagesOfNoBytesAreLimitedToo) {
   output_.forget(large);
   for (int i = 0; i < 8; ++i) deliver(a_, "a");
   EXPECT_EQ(output_.lost(), 9'900u) << "their room is free again";
+}
+
+/// Lost before it came here, dropped here by any rule, or delivered: each message is one of these,
+/// and each loss is told once.
+TEST_F(Output, TellsEachLossOnceInWhateverOrderThingsHappen) {
+  std::mt19937 random(5);
+  const auto draw = [&](unsigned below) { return static_cast<unsigned>(random() % below); };
+  for (const std::uint32_t queue_bytes : {3, 1000}) {
+    limits_.queue_bytes = queue_bytes;
+    for (const auto& [keep_last, latest_of_each] :
+         {std::pair<std::size_t, bool>{1, false}, {8, false}, {3, true}}) {
+      QueuedSubscription sut{keep_last, latest_of_each};
+      Loss before, told;
+      std::uint64_t came = 0, delivered = 0;
+      const auto come = [&] {
+        MessageHead head;
+        head.sender = static_cast<std::uint16_t>(draw(3));
+        const std::vector<std::uint8_t> payload(draw(3), 'x');
+        output_.add_delivery(sut, pool_.take(head, payload, false));
+        ++came;
+      };
+      const auto read = [&] {
+        while (output_.refill()) {
+          ipc::FrameReader reader;
+          const std::string_view bytes = output_.unwritten();
+          const auto room = reader.prepare(bytes.size());
+          std::copy(bytes.begin(), bytes.end(), room.begin());
+          reader.commit(bytes.size());
+          ipc::Envelope envelope;
+          while (reader.next(envelope) == ipc::ReadResult::kEnvelope) {
+            const ipc::LostBefore& lost = envelope.deliver().lost_before();
+            told += Loss{lost.air(), lost.kernel(), lost.daemon(), lost.late()};
+            ++delivered;
+          }
+          output_.advance(bytes.size());
+        }
+      };
+      for (int step = 0; step < 2000; ++step) {
+        const unsigned chance = draw(10);
+        if (chance < 3) {
+          const Loss lost{draw(3), draw(2), 0, draw(2)};
+          sut.lost += lost;
+          before += lost;
+        } else if (chance < 8) {
+          come();
+        } else {
+          read();
+        }
+      }
+      read();
+      come();  // tells what is left
+      read();
+      EXPECT_GT(delivered, 100u);
+      EXPECT_EQ(told.air, before.air);
+      EXPECT_EQ(told.kernel, before.kernel);
+      EXPECT_EQ(told.late, before.late);
+      EXPECT_EQ(told.daemon, came - delivered);
+      EXPECT_GT(told.daemon, 0u);
+    }
+  }
 }
 
 /// What a client that reads has taken, again and again, does not fill its queue.

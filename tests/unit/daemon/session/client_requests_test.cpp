@@ -109,20 +109,24 @@ TEST_F(Requests, TellAnOperatorWhyNotAndTheDaemonWhoAsked) {
   EXPECT_EQ(told.at(0).request_id(), 5u);
 }
 
-TEST_F(Requests, TellOfFramesThatASlowCaptureMissed) {
+TEST_F(Requests, TellOnceOfTheFramesThatASlowCaptureMissed) {
   greet();
   ipc::Envelope request;
   request.mutable_capture();
   EXPECT_FALSE(handle(request));
   ASSERT_NE(operator_.listener, nullptr);
-  ipc::Captured captured;
-  parts_.limits.reply_bytes = 0;
-  operator_.listener->on_captured(captured);
-  parts_.limits.reply_bytes = 100'000;
-  operator_.listener->on_captured(captured);
+  const auto capture = [&](std::uint32_t limit) {
+    ipc::Captured captured;
+    parts_.limits.reply_bytes = limit;
+    operator_.listener->on_captured(captured);
+  };
+  for (const std::uint32_t limit : {0, 0, 100'000, 100'000, 0, 100'000}) capture(limit);
   const auto told = parts_.told();
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1].captured().missed(), 1u);
+  ASSERT_EQ(told.size(), 4u);
+  EXPECT_TRUE(told[0].has_done());
+  EXPECT_EQ(told[1].captured().missed(), 2u);
+  EXPECT_EQ(told[2].captured().missed(), 0u);
+  EXPECT_EQ(told[3].captured().missed(), 1u);
   operations_.leave();
   EXPECT_EQ(operator_.listener, nullptr);
 }
