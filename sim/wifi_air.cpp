@@ -1,7 +1,6 @@
 #include "sim/wifi_air.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,10 +13,6 @@ constexpr uint32_t kSymbolUs = 4;
 constexpr std::size_t kServiceAndTailBits = 16 + 6;
 constexpr std::size_t kMacHeaderBytes = 24 + 8 + 4;  // MAC, LLC and SNAP, FCS
 constexpr std::size_t kAnswerBytes = 14;             // of an ACK, by which EIFS is reckoned
-
-double ratio(double decibels) {
-  return std::pow(10, decibels / 10);
-}
 
 uint32_t time_of_us(const WifiRate& rate, std::size_t bytes) {
   const std::size_t bits = kServiceAndTailBits + 8 * bytes;
@@ -32,9 +27,10 @@ const WifiRate& rate_of(uint32_t mbps) {
   throw std::invalid_argument("no rate of " + std::to_string(mbps) + " Mb/s");
 }
 
-/// How far a signal of this power (beside that at the range) comes.
-double reach_mm(const WifiAirConfig& config, double power) {
-  return config.range_mm * std::pow(power, -1 / config.path_exponent);
+WifiSpaces spaces_of(const WifiAirConfig& config) {
+  const uint32_t difs_us = config.sifs_us + 2 * config.slot_us;
+  const uint32_t answer_us = time_of_us(wifi_rates().front(), kAnswerBytes);
+  return {config.slot_us, difs_us, config.sifs_us + answer_us + difs_us};
 }
 
 }  // namespace
@@ -69,15 +65,9 @@ WifiAir::WifiAir(const WifiAirConfig& config, uint64_t seed, Hooks hooks)
       rate_(rate_of(config.rate_mbps)),
       hooks_(std::move(hooks)),
       random_(seed),
-      needed_power_(ratio(rate_.more_db)),
-      needed_to_detect_(ratio(config.detection_db)),
-      needed_to_read_(ratio(config.payload_db + rate_.more_db)),
-      noise_(ratio(config.noise_db)),
-      energy_busy_(ratio(config.energy_busy_db)),
-      unheard_(ratio(config.unheard_db)),
-      difs_us_(config.sifs_us + 2 * config.slot_us),
-      eifs_us_(config.sifs_us + time_of_us(wifi_rates().front(), kAnswerBytes) + difs_us_),
-      grid_(reach_mm(config, unheard_)) {}
+      power_(config, rate_),
+      spaces_(spaces_of(config)),
+      grid_(power_.reach_mm()) {}
 
 uint32_t WifiAir::add(double x_mm, double y_mm) {
   const uint32_t index = size();
@@ -109,20 +99,12 @@ std::optional<double> WifiAir::link_loss(uint32_t from, uint32_t to) const {
   return found->second;
 }
 
-double WifiAir::power(const Body& a, const Body& b) const {
-  const double dx = a.x_mm - b.x_mm;
-  const double dy = a.y_mm - b.y_mm;
-  // Two antennas are never in the same place.
-  const double distance_mm = std::max(std::sqrt(dx * dx + dy * dy), config_.range_mm / 1000);
-  return std::pow(config_.range_mm / distance_mm, config_.path_exponent);
-}
-
 bool WifiAir::is_in_range(uint32_t from, uint32_t to) const {
-  return power(stations_[from].body, stations_[to].body) >= needed_power_;
+  return power_.is_received(power_.between(stations_[from].body, stations_[to].body));
 }
 
 double WifiAir::margin_db(uint32_t from, uint32_t to) const {
-  return 10 * std::log10(power(stations_[from].body, stations_[to].body) / needed_power_);
+  return power_.margin_db(power_.between(stations_[from].body, stations_[to].body));
 }
 
 bool WifiAir::are_parted(const Station& a, const Station& b) const {
@@ -178,9 +160,9 @@ bool WifiAir::offer(uint32_t index, std::span<const uint8_t> frame, uint64_t at_
   if (station.queue.size() > 1) return true;  // whoever is first has its turn planned
   if (!station.is_busy) {
     plan_access(index);
-  } else if (station.backoff_slots == 0) {
+  } else if (station.backoff.is_done()) {
     // Else all who find the air taken would begin the moment it is free.
-    station.backoff_slots = random_.below(config_.window_slots + 1);
+    station.backoff.set(random_.below(config_.window_slots + 1));
   }
   return true;
 }
@@ -188,9 +170,7 @@ bool WifiAir::offer(uint32_t index, std::span<const uint8_t> frame, uint64_t at_
 /// Of a station that has a frame and finds the air idle.
 void WifiAir::plan_access(uint32_t index) {
   Station& station = stations_[index];
-  const uint64_t counted_us =
-      station.count_from_us + uint64_t{station.backoff_slots} * config_.slot_us;
-  station.access_us = std::max(now_us_, counted_us);
+  station.access_us = std::max(now_us_, station.backoff.end_us(spaces_));
   push(station.access_us, index, kAccess);
 }
 
@@ -199,7 +179,7 @@ void WifiAir::access(uint32_t index) {
   // A plan that was given up is still in the queue of events.
   if (station.access_us != now_us_ || station.is_busy || station.queue.empty()) return;
   station.access_us = kNever;
-  station.backoff_slots = 0;
+  station.backoff.set(0);
   transmit(index);
 }
 
@@ -214,9 +194,9 @@ void WifiAir::transmit(uint32_t index) {
   look_at_carrier(index);
   station.reached.clear();
   grid_.for_near(station.body.x_mm, station.body.y_mm, [&](uint32_t other) {
-    if (other != index && power(station.body, stations_[other].body) >= unheard_) {
-      station.reached.push_back(other);
-    }
+    if (other == index) return;
+    const double arriving = power_.between(station.body, stations_[other].body);
+    if (power_.disturbs(arriving)) station.reached.push_back(other);
   });
   // The order of the grid's cells depends on who moved when; what happens must not.
   std::sort(station.reached.begin(), station.reached.end());
@@ -227,10 +207,10 @@ void WifiAir::transmit(uint32_t index) {
   for (uint32_t to = 0; to < size(); ++to) {
     if (to == index) continue;
     const bool is_reached = near < station.reached.size() && station.reached[near] == to;
-    const double arriving = is_reached ? power(station.body, stations_[to].body) : 0;
+    const double arriving = is_reached ? power_.between(station.body, stations_[to].body) : 0;
     near += is_reached;
-    if (arriving < needed_power_) count(to, &WifiAirCounters::lost_range);
-    if (is_reached) begin_signal(index, to, arriving, arriving >= needed_power_);
+    if (!power_.is_received(arriving)) count(to, &WifiAirCounters::lost_range);
+    if (is_reached) begin_signal(index, to, arriving, power_.is_received(arriving));
   }
   push(now_us_ + air_us, index, kEnd);
 }
@@ -245,7 +225,7 @@ void WifiAir::begin_signal(uint32_t from, uint32_t to, double arriving, bool is_
   if (receiver.is_sending) receiver.signals.back().loss = &WifiAirCounters::lost_sending;
   for (Signal& signal : receiver.signals) {
     if (signal.from == receiver.locked_on && signal.loss == nullptr &&
-        signal_to_noise(receiver, signal) < needed_to_read_) {
+        !power_.is_readable(signal_to_noise(receiver, signal))) {
       signal.loss = &WifiAirCounters::lost_collision;
     }
   }
@@ -253,7 +233,7 @@ void WifiAir::begin_signal(uint32_t from, uint32_t to, double arriving, bool is_
 }
 
 double WifiAir::signal_to_noise(const Station& station, const Signal& signal) const {
-  double others = noise_;
+  double others = power_.noise();
   for (const Signal& other : station.signals) {
     if (other.from != signal.from) others += other.power;
   }
@@ -277,7 +257,7 @@ void WifiAir::detect(uint32_t index) {
     } else if (station.is_sending) {
       signal.loss = &WifiAirCounters::lost_sending;
     } else if (&signal == strongest && station.locked_on == kNobody && signal.is_in_range &&
-               signal_to_noise(station, signal) >= needed_to_detect_) {
+               power_.is_detected(signal_to_noise(station, signal))) {
       station.locked_on = signal.from;
     } else if (signal.from != station.locked_on) {
       signal.loss = &WifiAirCounters::lost_collision;
@@ -292,7 +272,7 @@ void WifiAir::end_transmission(uint32_t index) {
   Station& station = stations_[index];
   station.queue.pop_front();
   station.is_sending = false;
-  station.backoff_slots = random_.below(config_.window_slots + 1);
+  station.backoff.set(random_.below(config_.window_slots + 1));
   look_at_carrier(index);
   if (hooks_.ended) hooks_.ended(index, now_us_);
 }
@@ -308,7 +288,7 @@ void WifiAir::end_signal(uint32_t from, uint32_t to) {
   if (receiver.locked_on == from) {
     receiver.locked_on = kNobody;
     loss = loss_of_read(from, receiver, to, signal);
-    if (loss != nullptr) receiver.bad_frame_us = now_us_;
+    if (loss != nullptr) receiver.backoff.note_bad_frame(now_us_);
   }
   if (loss != nullptr) {
     if (signal.is_in_range) count(to, loss);
@@ -340,22 +320,14 @@ void WifiAir::look_at_carrier(uint32_t index) {
   for (const Signal& signal : station.signals) {
     if (signal.start_us + config_.detection_us <= now_us_) energy += signal.power;
   }
-  const bool is_busy = station.is_sending || station.locked_on != kNobody || energy >= energy_busy_;
+  const bool is_busy = station.is_sending || station.locked_on != kNobody || power_.is_busy(energy);
   if (is_busy == station.is_busy) return;
   station.is_busy = is_busy;
   if (is_busy) {
     station.access_us = kNever;
-    if (now_us_ > station.count_from_us) {
-      const uint64_t counted = (now_us_ - station.count_from_us) / config_.slot_us;
-      station.backoff_slots -=
-          static_cast<uint32_t>(std::min<uint64_t>(counted, station.backoff_slots));
-    }
-    return;
+    return station.backoff.stop(now_us_, spaces_);
   }
-  station.count_from_us = now_us_ + difs_us_;
-  if (station.bad_frame_us > 0) {
-    station.count_from_us = std::max(station.count_from_us, station.bad_frame_us + eifs_us_);
-  }
+  station.backoff.begin(now_us_, spaces_);
   if (!station.queue.empty()) plan_access(index);
 }
 

@@ -21,6 +21,8 @@
 #include "sim/interference.hpp"
 #include "sim/random.hpp"
 #include "sim/wifi_air_config.hpp"
+#include "sim/wifi_backoff.hpp"
+#include "sim/wifi_power.hpp"
 
 namespace swarmtalk::sim {
 
@@ -103,10 +105,8 @@ class WifiAir {
     std::vector<Signal> signals;
     uint32_t locked_on = kNobody;  // whose frame it reads
     bool is_sending = false;
-    bool is_busy = false;         // the air, as far as it can tell
-    uint32_t backoff_slots = 0;   // still to count, when the air is idle
-    uint64_t count_from_us = 0;   // when it begins to count, or began
-    uint64_t bad_frame_us = 0;    // end of the last frame that could not be read
+    bool is_busy = false;  // the air, as far as it can tell
+    WifiBackoff backoff;
     uint64_t access_us = kNever;  // when it sends
     WifiAirCounters counters;
   };
@@ -123,21 +123,14 @@ class WifiAir {
   void plan_access(uint32_t index);
   void count(uint32_t station, Loss what, uint64_t by = 1);
   bool are_parted(const Station& a, const Station& b) const;
-  double power(const Body& a, const Body& b) const;
   double signal_to_noise(const Station& station, const Signal& signal) const;
 
   WifiAirConfig config_;
   WifiRate rate_;
   Hooks hooks_;
   Random random_;
-  double needed_power_;
-  double needed_to_detect_;
-  double needed_to_read_;
-  double noise_;
-  double energy_busy_;
-  double unheard_;
-  uint32_t difs_us_;
-  uint32_t eifs_us_;
+  WifiPower power_;
+  WifiSpaces spaces_;
   Grid grid_;
   EventQueue queue_;
   std::size_t waiting_events_ = 0;

@@ -14,6 +14,8 @@
 #include "sim/grid.hpp"
 #include "sim/interference.hpp"
 #include "sim/random.hpp"
+#include "sim/robot_clock.hpp"
+#include "sim/robot_radio.hpp"
 #include "sim/sensing.hpp"
 #include "sim/world_config.hpp"
 #include "swarmtalk/swarmtalk.hpp"
@@ -53,13 +55,13 @@ class World {
   /// Adds a robot; all must be there before start().
   uint32_t add(double x_mm, double y_mm, double theta_rad = 0) {
     const uint32_t index = size();
-    robots_.push_back(std::make_unique<Robot>(this, mix(seed_ ^ mix(index + 1))));
+    robots_.push_back(std::make_unique<Robot>(now_us_, mix(seed_ ^ mix(index + 1))));
     Robot& robot = *robots_.back();
     robot.body = Body(config_.body, x_mm, y_mm, theta_rad, robot.random);
     const int64_t drift = config_.clock.drift_ppm;
-    robot.drift_ppm = static_cast<int32_t>(
+    const auto drift_ppm = static_cast<int32_t>(
         static_cast<int64_t>(robot.random.below(2 * config_.clock.drift_ppm + 1)) - drift);
-    robot.power_on_us = robot.random.below(config_.clock.power_on_spread_us + 1);
+    robot.clock = {drift_ppm, robot.random.below(config_.clock.power_on_spread_us + 1)};
     grid_.add(index, x_mm, y_mm);
     return index;
   }
@@ -68,7 +70,7 @@ class World {
   /// run_until() from now on.
   void start(const Hooks& hooks) {
     hooks_ = hooks;
-    for (uint32_t i = 0; i < size(); ++i) switch_on(i, robots_[i]->power_on_us);
+    for (uint32_t i = 0; i < size(); ++i) switch_on(i, robots_[i]->clock.power_on_us());
     for (uint32_t i = 0; i < config_.faults.size(); ++i) {
       queue_.push(config_.faults[i].at_us, i << kKindBits | kFault);
     }
@@ -134,8 +136,7 @@ class World {
  private:
   enum Kind : uint32_t { kLoop, kTurn, kEnd, kFault };
   static constexpr unsigned kKindBits = 2;
-  static constexpr uint32_t kNobody = UINT32_MAX;
-  enum class Damage : uint8_t { kNone, kCollision, kSending };
+  using Damage = RobotRadio::Damage;
 
   struct Link {
     uint32_t to;
@@ -143,28 +144,18 @@ class World {
   };
 
   struct Robot {
-    Robot(World* owner, uint64_t seed) : world(owner), random(seed) { renew(); }
+    Robot(const uint64_t& now, uint64_t seed) : now_us(now), random(seed) { renew(); }
 
     void renew() { node.emplace(core::Port{&read_clock, &draw, this}); }
-    uint32_t ticks() const {
-      const int64_t on_us = static_cast<int64_t>(world->now_us_ - power_on_us);
-      const int64_t local_us = on_us + on_us * drift_ppm / 1000000;
-      return static_cast<uint32_t>(local_us / kTickUs + clock_step_ticks);
-    }
+    uint32_t ticks() const { return clock.ticks(now_us); }
     static uint32_t read_clock(void* self) { return static_cast<Robot*>(self)->ticks(); }
     static uint32_t draw(void* self) {
       return static_cast<uint32_t>(static_cast<Robot*>(self)->random.bits());
     }
 
-    World* world;
-    uint64_t power_on_us = 0;
-    uint64_t sends_until_us = 0;
-    uint64_t hears_since_us = 0;  // the carrier that is there, or was there last
-    uint64_t hears_until_us = 0;
-    int64_t clock_step_ticks = 0;
-    int32_t drift_ppm = 0;
-    uint32_t arrival_from = kNobody;  // who is being received
-    Damage damage = Damage::kNone;    // of that reception
+    const uint64_t& now_us;  // of the world
+    RobotClock clock;
+    RobotRadio radio;
     bool is_alive = false;
     bool knows_links = false;
     bool has_loop_waiting = false;
@@ -177,11 +168,6 @@ class World {
     uint16_t packet_bytes = 0;
     std::optional<Node> node;
   };
-
-  /// Spreads `us` of the robot's own clock over true time.
-  uint64_t true_us(const Robot& robot, uint64_t us) const {
-    return us - static_cast<uint64_t>(static_cast<int64_t>(us) * robot.drift_ppm / 1000000);
-  }
 
   void switch_on(uint32_t index, uint64_t at_us) {
     Robot& robot = *robots_[index];
@@ -200,7 +186,7 @@ class World {
     if (!robot.is_alive) return;
     if (robot.body.is_driving()) move(index, robot);
     if (hooks_.loop != nullptr) hooks_.loop(hooks_.context, index);
-    queue_.push(now_us_ + true_us(robot, kTickUs), index << kKindBits | kLoop);
+    queue_.push(now_us_ + robot.clock.true_us(kTickUs), index << kKindBits | kLoop);
   }
 
   void move(uint32_t index, Robot& robot);

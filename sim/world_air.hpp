@@ -14,9 +14,7 @@ void World<P>::take_turn(uint32_t index) {
   if (!robot.is_alive) return;
   const RadioConfig& radio = config_.radio;
   if (robot.node->has_packet()) {
-    const bool senses_carrier =
-        robot.hears_until_us > now_us_ && now_us_ - robot.hears_since_us >= radio.turnaround_us;
-    if (senses_carrier || robot.sends_until_us > now_us_) {
+    if (robot.radio.is_taken(now_us_, radio.turnaround_us)) {
       ++air_.deferred;
       queue_.push(now_us_ + 1 + robot.random.below(radio.backoff_us), index << kKindBits | kTurn);
       return;
@@ -25,8 +23,8 @@ void World<P>::take_turn(uint32_t index) {
   }
   const double stretch = 1 + radio.period_jitter * robot.random.symmetric();
   const uint64_t pause_us = static_cast<uint64_t>(radio.period_us * stretch);
-  queue_.push(now_us_ + true_us(robot, std::max<uint64_t>(pause_us, radio.air_us + 1)),
-              index << kKindBits | kTurn);
+  const uint64_t least_us = std::max<uint64_t>(pause_us, radio.air_us + 1);
+  queue_.push(now_us_ + robot.clock.true_us(least_us), index << kKindBits | kTurn);
 }
 
 template <class P>
@@ -35,12 +33,9 @@ void World<P>::transmit(uint32_t index, Robot& robot) {
   if (robot.packet_bytes == 0) return;
   ++air_.sent;
   if (hooks_.sent != nullptr) hooks_.sent(hooks_.context, index, robot.packet, robot.packet_bytes);
-  robot.sends_until_us = now_us_ + config_.radio.air_us;
-  if (robot.arrival_from != kNobody && robot.damage == Damage::kNone) {
-    robot.damage = Damage::kSending;
-  }
+  const uint64_t end_us = robot.radio.send(now_us_, config_.radio.air_us);
   for (const Link& link : links_of(index)) arrive(index, link);
-  queue_.push(robot.sends_until_us, index << kKindBits | kEnd);
+  queue_.push(end_us, index << kKindBits | kEnd);
 }
 
 /// A packet begins at one receiver. What cannot be received any more is counted here, what may
@@ -54,28 +49,16 @@ void World<P>::arrive(uint32_t from, const Link& link) {
     ++air_.lost_partition;
     return;
   }
-  if (receiver.hears_until_us <= now_us_) receiver.hears_since_us = now_us_;
-  receiver.hears_until_us = std::max(receiver.hears_until_us, now_us_ + config_.radio.air_us);
-  if (receiver.sends_until_us > now_us_) {
-    ++air_.expected;
-    ++air_.lost_while_sending;
-  } else if (receiver.arrival_from != kNobody || receiver.hears_since_us != now_us_) {
-    ++air_.expected;
-    ++air_.lost_collision;
-    if (receiver.damage == Damage::kNone) receiver.damage = Damage::kCollision;
-  } else {
-    receiver.arrival_from = from;
-    receiver.damage = Damage::kNone;
-  }
+  const Damage damage = receiver.radio.begin(from, now_us_, config_.radio.air_us);
+  if (damage == Damage::kNone) return;
+  ++air_.expected;
+  ++(damage == Damage::kSending ? air_.lost_while_sending : air_.lost_collision);
 }
 
 template <class P>
 void World<P>::end_transmission(uint32_t index) {
   for (const Link& link : robots_[index]->links) {
-    Robot& receiver = *robots_[link.to];
-    if (receiver.arrival_from != index) continue;
-    receiver.arrival_from = kNobody;
-    finish(index, link);
+    if (robots_[link.to]->radio.is_receiving(index)) finish(index, link);
   }
 }
 
@@ -83,10 +66,11 @@ template <class P>
 void World<P>::finish(uint32_t from, const Link& link) {
   Robot& receiver = *robots_[link.to];
   const RadioConfig& radio = config_.radio;
+  const Damage damage = receiver.radio.end();
   ++air_.expected;
-  if (receiver.damage == Damage::kCollision) {
+  if (damage == Damage::kCollision) {
     ++air_.lost_collision;
-  } else if (receiver.damage == Damage::kSending) {
+  } else if (damage == Damage::kSending) {
     ++air_.lost_while_sending;
   } else if (interference_.jams(receiver.body, now_us_)) {
     ++air_.lost_jam;
@@ -115,11 +99,11 @@ void World<P>::finish(uint32_t from, const Link& link) {
 /// Gives up what is being received: the receiver has died.
 template <class P>
 void World<P>::interrupt_reception(Robot& robot) {
-  if (robot.arrival_from != kNobody) {
+  if (robot.radio.is_receiving()) {
     ++air_.expected;
     ++air_.lost_death;
   }
-  robot.arrival_from = kNobody;
+  robot.radio.end();
 }
 
 template <class P>

@@ -33,7 +33,7 @@ void World<P>::start_fault(const Fault& fault) {
   if (fault.robot >= size()) return;
   Robot& robot = *robots_[fault.robot];
   if (fault.kind == Fault::Kind::kClockStep) {
-    robot.clock_step_ticks += fault.ticks;
+    robot.clock.jump(fault.ticks);
     return;
   }
   interrupt_reception(robot);
@@ -42,8 +42,7 @@ void World<P>::start_fault(const Fault& fault) {
   robot.is_alive = false;
   if (fault.kind == Fault::Kind::kDeath) return;
   robot.renew();
-  robot.power_on_us = now_us_;
-  robot.clock_step_ticks = 0;
+  robot.clock.restart(now_us_);
   if (hooks_.restart != nullptr) hooks_.restart(hooks_.context, fault.robot);
   if (was_alive) {
     robot.is_alive = true;  // its loop and its turns go on
