@@ -1,11 +1,14 @@
 """What compilers and linkers put into our programs and libraries against the use of faults: looked
-up in the files that are built, which are those that are installed."""
+up in the files that are built, and in all that are installed (those of packages:
+tests/packages/test_release.py)."""
+import os
 import platform
 import re
 import shutil
 
 import pytest
 from conftest import BUILD, ROOT, run
+from hardening import elf_files, has_fortify, read, weaknesses
 
 pytestmark = pytest.mark.logic
 
@@ -27,26 +30,37 @@ def built(place):
     return path
 
 
-def read(path, option):
-    done = run("readelf", "--wide", option, path)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.parametrize("place", PLACES)
 def test_files_are_compiled_and_linked_with_checks(place):
     path = built(place)
-    assert re.search(r"Type:\s+DYN", read(path, "--file-header")), "position independent"
-    assert "GNU_RELRO" in read(path, "--program-headers")
-    assert "GNU_STACK" in read(path, "--program-headers")
-    assert not re.search(r"GNU_STACK.*RWE", read(path, "--program-headers"))
-    dynamic = read(path, "--dynamic")
-    assert "BIND_NOW" in dynamic or re.search(r"FLAGS_1.*NOW", dynamic), "immediate binding"
-    symbols = read(path, "--dyn-syms")
-    assert "__stack_chk_fail" in symbols, "stack protector"
+    assert not weaknesses(path)
     if place.startswith(("daemon", "client_lib/libswarmtalk-c")):
-        assert re.search(r"__\w+_chk\b", symbols.replace("__stack_chk", "")), "FORTIFY"
-        assert "__glibcxx_assert_fail" in symbols, "checks of the standard library"
+        assert has_fortify(path)
+        assert "__glibcxx_assert_fail" in read(path, "--dyn-syms"), "checks of the library"
+
+
+def test_every_installed_program_and_library_is_compiled_with_checks(tmp_path):
+    built(PLACES[0])
+    done = run("cmake", "--install", BUILD, "--prefix", "/usr", timeout=120,
+               env={**os.environ, "DESTDIR": str(tmp_path)})
+    if done.returncode != 0 and "cannot find" in done.stderr:
+        pytest.skip("not everything that is installed is built: " + done.stderr.splitlines()[0])
+    assert done.returncode == 0, done.stderr
+    files = list(elf_files(tmp_path))
+    assert tmp_path / "usr/sbin/swarmtalkd" in files and len(files) > 5, files
+    weak = {str(path.relative_to(tmp_path)): missing for path in files
+            if (missing := weaknesses(path))}
+    assert not weak, weak
+
+
+def test_a_file_without_checks_is_found(tmp_path):
+    source, path = tmp_path / "weak.c", tmp_path / "weak"
+    source.write_text("int main(void) { return 0; }\n", encoding="ascii")
+    done = run("gcc", source, "-o", path, "-no-pie", "-Wl,-z,norelro,-z,lazy,-z,execstack")
+    if done.returncode != 0:
+        pytest.skip("no compiler makes such a file here: " + done.stderr)
+    assert weaknesses(path) == ["position independent", "relocations read-only",
+                                "stack not executable", "immediate binding"]
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -61,7 +75,7 @@ def test_jumps_and_returns_are_checked(place):
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.skipif(shutil.which("hardening-check") is None,
-                    reason="hardening-check is missing: install devscripts")
+                    reason="hardening-check is missing: install devscripts (tools/setup test)")
 def test_debians_own_check_is_content(place):
     done = run("hardening-check", "--color=no", built(place))
     missing = re.findall(r"^ (.+): no(?:, .*)?$", done.stdout, re.M)
