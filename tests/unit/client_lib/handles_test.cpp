@@ -63,6 +63,10 @@ TEST_F(HandlesAlone, TellWhatWasOnItsWayWhenTheConnectionIsLost) {
   deliveries_.run();
   EXPECT_EQ(ends_, (std::vector{StatusCode::kDisconnected, StatusCode::kDisconnected}));
   EXPECT_EQ(publisher_->id, 0u);
+  EXPECT_TRUE(publisher_->in_flight.empty()) << "they take no room with the next daemon";
+  handles_.forget(Status(StatusCode::kDisconnected));
+  deliveries_.run();
+  EXPECT_EQ(ends_.size(), 2u) << "each once";
 }
 
 TEST_F(HandlesAlone, EndAPublicationOnce) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "swarmtalk/profiles/kilobot.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/core/test_node.hpp"
 
@@ -95,6 +96,28 @@ TEST(ForwardLimits, AWaitOfZeroIsNoLimit) {
   sut.port.now += 100'000'000;
   EXPECT_FALSE(sut.pull().empty());
   EXPECT_EQ(sut.node.forwards_too_late(), 0u);
+}
+
+/// Where few message numbers are, few messages of a sender wait: a new one takes an older one's
+/// room.
+TEST(ForwardLimits, APacketThatTookAnOlderOnesRoomIsSentOnOnceHoweverOftenItIsHeard) {
+  TestNode<Kilobot> sender(1);
+  sender.open(1, 3);
+  std::vector<Bytes> packets;
+  for (int i = 0; i < 8; ++i) {
+    ASSERT_EQ(sender.publisher->send(pattern(3).data(), 3), Error::kOk);
+    for (const Bytes& packet : sender.pull_all()) packets.push_back(packet);
+  }
+  TestNode<Kilobot> sut(2);
+  for (std::size_t i = 0; i < packets.size(); ++i) sut.hear(packets[i]);
+  EXPECT_GT(sut.node.counters().forward_queue_full, 0u);
+  sut.hear(packets.back());
+  sut.hear(packets.back());
+  const std::size_t sent_on = sut.pull_all().size();
+  EXPECT_GT(sent_on, 0u);
+  EXPECT_EQ(sent_on + sut.node.counters().forward_queue_full, packets.size());
+  for (std::size_t i = packets.size() - 2; i < packets.size(); ++i) sut.hear(packets[i]);
+  EXPECT_FALSE(sut.node.has_packet());
 }
 
 }  // namespace
