@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/ioctl.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -32,13 +32,13 @@ class TerminalReaderTest : public testing::Test {
     return static_cast<std::uint64_t>(
         std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
   }
+  /// Asked by poll(), which looks for bytes that are still on their way; FIONREAD does not.
   void wait_until_it_is_read() const {
-    int unread = 1;
-    for (int i = 0; i < 60'000 && unread != 0; ++i) {
-      ASSERT_EQ(::ioctl(terminal_.descriptor(), FIONREAD, &unread), 0);
+    pollfd terminal{terminal_.descriptor(), POLLIN, 0};
+    for (int i = 0; i < 60'000 && ::poll(&terminal, 1, 0) != 0; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_EQ(unread, 0);
+    ASSERT_EQ(::poll(&terminal, 1, 0), 0);
   }
   static std::optional<TimedByte> waited_for(TerminalReader& reader) {
     for (int i = 0; i < 60'000; ++i) {
