@@ -235,7 +235,8 @@ Status Engine::publish(PublisherState& publisher, std::string_view payload,
 }
 
 void Engine::tell_unread(const std::string& channel, const std::string& why, bool is_unread) {
-  const std::optional<Status> report = refusals_.note(channel, why, is_unread);
+  const std::optional<Status> report =
+      refusals_.note(channel, why, is_unread, Wakeup::Clock::now());
   if (!report) return;
   reports_.add(*report);
   wakeup_.wake();

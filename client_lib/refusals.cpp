@@ -7,11 +7,10 @@
 
 namespace swarmtalk::client {
 
-std::optional<Status> Refusals::note(std::string_view channel, std::string_view why,
-                                     bool is_unread) {
+std::optional<Status> Refusals::note(std::string_view channel, std::string_view why, bool is_unread,
+                                     Wakeup::Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   ++count_;
-  const auto now = Wakeup::Clock::now();
   if (told_ && now - *told_ < std::chrono::seconds(1)) return std::nullopt;
   told_ = now;
   const std::uint64_t count = std::exchange(count_, 0);

@@ -19,7 +19,8 @@ class Refusals {
   /// Where on_error is the program's own, what it is to be told, if it is time again. Else stderr
   /// is told at once: a program that only sends may never come to process().
   /// @param is_unread  known: not of a program in C, whose looks cannot be seen
-  std::optional<Status> note(std::string_view channel, std::string_view why, bool is_unread);
+  std::optional<Status> note(std::string_view channel, std::string_view why, bool is_unread,
+                             Wakeup::Clock::time_point now);
 
   /// At the end: how many more there were than have been told.
   void tell_rest();

@@ -54,6 +54,16 @@ def subscribers(daemon):
     return sum(channel["subscribers"] for channel in status(daemon)["channels"])
 
 
+def read_up_to(listener, number):
+    """What `sub --json` printed up to the message of this number; then it is ended. The messages
+    and what it printed on stderr."""
+    messages = []
+    while not messages or messages[-1]["message_number"] != number:
+        messages.append(json.loads(listener.stdout.readline()))
+    listener.send_signal(signal.SIGINT)
+    return messages, listener.communicate(timeout=60)[1]
+
+
 def publish(daemon, count, channel="c"):
     done = run(program("swarmtalk-cli"), "--socket", daemon.path, "pub", channel, "x" * 200,
                "--repeat", count)
@@ -78,12 +88,7 @@ def a_stopped_subscriber_disturbs_nobody_and_its_losses_are_counted(daemon):
     client = max(status(daemon)["clients_served"], key=lambda each: each["lost_daemon"])
     assert client["pid"] == stopped.pid and client["queued_messages"] == 5
     stopped.send_signal(signal.SIGCONT)
-    wait_for(lambda: max(each["queued_messages"]
-                         for each in status(daemon)["clients_served"]) == 0, what="the rest read")
-    time.sleep(0.2)
-    stopped.send_signal(signal.SIGINT)
-    out, errors = stopped.communicate(timeout=60)
-    messages = [json.loads(line) for line in out.splitlines()]
+    messages, errors = read_up_to(stopped, PUBLISHED)
     lost = sum(sum(message["lost_before"].values()) for message in messages)
     print(f"stopped: {len(messages)} heard, {lost} lost: {errors.strip()}")
     assert len(messages) + lost == PUBLISHED
@@ -99,11 +104,7 @@ def a_latest_subscriber_that_was_stopped_gets_the_newest_only(daemon):
     stopped.send_signal(signal.SIGSTOP)
     publish(daemon, 50, "newest")
     stopped.send_signal(signal.SIGCONT)
-    time.sleep(0.3)
-    stopped.send_signal(signal.SIGINT)
-    out, _ = stopped.communicate(timeout=60)
-    messages = [json.loads(line) for line in out.splitlines()]
-    assert messages[-1]["message_number"] == 50
+    messages, _ = read_up_to(stopped, 50)
     assert len(messages) <= 3, [message["message_number"] for message in messages]
     assert len(messages) + sum(sum(m["lost_before"].values()) for m in messages) == 50
 

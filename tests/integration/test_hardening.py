@@ -2,7 +2,6 @@
 up in the files that are built, and in all that are installed (those of packages:
 tests/packages/test_release.py)."""
 import os
-import platform
 import re
 import shutil
 
@@ -57,20 +56,9 @@ def test_a_file_without_checks_is_found(tmp_path):
     source, path = tmp_path / "weak.c", tmp_path / "weak"
     source.write_text("int main(void) { return 0; }\n", encoding="ascii")
     done = run("gcc", source, "-o", path, "-no-pie", "-Wl,-z,norelro,-z,lazy,-z,execstack")
-    if done.returncode != 0:
-        pytest.skip("no compiler makes such a file here: " + done.stderr)
+    assert done.returncode == 0, done.stderr
     assert weaknesses(path) == ["position independent", "relocations read-only",
                                 "stack not executable", "immediate binding"]
-
-
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "aarch64"),
-                    reason="this processor does not check where jumps go")
-def test_jumps_and_returns_are_checked(place):
-    endbr64, paciasp = b"\xf3\x0f\x1e\xfa", b"\x3f\x23\x03\xd5"
-    landing = {"x86_64": endbr64, "aarch64": paciasp}
-    marks = built(place).read_bytes().count(landing[platform.machine()])
-    assert marks > 100, f"{marks} places where a jump may land"
 
 
 @pytest.mark.parametrize("place", PLACES)

@@ -19,14 +19,21 @@ TOOL = program("swarmtalk-lab")
 
 def heard(lab, sender, receivers, messages=1, rate=50, channel="hello"):
     """Robot `sender` publishes; returns how many messages each of `receivers` got."""
-    subs = [lab.start_sub(each, channel, "--format", "%n\\n") for each in receivers]
+    subs = [lab.start_sub(each, channel, "--format", "%p") for each in receivers]
     done = lab.cli(sender, "pub", channel, "x", "--repeat", messages, "--rate", rate)
     assert done.returncode == 0, done.stderr
-    time.sleep(0.4)  # what is on the air arrives within milliseconds
+    wait_for(lambda: accounted(lab.medium()), what="what is on the air to arrive")
     counts = []
-    for sub in subs:
+    for receiver, sub in zip(receivers, subs):
+        end = f"end_{receiver}"  # from the same robot: the last that its program hears
+        assert lab.cli(receiver, "pub", channel, end).returncode == 0
+        texts = []
+        while end not in texts:
+            texts.append(sub.stdout.readline().strip())
+            assert texts[-1], sub.communicate(timeout=60)[1]
         sub.send_signal(signal.SIGINT)
-        counts.append(len(sub.communicate(timeout=60)[0].split()))
+        sub.communicate(timeout=60)
+        counts.append(texts.count("x"))
     return counts
 
 

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <random>
+
 namespace swarmtalk::view {
 namespace {
 
@@ -45,6 +49,29 @@ TEST(Rate, IsKnownInTheFirstSecondsOfARecordingThatBeginsAtZero) {
   for (int i = 0; i < 50; ++i) rate.count(Time{} + milliseconds(20 * i));
   EXPECT_DOUBLE_EQ(rate.per_second(Time{}), 0.0);
   EXPECT_DOUBLE_EQ(rate.per_second(Time{} + seconds(1)), 50.0);
+}
+
+TEST(Rate, OfRandomHistoriesIsTheMeanOfTheSecondsBefore) {
+  std::mt19937 random(1);
+  for (int history = 0; history < 200; ++history) {
+    Rate rate;
+    std::map<int, int> counted;  // messages by second
+    for (int second = 0; second < 40; second += 1 + (random() % 4 == 0 ? random() % 8 : 0)) {
+      const int messages = static_cast<int>(random() % 3);
+      for (int i = 0; i < messages; ++i) rate.count(kBegin + seconds(second));
+      if (messages > 0) counted[second] = messages;
+      for (const int later : {0, 1, 3}) {
+        int sum = 0;
+        for (const auto& [when, count] : counted) {
+          if (when < second + later && when >= second + later - 5) sum += count;
+        }
+        const int since = counted.empty() ? 0 : second + later - counted.begin()->first;
+        ASSERT_DOUBLE_EQ(rate.per_second(kBegin + seconds(second + later)),
+                         sum / static_cast<double>(std::clamp(since, 1, 5)))
+            << "history " << history << ", second " << second << " + " << later;
+      }
+    }
+  }
 }
 
 TEST(Rate, IsNotTooLowInItsFirstSeconds) {

@@ -316,6 +316,26 @@ TEST_F(HubTest, NodeListensOnlyWhileSomebodyDoes) {
   EXPECT_EQ(station_.listening.count(1), 0u);
 }
 
+TEST_F(HubTest, WhatIsSentWhileNobodySubscribesIsNoLoss) {
+  const auto receive = [this](std::uint32_t number) {
+    MessageHead message = head(1);
+    message.number = number;
+    station_.receive(message, "x");
+  };
+  auto& first = subscription(a_, 1);
+  auto& second = subscription(b_, 1);
+  receive(1);
+  hub_.unsubscribe(first);
+  receive(3);
+  EXPECT_EQ(counters_.messages_lost_air, 1u) << "somebody else subscribes still";
+  hub_.unsubscribe(second);
+  subscription(a_, 1);
+  receive(9);
+  EXPECT_EQ(counters_.messages_lost_air, 1u);
+  receive(11);
+  EXPECT_EQ(counters_.messages_lost_air, 2u);
+}
+
 TEST_F(HubTest, TimestampedConflictIsRefusedForTheSecond) {
   Subscription first, second, third;
   EXPECT_FALSE(hub_.subscribe({"", 1u, true}, first));

@@ -80,19 +80,25 @@ TEST_F(MetricsFileTest, WhoReadsWhileItIsWrittenHasAWholeFile) {
   EXPECT_EQ(content(path), "another");
 }
 
-TEST_F(MetricsFileTest, WhatCannotBeWrittenIsToldOnce) {
+TEST_F(MetricsFileTest, TellsOnceThatItCannotBeWrittenAndOnceThatItIsAgain) {
   int times = 0;
   MetricsFile metrics(io_, [this, &times] {
     ++times;
     return text_;
   });
+  const std::string path = folder_ + "/later/m";
   testing::internal::CaptureStdout();  // the default logger's
-  metrics.configure({"/nonexistent/m", 1});
-  while (times < 3) io_.run_one();
+  metrics.configure({path, 1});
+  while (times < 2) io_.run_one();
+  std::filesystem::create_directory(folder_ + "/later");
+  while (times < 4) io_.run_one();
   const std::string log = testing::internal::GetCapturedStdout();
-  const std::string told = "metrics.file: /nonexistent/m cannot be written";
-  EXPECT_NE(log.find(told), std::string::npos) << log;
-  EXPECT_EQ(log.find(told), log.rfind(told)) << log;
+  for (const std::string told : {"metrics.file: " + path + " cannot be written",
+                                 "metrics.file: " + path + " is written again"}) {
+    EXPECT_NE(log.find(told), std::string::npos) << log;
+    EXPECT_EQ(log.find(told), log.rfind(told)) << log;
+  }
+  EXPECT_EQ(content(path), "one");
 }
 
 TEST_F(MetricsFileTest, DoesNotWriteThroughALinkThatSomebodyPutThere) {

@@ -1,4 +1,5 @@
-// How a client's end is noticed, and what becomes of what it sent before.
+// How a client's end is noticed, and what becomes of what it sent before; clients that are too
+// many.
 #include <string>
 
 #include "tests/unit/daemon/session/session_harness.hpp"
@@ -62,6 +63,58 @@ TEST_F(SessionTest, AClientThatHangsUpWithGarbageIsClosed) {
   step();
   EXPECT_EQ(clients_.size(), 0u);
   EXPECT_EQ(counters_.clients_malformed, 1u);
+}
+
+TEST_F(SessionTest, OneClientTooManyIsToldWhyAndClosed) {
+  limits_.clients = 2;
+  auto first = greeted();
+  auto second = greeted();
+  auto third = connect();
+  step();
+  const auto replies = third->receive();
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].failure().code(), ipc::ERROR_LIMIT);
+  EXPECT_EQ(replies[0].failure().limit(), 2u);
+  EXPECT_TRUE(third->is_closed);
+  EXPECT_EQ(counters_.clients_refused, 1u);
+  first->hang_up();
+  step();
+  greeted();
+}
+
+TEST_F(SessionTest, EachOfManyClientsThatAreTooManyIsToldWhy) {
+  limits_.clients = 1;
+  auto first = greeted();
+  for (int i = 0; i < 100; ++i) {
+    auto another = connect();
+    step();
+    ASSERT_EQ(another->receive().size(), 1u) << i;
+    another->hang_up();
+    step();
+    ASSERT_EQ(clients_.size(), 1u) << i;
+  }
+  first->hang_up();
+  step();
+  greeted();
+}
+
+TEST_F(SessionTest, RefusedClientMaySayHelloBeforeItReadsWhy) {
+  limits_.clients = 1;
+  auto first = greeted();
+  auto second = connect();
+  step();
+  second->hello();  // would be EPIPE on a closed socket
+  step();
+  const auto replies = second->receive();
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].failure().code(), ipc::ERROR_LIMIT);
+  EXPECT_EQ(clients_.size(), 1u);  // it takes nobody's place
+  first->hang_up();
+  step();
+  greeted();
+  second->hang_up();
+  step();
+  EXPECT_EQ(counters_.clients_refused, 1u);
 }
 
 }  // namespace

@@ -363,42 +363,6 @@ TEST_F(SessionTest, KeepLastIsToldWithTheKeyOfItsLimit) {
             "keep_last must be 1 to 1024 (queue_messages_max under [limits]), not 100000000");
 }
 
-TEST_F(SessionTest, OneClientTooManyIsToldWhyAndClosed) {
-  limits_.clients = 2;
-  auto first = greeted();
-  auto second = greeted();
-  auto third = connect();
-  step();
-  const auto replies = third->receive();
-  ASSERT_EQ(replies.size(), 1u);
-  EXPECT_EQ(replies[0].failure().code(), ipc::ERROR_LIMIT);
-  EXPECT_EQ(replies[0].failure().limit(), 2u);
-  EXPECT_TRUE(third->is_closed);
-  EXPECT_EQ(counters_.clients_refused, 1u);
-  first->hang_up();
-  step();
-  greeted();
-}
-
-TEST_F(SessionTest, RefusedClientMaySayHelloBeforeItReadsWhy) {
-  limits_.clients = 1;
-  auto first = greeted();
-  auto second = connect();
-  step();
-  second->hello();  // would be EPIPE on a closed socket
-  step();
-  const auto replies = second->receive();
-  ASSERT_EQ(replies.size(), 1u);
-  EXPECT_EQ(replies[0].failure().code(), ipc::ERROR_LIMIT);
-  EXPECT_EQ(clients_.size(), 1u);  // it takes nobody's place
-  first->hang_up();
-  step();
-  greeted();
-  second->hang_up();
-  step();
-  EXPECT_EQ(counters_.clients_refused, 1u);
-}
-
 TEST_F(SessionTest, ImpossibleDistanceIsRefused) {
   auto peer = greeted();
   for (const float distance_m : {std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
