@@ -27,6 +27,19 @@ def test_a_robot_is_idle_until_run_and_pauses(tmp_path):
     assert log.sent("k0", 7.6, 9.0) > 10
 
 
+def test_a_pause_is_seen_at_once_however_long_the_program_ran(tmp_path):
+    commands, pauses, now = [], [], 2.1
+    for ran in (1.0, 3.0, 5.0, 7.0):
+        commands += command(now, RUN, hold=0.3) + command(now + ran, WAKEUP, hold=0.3)
+        pauses.append(now + ran)
+        now += ran + 1
+    log = emulate(tmp_path, commands, now + 0.5)
+    for pause in pauses:
+        greens = [e for e in log.of("led", "k0", green=3)
+                  if pause + 0.3 <= e["time_us"] / 1e6 < pause + 1]
+        assert len(greens) >= 3, f"five flashes a second after the pause at {pause:.1f} s"
+
+
 def test_reset_starts_again_in_idle(tmp_path):
     log = emulate(tmp_path, command(2.1, RUN) + command(4.0, RESET), 7.0)
     assert log.sent("k0", 2.7, 4.0) > 10

@@ -1,5 +1,7 @@
 """The Python client's connection: attempts, greeting, requests, losses, with a daemon that is a
 script and a clock that stands still, so that nothing depends on how long it takes."""
+import os
+
 import pytest
 
 import swarmtalk
@@ -337,6 +339,46 @@ def test_what_grew_too_old_while_it_waited_here_is_counted_instead(world, is_fet
     world.client.process()
     world.settle()
     assert sum(each[2] for each in world.daemon.of(CLIENT_LOSS)) == 2
+
+
+def test_gaps_are_told_to_the_program_with_the_message_after_them(world):
+    world.meet()
+    world.client.on_gap = lambda message: world.told.append(message.lost_before.air)
+    subscriber = world.client.subscribe("b")
+    id_ = world.daemon.requests[-1][1]
+    for lost in (0, 3, 0):
+        world.daemon.tell(field(DELIVER, field(1, id_) + field(2, "x")
+                                + (field(16, field(1, lost)) if lost else b"")))
+    world.settle()
+    assert [message.lost_before.air for message in subscriber.take()] == [0, 3, 0]
+    assert world.told == [3]
+
+
+def test_refusals_that_nobody_looks_at_are_told_once_a_second_with_their_number(world, capsys):
+    world.meet()
+    publisher, _ = advertise(world, queue=1)
+    for _ in range(2 + 3):
+        publisher.send(b"x")
+    world.now += 1
+    publisher.send(b"x")
+    lines = [line for line in capsys.readouterr().err.splitlines() if "not sent" in line]
+    assert len(lines) == 2, lines
+    assert "a message was not sent, and nobody looked at what send() returned" in lines[0]
+    assert "3 messages were not sent, and nobody looked" in lines[1]
+    assert "2 messages have not left yet; send more slowly" in lines[1]
+
+
+def test_a_connection_that_ends_leaves_no_descriptor_behind(world):
+    world.meet()
+
+    def opened():
+        return len(os.listdir("/proc/self/fd"))
+    before = opened()
+    for _ in range(5):
+        world.daemon.drop()
+        world.pass_time(0.3)
+        assert world.client.connected
+    assert opened() == before
 
 
 def test_what_the_socket_does_not_take_at_once_follows_in_order(world):

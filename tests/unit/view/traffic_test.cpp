@@ -56,7 +56,8 @@ TEST(Rate, OfRandomHistoriesIsTheMeanOfTheSecondsBefore) {
   for (int history = 0; history < 200; ++history) {
     Rate rate;
     std::map<int, int> counted;  // messages by second
-    for (int second = 0; second < 40; second += 1 + (random() % 4 == 0 ? random() % 8 : 0)) {
+    for (int second = 0; second < 40;
+         second += random() % 4 == 0 ? static_cast<int>(random() % 8) + 1 : 1) {
       const int messages = static_cast<int>(random() % 3);
       for (int i = 0; i < messages; ++i) rate.count(kBegin + seconds(second));
       if (messages > 0) counted[second] = messages;

@@ -93,8 +93,8 @@ TEST_F(MetricsFileTest, TellsOnceThatItCannotBeWrittenAndOnceThatItIsAgain) {
   std::filesystem::create_directory(folder_ + "/later");
   while (times < 4) io_.run_one();
   const std::string log = testing::internal::GetCapturedStdout();
-  for (const std::string told : {"metrics.file: " + path + " cannot be written",
-                                 "metrics.file: " + path + " is written again"}) {
+  for (const std::string& told : {"metrics.file: " + path + " cannot be written",
+                                  "metrics.file: " + path + " is written again"}) {
     EXPECT_NE(log.find(told), std::string::npos) << log;
     EXPECT_EQ(log.find(told), log.rfind(told)) << log;
   }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 
 namespace swarmtalk::daemon {
@@ -38,6 +39,20 @@ class Output : public testing::Test {
     return read;
   }
 
+  /// The only one that waits.
+  ipc::Deliver next_delivery() {
+    output_.refill();
+    ipc::FrameReader reader;
+    const std::string_view bytes = output_.unwritten();
+    const auto room = reader.prepare(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), room.begin());
+    reader.commit(bytes.size());
+    output_.advance(bytes.size());
+    ipc::Envelope envelope;
+    EXPECT_EQ(reader.next(envelope), ipc::ReadResult::kEnvelope);
+    return envelope.deliver();
+  }
+
   MessagePool pool_;
   LimitsConfig limits_;
   DaemonCounters counters_;
@@ -46,6 +61,69 @@ class Output : public testing::Test {
   QueuedSubscription a_{8, false};
   QueuedSubscription b_{8, false};
 };
+
+TEST_F(Output, TellsOfAMessageAllThatIsKnownAndNothingElse) {
+  MessageHead head;
+  head.channel = 41;
+  head.sender = 42;
+  head.epoch = 43;
+  head.number = 44;
+  head.distance_m = 4.5f;
+  head.bearing_rad = -0.5f;
+  head.sender_pose = frame::FramePose::from_metres(1.5, -2.5, 0.75, 0.46);
+  head.transmitter = 47;
+  head.hops = 48;
+  head.ttl = 49;
+  head.buffering_delay_us = 50;
+  head.received_at_ns = 51;
+  head.crossed_gateway = true;
+  head.origin = GatewayOrigin{.link = "air", .node = 52, .number = 53};
+  a_.id = 54;
+  a_.lost = Loss{55, 56, 57, 58};
+  const std::array<std::uint8_t, 3> payload{0, 0x7F, 0xFF};
+  output_.add_delivery(a_, pool_.take(head, payload, true));
+  const ipc::Deliver all = next_delivery();
+  EXPECT_EQ(all.subscription_id(), 54u);
+  EXPECT_EQ(all.payload(), std::string("\x00\x7F\xFF", 3));
+  EXPECT_EQ(all.channel(), 41u);
+  EXPECT_EQ(all.sender(), 42u);
+  EXPECT_EQ(all.epoch(), 43u);
+  EXPECT_EQ(all.message_number(), 44u);
+  EXPECT_EQ(all.distance_m(), 4.5f);
+  EXPECT_EQ(all.bearing_rad(), -0.5f);
+  EXPECT_EQ(all.sender_pose().x_m(), 1.5f);
+  EXPECT_EQ(all.sender_pose().y_m(), -2.5f);
+  EXPECT_NEAR(all.sender_pose().theta_rad(), 0.75f, 1e-4f);
+  EXPECT_EQ(all.sender_pose().age_ms(), 460u);
+  EXPECT_EQ(all.transmitter(), 47u);
+  EXPECT_EQ(all.hops(), 48u);
+  EXPECT_EQ(all.ttl(), 49u);
+  EXPECT_EQ(all.buffering_delay_us(), 50u);
+  EXPECT_EQ(all.received_at_ns(), 51u);
+  EXPECT_TRUE(all.local());
+  EXPECT_EQ(all.origin().link(), "air");
+  EXPECT_EQ(all.origin().node(), 52u);
+  EXPECT_EQ(all.origin().message_number(), 53u);
+  EXPECT_EQ(all.lost_before().air(), 55u);
+  EXPECT_EQ(all.lost_before().kernel(), 56u);
+  EXPECT_EQ(all.lost_before().daemon(), 57u);
+  EXPECT_EQ(all.lost_before().late(), 58u);
+
+  MessageHead bare;
+  bare.sender_pose = frame::FramePose::stale();
+  bare.is_time_known = false;
+  output_.add_delivery(a_, pool_.take(bare, {}, false));
+  const ipc::Deliver nothing = next_delivery();
+  EXPECT_FALSE(nothing.has_distance_m() || nothing.has_bearing_rad() || nothing.has_sender_pose() ||
+               nothing.has_buffering_delay_us() || nothing.has_received_at_ns() ||
+               nothing.local() || nothing.has_origin() || nothing.has_lost_before());
+
+  bare.crossed_gateway = true;
+  output_.add_delivery(a_, pool_.take(bare, {}, false));
+  const ipc::Deliver crossed = next_delivery();
+  EXPECT_TRUE(crossed.has_origin()) << "it crossed, from where is not known";
+  EXPECT_FALSE(crossed.origin().has_link());
+}
 
 TEST_F(Output, TakesAnswersFirstAndSubscriptionsInTurn) {
   deliver(a_, "a1");

@@ -383,6 +383,8 @@ TEST_F(SessionTest, PoseIsSetReadAndRefused) {
   envelope.mutable_get_pose();
   peer->send(envelope);
   envelope.mutable_set_pose()->set_x_m(1.5f);
+  envelope.mutable_set_pose()->set_y_m(-2.5f);
+  envelope.mutable_set_pose()->set_theta_rad(0.75f);
   envelope.clear_get_pose();
   peer->send(envelope);
   envelope.mutable_set_pose()->set_x_m(33.0f);
@@ -397,6 +399,8 @@ TEST_F(SessionTest, PoseIsSetReadAndRefused) {
   EXPECT_TRUE(replies[1].has_done());
   EXPECT_EQ(replies[2].failure().code(), ipc::ERROR_BAD_POSE);
   EXPECT_FLOAT_EQ(replies[3].pose().x_m(), 1.5f);
+  EXPECT_FLOAT_EQ(replies[3].pose().y_m(), -2.5f);
+  EXPECT_FLOAT_EQ(replies[3].pose().theta_rad(), 0.75f);
   EXPECT_EQ(replies[3].pose().told_by(), "test");
   EXPECT_EQ(replies[3].pose().max_age_ms(), NodeConfig{}.pose_max_age_ms);
   EXPECT_FALSE(replies[0].pose().has_told_by());
