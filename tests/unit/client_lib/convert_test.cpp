@@ -216,5 +216,63 @@ TEST(Convert, BringsAllOfNeighboursAndNothingThatIsNotKnown) {
   EXPECT_FALSE(neighbours[2].pose || neighbours[2].signal_dbm);
 }
 
+TEST(Convert, BringsAllOfAMessageAndForgetsTheOneBefore) {
+  ipc::DeliverFrame from;
+  from.payload = "payload";
+  from.channel = 101;
+  from.sender = 102;
+  from.message_number = 103;
+  from.distance_m = 104.5f;
+  from.bearing_rad = 105.5f;
+  from.sender_pose = ipc::DeliverPose{106.5f, 107.5f, 108.5f, 109};
+  from.hops = 110;
+  from.ttl = 111;
+  from.transmitter = 112;
+  from.buffering_delay_us = 113;
+  from.received_at_ns = 114;
+  from.local = true;
+  from.epoch = 115;
+  from.lost_before = {116, 117, 118, 119};
+  from.origin = ipc::DeliverOrigin{"air", 120, 121};
+  Message to;
+  convert(from, to);
+  EXPECT_EQ(to.payload, "payload");
+  EXPECT_EQ(to.channel, 101u);
+  EXPECT_EQ(to.sender, 102u);
+  EXPECT_EQ(to.message_number, 103u);
+  EXPECT_EQ(to.distance_m, 104.5f);
+  EXPECT_EQ(to.bearing_rad, 105.5f);
+  ASSERT_TRUE(to.sender_pose);
+  EXPECT_EQ(to.sender_pose->x_m, 106.5f);
+  EXPECT_EQ(to.sender_pose->y_m, 107.5f);
+  EXPECT_EQ(to.sender_pose->theta_rad, 108.5f);
+  EXPECT_EQ(to.sender_pose->age, std::chrono::milliseconds(109));
+  EXPECT_EQ(to.hops, 110u);
+  EXPECT_EQ(to.ttl, 111u);
+  EXPECT_EQ(to.transmitter, 112u);
+  EXPECT_EQ(to.buffering_delay, std::chrono::microseconds(113));
+  ASSERT_TRUE(to.received_at);
+  EXPECT_EQ(to.received_at->time_since_epoch(), std::chrono::nanoseconds(114));
+  EXPECT_TRUE(to.local);
+  EXPECT_EQ(to.epoch, 115u);
+  EXPECT_EQ(to.lost_before.air, 116u);
+  EXPECT_EQ(to.lost_before.kernel, 117u);
+  EXPECT_EQ(to.lost_before.daemon, 118u);
+  EXPECT_EQ(to.lost_before.client, 0u);
+  EXPECT_EQ(to.lost_before.late, 119u);
+  ASSERT_TRUE(to.origin);
+  EXPECT_EQ(to.origin->link, "air");
+  EXPECT_EQ(to.origin->node, 120u);
+  EXPECT_EQ(to.origin->message_number, 121u);
+
+  ipc::DeliverFrame bare;
+  bare.sender = 7;
+  convert(bare, to);
+  EXPECT_EQ(to.payload, "");
+  EXPECT_EQ(to.transmitter, 7u) << "the sender itself";
+  EXPECT_FALSE(to.has_distance() || to.has_bearing() || to.sender_pose || to.buffering_delay ||
+               to.received_at || to.local || to.origin || to.lost_before);
+}
+
 }  // namespace
 }  // namespace swarmtalk::client

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
+#include <random>
+
 namespace swarmtalk::view {
 namespace {
 
@@ -48,6 +51,36 @@ TEST(SendQueue, DropsTheOldestEventsBeyondTheirBytes) {
   EXPECT_EQ(queue.events_dropped(), 2u);
   EXPECT_EQ(taken(queue), half);
   EXPECT_EQ(taken(queue), "nothing");
+}
+
+TEST(SendQueue, OfRandomHistoriesKeepsTheNewestEventsThatThereIsRoomFor) {
+  std::mt19937 random(1);
+  for (int history = 0; history < 20; ++history) {
+    SendQueue queue;
+    std::deque<std::string> wanted;
+    std::size_t bytes = 0, dropped = 0;
+    const bool is_long = history % 2 == 0;  // bytes are the limit; else it is their number
+    for (int i = 0; i < 6000; ++i) {
+      if (random() % 5 < 2 && !wanted.empty()) {
+        ASSERT_EQ(taken(queue), wanted.front()) << history << ", " << i;
+        bytes -= wanted.front().size();
+        wanted.pop_front();
+        continue;
+      }
+      std::string text = std::to_string(i);
+      if (is_long) text.append(random() % 30'000, 'x');
+      bytes += text.size();
+      wanted.push_back(text);
+      queue.put_event(outgoing(std::move(text)));
+      while (wanted.size() > SendQueue::kMostEvents || bytes > SendQueue::kMostEventBytes) {
+        bytes -= wanted.front().size();
+        wanted.pop_front();
+        ++dropped;
+      }
+    }
+    EXPECT_GT(dropped, 0u);
+    EXPECT_EQ(queue.events_dropped(), dropped);
+  }
 }
 
 TEST(SendQueue, ManyEventsDoNotHoldUpAState) {
