@@ -17,7 +17,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 
-from commands import run, wait_for  # noqa: E402,F401
+from commands import next_line, run, wait_for  # noqa: E402,F401
 from ports import udp_port  # noqa: E402,F401
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()

@@ -11,7 +11,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import needs_root, program, run, udp_port, wait_for
+from conftest import needs_root, next_line, program, run, udp_port, wait_for
 
 PUBLISHED = 400
 
@@ -59,7 +59,7 @@ def read_up_to(listener, number):
     and what it printed on stderr."""
     messages = []
     while not messages or messages[-1]["message_number"] != number:
-        messages.append(json.loads(listener.stdout.readline()))
+        messages.append(json.loads(next_line(listener)))
     listener.send_signal(signal.SIGINT)
     return messages, listener.communicate(timeout=60)[1]
 

@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import ROOT, needs_root, one_line, program, run, wait_for
+from conftest import ROOT, needs_root, next_line, one_line, program, run, wait_for
 from wires import Wires
 
 pytestmark = [needs_root, pytest.mark.field]
@@ -361,7 +361,7 @@ def through_an_access_point(wires, pair, *words):
     process = wires.keep(subprocess.Popen(
         ["ip", "netns", "exec", full, sys.executable, "-c", ACCESS_POINT, "p1", "p2", *words],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready"
 
 
 def test_broadcasts_that_wait_for_beacons_are_named(wires, pair):

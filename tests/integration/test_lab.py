@@ -10,7 +10,7 @@ import socket
 import subprocess
 
 import pytest
-from conftest import ROOT, needs_root, one_line, program, run, wait_for
+from conftest import ROOT, needs_root, next_line, one_line, program, run, wait_for
 
 
 def is_running(pid):
@@ -73,7 +73,7 @@ def an_interrupted_run_leaves_nothing_behind(by):
     process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "2", "--",
                                 "/bin/sh", "-c", "echo ready; exec sleep 60"],
                                stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready"
     process.send_signal(by)
     assert process.wait(timeout=60) == 128 + by
     process.stdout.close()
@@ -159,7 +159,7 @@ def a_killed_run_is_cleaned_up_by_the_next():
     process = subprocess.Popen([program("swarmtalk-lab"), "--name", name, "run", "1", "--",
                                 "/bin/sh", "-c", "echo ready; sleep 1"],
                                stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready"
     process.kill()
     process.wait()
     process.stdout.close()

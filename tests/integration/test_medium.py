@@ -10,7 +10,7 @@ import tempfile
 import time
 
 import pytest
-from conftest import needs_root, one_line, program, run, wait_for
+from conftest import needs_root, next_line, one_line, program, run, wait_for
 from test_lab import is_running, leftovers
 
 CLI = program("swarmtalk-cli")
@@ -29,8 +29,7 @@ def heard(lab, sender, receivers, messages=1, rate=50, channel="hello"):
         assert lab.cli(receiver, "pub", channel, end).returncode == 0
         texts = []
         while end not in texts:
-            texts.append(sub.stdout.readline().strip())
-            assert texts[-1], sub.communicate(timeout=60)[1]
+            texts.append(next_line(sub))
         sub.send_signal(signal.SIGINT)
         sub.communicate(timeout=60)
         counts.append(texts.count("x"))
@@ -174,7 +173,7 @@ def a_run_that_is_killed_takes_its_medium_with_it():
     process = subprocess.Popen([TOOL, "--name", name, "run", "2", "--medium", "radio", "--",
                                 "/bin/sh", "-c", "echo ready; exec sleep 60"],
                                stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "ready\n"
+    assert next_line(process) == "ready"
     process.kill()
     process.wait()
     process.stdout.close()

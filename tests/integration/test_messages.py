@@ -4,7 +4,7 @@ import math
 import time
 
 import pytest
-from conftest import needs_root, one_line, program, wait_for
+from conftest import needs_root, next_line, one_line, program, wait_for
 
 
 def heard(process, timeout=90):
@@ -30,7 +30,7 @@ def every_robot_hears_it_once(robots):
     listeners = [robots.start_sub(i, "all", "--json") for i in (1, 2, 3)]
     assert robots.cli(2, "pub", "all", "x", "--ttl", "3").returncode == 0
     for listener in listeners:
-        assert json.loads(listener.stdout.readline())["text"] == "x"
+        assert json.loads(next_line(listener))["text"] == "x"
     time.sleep(0.5)  # for whoever forwards it
     for listener in listeners:
         listener.terminate()

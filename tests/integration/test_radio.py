@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import needs_root, one_line, program, wait_for
+from conftest import needs_root, next_line, one_line, program, wait_for
 from wires import Wires, heard
 
 pytestmark = needs_root
@@ -164,7 +164,7 @@ def own_frames_from_a_repeater_with_another_address_are_echoes(wires, robots):
     repeater = wires.keep(subprocess.Popen(
         ["ip", "netns", "exec", next(robots).namespace, sys.executable, "-c", REPEAT],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-    assert repeater.stdout.readline() == "ready\n"
+    assert next_line(repeater) == "ready"
     robot.publish("c", "x", "--ttl", "3")
     wait_for(lambda: robot.link("air")["counters"]["own_echoes"] == 1, what="the echo")
     assert robot.counter("duplicate_node_ids") == 0

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from conftest import ROOT, one_line, program, run
+from conftest import ROOT, next_line, one_line, program, run
 
 NO_ROOM = """import swarmtalk
 robot = swarmtalk.Client("p")
@@ -65,7 +65,7 @@ def a_daemon_that_has_gone_meanwhile_is_told(lab, how, *programs):
     daemon = lab.pid(1)
     started = [lab.start(1, *words, env=ENVIRONMENT, stdin=subprocess.PIPE) for words in programs]
     for process in started:
-        assert process.stdout.readline() == "ready\n"
+        assert next_line(process) == "ready"
     os.kill(daemon, signal.SIGKILL if how == "killed" else signal.SIGSTOP)
     try:
         told = [process.communicate("\n", timeout=60)[1] for process in started]

@@ -11,7 +11,8 @@ import subprocess
 import sys
 import tempfile
 
-from conftest import program, run, wait_for
+from commands import next_line, run, wait_for
+from conftest import program
 
 LOSSY = str(pathlib.Path(__file__).resolve().parents[1] / "support/lossy_wire.py")
 
@@ -110,7 +111,7 @@ class Wires:
         relay = self.keep(subprocess.Popen(
             ["ip", "netns", "exec", full, sys.executable, LOSSY, str(share), str(seed), *ports],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-        assert relay.stdout.readline() == "ready\n", relay.communicate(timeout=60)[1]
+        assert next_line(relay) == "ready"
 
     def file(self, name):
         """Path of a file that goes with the wires."""

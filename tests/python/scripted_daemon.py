@@ -92,6 +92,10 @@ class Script:
     def of(self, kind):
         return [each[2] for each in self.requests if each[0] == kind]
 
+    def newest_id(self, kind):
+        """The id of the newest request of a kind: of a subscription, too."""
+        return [each[1] for each in self.requests if each[0] == kind][-1]
+
 
 class World:
     """A client, its daemon and the time, which goes on only when it is told to, or when the client

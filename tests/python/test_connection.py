@@ -200,7 +200,7 @@ def test_of_poses_that_are_set_quickly_the_newest_follows_once(world):
     world.settle()
     assert poses(world) == [1]
     world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
-    world.daemon.tell(field(1, world.daemon.requests[-1][1]) + field(DONE, b""))
+    world.daemon.tell(field(1, world.daemon.newest_id(SET_POSE)) + field(DONE, b""))
     world.pass_time(1)
     assert poses(world) == [1, 3]
     world.client.set_pose(4, 0, 0)
@@ -324,7 +324,7 @@ def test_what_grew_too_old_while_it_waited_here_is_counted_instead(world, is_fet
     world.meet()
     receive = None if is_fetched else world.heard.append
     subscriber = world.client.subscribe("b", receive, no_older_than=0.2)
-    (wanted,), id_ = world.daemon.of(SUBSCRIBE), world.daemon.requests[-1][1]
+    (wanted,), id_ = world.daemon.of(SUBSCRIBE), world.daemon.newest_id(SUBSCRIBE)
     assert wanted[7] == 200
     at = round(world.now * 1e9)
     for text, received_ns, delay_us in (("one", at, 0), ("two", at + 150_000_000, 0),
@@ -345,7 +345,7 @@ def test_gaps_are_told_to_the_program_with_the_message_after_them(world):
     world.meet()
     world.client.on_gap = lambda message: world.told.append(message.lost_before.air)
     subscriber = world.client.subscribe("b")
-    id_ = world.daemon.requests[-1][1]
+    id_ = world.daemon.newest_id(SUBSCRIBE)
     for lost in (0, 3, 0):
         world.daemon.tell(field(DELIVER, field(1, id_) + field(2, "x")
                                 + (field(16, field(1, lost)) if lost else b"")))
@@ -424,7 +424,7 @@ def test_a_question_that_is_not_answered_is_given_up_and_its_late_answer_is_nobo
     with pytest.raises(swarmtalk.Error, match="did not answer in time"):
         world.client.get_pose()
     assert 0.99 < world.now - begin < 1.1
-    late = world.daemon.requests[-1][1]
+    late = world.daemon.newest_id(GET_POSE)
     world.daemon.answers[GET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "none yet"))
     world.daemon.tell(field(1, late) + field(POSE, b""))
     with pytest.raises(swarmtalk.Error, match="none yet"):

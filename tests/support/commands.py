@@ -27,6 +27,16 @@ def wait_for(condition, timeout=PATIENCE_S, what="condition"):
         time.sleep(0.02)
 
 
+def next_line(process):
+    """The next line that a process prints on stdout; there must be one. If it has ended instead,
+    the failure shows how, and what it printed on stderr, if that is piped."""
+    line = process.stdout.readline()
+    if not line:
+        errors = process.communicate(timeout=PATIENCE_S)[1]
+        raise AssertionError(f"{process.args[0]} ended with {process.returncode}: {errors or ''}")
+    return line.rstrip("\n")
+
+
 def needs(*programs):
     """Skips the test that asks if one of the programs is not installed."""
     for name in programs:

@@ -21,7 +21,7 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "tests/support"))
 sys.path.insert(0, str(ROOT / "client_lib/python"))
 
-from commands import run, wait_for  # noqa: E402,F401
+from commands import next_line, run, wait_for  # noqa: E402,F401
 
 BUILD = pathlib.Path(os.environ.get("SWARMTALK_BUILD", ROOT / "build-test")).resolve()
 PROGRAMS = {"swarmtalk-view": "view", "swarmtalk-lab": "lab", "swarmtalk-cli": "cli"}

@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from conftest import ROOT, wait_for
+from conftest import ROOT, next_line, wait_for
 from viewers import message_where, page
 
 ATTACK = ROOT / "tests/hostile/attacks/view_storm.py"
@@ -52,7 +52,7 @@ def test_who_looks_goes_on_under_attack_and_nothing_stays(make_lab, make_view, b
         while heard < LEAST_HEARD * MESSAGES:
             told = message_where(viewer, lambda m: m["t"] == "msg", 30.0, "an honest message")
             heard += told["hex"] == b"honest".hex()
-        made = [json.loads(attack.stdout.readline()) for attack in attacks]
+        made = [json.loads(next_line(attack)) for attack in attacks]
         with page(view) as other:
             message_where(other, lambda m: m["t"] == "state")
         grown = resident_kib(view) - resident

@@ -58,26 +58,6 @@ TEST_F(QuestionsAlone, BringTheAnswer) {
   EXPECT_EQ(pose->y_m, 2);
 }
 
-TEST_F(QuestionsAlone, BringWhatTheDaemonCountsByChannelAndProgram) {
-  while_waiting_ = [this] {
-    answer([](ipc::Envelope& envelope) {
-      ipc::ChannelStatus& channel = *envelope.mutable_status()->add_channels();
-      channel.set_subscribers(3);
-      channel.set_onlookers(2);
-      channel.set_refused(71);
-      envelope.mutable_status()->add_clients_served()->set_refused(72);
-    });
-  };
-  DaemonStatus status;
-  ASSERT_TRUE(questions_.get_status(status));
-  ASSERT_EQ(status.channels.size(), 1u);
-  EXPECT_EQ(status.channels[0].subscribers, 3u);
-  EXPECT_EQ(status.channels[0].onlookers, 2u);
-  EXPECT_EQ(status.channels[0].refused, 71u);
-  ASSERT_EQ(status.clients_served.size(), 1u);
-  EXPECT_EQ(status.clients_served[0].refused, 72u);
-}
-
 TEST_F(QuestionsAlone, AreNotAskedWithoutADaemon) {
   present_ = Status(StatusCode::kNoDaemon);
   DaemonStatus status;

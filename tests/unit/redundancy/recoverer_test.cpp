@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+#include <set>
 #include <vector>
 
 #include "tests/unit/redundancy/wifi_packets.hpp"
@@ -97,6 +100,57 @@ TEST_F(RecovererTest, HoldsSoMuchAndCountsWhatItGivesUp) {
   const std::vector<Bytes> all = protected_packets(header_of(1000, 9 * kFull), 1);
   for (int i = 1; i < 8; ++i) EXPECT_TRUE(add(all[static_cast<std::size_t>(i)], 1001).empty());
   EXPECT_EQ(add(all[9], 1001).size(), 1u);
+}
+
+// Whole, lost, doubled and late packets of messages that begin all the time, more than there is
+// room for.
+TEST_F(RecovererTest, HoldsOfRandomHistoriesWhatIsNotWhole) {
+  struct Sent {
+    std::vector<Bytes> packets{};
+    std::size_t sources = 0;
+    std::set<std::size_t> come{};
+    std::uint64_t heard_us = 0;
+  };
+  std::mt19937 random(7);
+  std::vector<Sent> sent;
+  std::uint64_t now_us = 0;
+  for (int step = 0; step < 6000; ++step) {
+    now_us += random() % (Recoverer::kLifeUs / 400);
+    if (sent.size() < 8 || random() % 8 == 0) {
+      const std::size_t sources = 2 + random() % 4;
+      sent.push_back(
+          {protected_packets(header_of(static_cast<std::uint32_t>(step + 1), sources * kFull), 2),
+           sources});
+    }
+    // Those of late go on; the others are left as they are, until their time is over.
+    Sent& message = sent[sent.size() - 1 - random() % std::min(sent.size(), std::size_t{8})];
+    const std::size_t place = random() % message.packets.size();
+    const bool was_whole = message.come.size() >= message.sources;
+    if (!message.come.empty() && now_us - message.heard_us > Recoverer::kLifeUs) continue;
+    const std::vector<Bytes> known = add(message.packets[place], now_us);
+    if (!was_whole && message.come.insert(place).second) message.heard_us = now_us;
+    const bool is_whole = message.come.size() >= message.sources;
+    std::vector<Bytes> missing;
+    for (std::size_t i = 0; is_whole && !was_whole && i < message.sources; ++i) {
+      if (!message.come.contains(i)) missing.push_back(message.packets[i]);
+    }
+    ASSERT_EQ(known, missing);
+    // Nothing is given up for want of room here; what is too old may be held until the next begins.
+    std::size_t least = 0;
+    std::size_t most = 0;
+    for (const Sent& each : sent) {
+      const std::size_t bytes = each.come.size() < each.sources ? each.come.size() * kFull : 0;
+      most += bytes;
+      if (now_us - each.heard_us <= Recoverer::kLifeUs) least += bytes;
+    }
+    ASSERT_GE(recoverer_.held_bytes(), least);
+    ASSERT_LE(recoverer_.held_bytes(), most);
+    ASSERT_EQ(recoverer_.evicted(), 0u);
+  }
+  // A message that begins after all others are too old: they have left nothing.
+  now_us += Recoverer::kLifeUs + 1;
+  add(protected_packets(header_of(9'000'000, 2 * kFull), 1)[0], now_us);
+  EXPECT_EQ(recoverer_.held_bytes(), kFull);
 }
 
 TEST(IsParity, RefusesWhatContradictsItself) {

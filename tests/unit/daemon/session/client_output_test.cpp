@@ -25,14 +25,8 @@ class Output : public testing::Test {
   }
   /// What is written now: ids of answers, payloads of deliveries.
   std::vector<std::string> frames() {
-    ipc::FrameReader reader;
-    const std::string_view bytes = output_.unwritten();
-    const auto room = reader.prepare(bytes.size());
-    std::copy(bytes.begin(), bytes.end(), room.begin());
-    reader.commit(bytes.size());
     std::vector<std::string> read;
-    ipc::Envelope envelope;
-    while (reader.next(envelope) == ipc::ReadResult::kEnvelope) {
+    for (const ipc::Envelope& envelope : envelopes()) {
       read.push_back(envelope.has_deliver() ? envelope.deliver().payload()
                                             : std::to_string(envelope.request_id()));
     }
@@ -42,15 +36,21 @@ class Output : public testing::Test {
   /// The only one that waits.
   ipc::Deliver next_delivery() {
     output_.refill();
+    const std::vector<ipc::Envelope> waiting = envelopes();
+    EXPECT_EQ(waiting.size(), 1u);
+    output_.advance(output_.unwritten().size());
+    return waiting.empty() ? ipc::Deliver() : waiting[0].deliver();
+  }
+  std::vector<ipc::Envelope> envelopes() const {
     ipc::FrameReader reader;
     const std::string_view bytes = output_.unwritten();
     const auto room = reader.prepare(bytes.size());
     std::copy(bytes.begin(), bytes.end(), room.begin());
     reader.commit(bytes.size());
-    output_.advance(bytes.size());
+    std::vector<ipc::Envelope> read;
     ipc::Envelope envelope;
-    EXPECT_EQ(reader.next(envelope), ipc::ReadResult::kEnvelope);
-    return envelope.deliver();
+    while (reader.next(envelope) == ipc::ReadResult::kEnvelope) read.push_back(envelope);
+    return read;
   }
 
   MessagePool pool_;
