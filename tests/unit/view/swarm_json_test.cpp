@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/unit/view/told_source.hpp"
+
 namespace swarmtalk::view {
 namespace {
 
@@ -13,33 +15,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Json = nlohmann::json;
 
-const Time kTold = Time{} + seconds(1000);
-const Time kLooked = kTold + milliseconds(300);
-
-/// Knows what its members say.
-class ToldSource : public Source {
- public:
-  Time now() const override { return kLooked; }
-  std::uint64_t wall_ns() const override { return 0; }
-  void set_watched(bool) override {}
-  void want_details(std::uint32_t) override {}
-  Status questions() const override { return questions_; }
-  Status open_channel(const std::string&) override { return Status(); }
-  void close_channel(const std::string&) override {}
-  std::optional<std::uint16_t> number_of(const std::string&) const override { return {}; }
-  const LeftOut& left_out() const override { return left_out_; }
-  Status publish(const std::string&, const std::string&) override { return Status(); }
-  std::optional<Time> lost_daemon_at() const override { return lost_daemon_at_; }
-  std::string daemon_name() const override { return "swarmtalkd 1"; }
-  const DaemonStatus& status() const override { return status_; }
-  Swarm& known() { return swarm_; }
-  Traffic& heard() { return traffic_; }
-
-  Status questions_;
-  LeftOut left_out_;
-  std::optional<Time> lost_daemon_at_;
-  DaemonStatus status_;
-};
+const Time kLooked = kToldSourceNow;
+const Time kTold = kLooked - milliseconds(300);
 
 Neighbour neighbour() {
   Neighbour made;
