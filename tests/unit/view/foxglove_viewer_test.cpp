@@ -91,10 +91,10 @@ TEST_F(Foxglove, IsToldWhatThereIsWithItsSchemas) {
     const std::string text = channel["schema"];
     std::string bytes(text.size(), '\0');
     std::size_t size = 0;
-    ASSERT_EQ(sodium_base642bin(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(),
-                                text.data(), text.size(), nullptr, &size, nullptr,
-                                sodium_base64_VARIANT_ORIGINAL),
-              0);
+    ASSERT_EQ(
+        sodium_base642bin(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(), text.data(),
+                          text.size(), nullptr, &size, nullptr, sodium_base64_VARIANT_ORIGINAL),
+        0);
     google::protobuf::FileDescriptorSet files;
     EXPECT_TRUE(files.ParseFromArray(bytes.data(), static_cast<int>(size)));
     EXPECT_GT(files.file_size(), 0);
@@ -107,9 +107,9 @@ TEST_F(Foxglove, IsShownWhatItSubscribedToUnderItsId) {
   subscribe(0x01020304, 3);
   subscribe(5, 1);
   EXPECT_TRUE(viewer_.wants_pictures());
-  EXPECT_EQ(show(), (std::vector<std::string>{"\x01\x04\x03\x02\x01" + kShownBytes + "robots",
-                                              std::string("\x01\x05\0\0\0", 5) + kShownBytes +
-                                                  "scene"}));
+  EXPECT_EQ(show(),
+            (std::vector<std::string>{"\x01\x04\x03\x02\x01" + kShownBytes + "robots",
+                                      std::string("\x01\x05\0\0\0", 5) + kShownBytes + "scene"}));
   // Of a turn that is not written in time, nothing is left beside the newest.
   Scene old;
   old.pictures[0] = std::make_shared<const std::string>("old");
@@ -129,9 +129,10 @@ TEST_F(Foxglove, LinesComeToWhoSubscribedToThemWithTheTimeTheyWereSaid) {
   EXPECT_TRUE(all_of(viewer_).empty());
   subscribe(1, 2);
   subscribe(2, 4);
-  EXPECT_FALSE([&] { ask({{"op", "unsubscribe"}, {"subscriptionIds", {1}}});
-                     return viewer_.wants_pictures(); }())
-      << "lines are no picture";
+  EXPECT_FALSE([&] {
+    ask({{"op", "unsubscribe"}, {"subscriptionIds", {1}}});
+    return viewer_.wants_pictures();
+  }()) << "lines are no picture";
   viewer_.on_line({2, 8, "after", kToldSourceNow});
   std::vector<std::pair<std::string, std::uint64_t>> said;
   for (const Outgoing& each : all_of(viewer_)) {
@@ -139,8 +140,9 @@ TEST_F(Foxglove, LinesComeToWhoSubscribedToThemWithTheTimeTheyWereSaid) {
     EXPECT_EQ(each.bytes->substr(0, 5), std::string("\x01\x02\0\0\0", 5));
     foxglove::Log line;
     ASSERT_TRUE(line.ParseFromString(each.bytes->substr(13)));
-    const std::uint64_t at_ns = static_cast<std::uint64_t>(line.timestamp().seconds()) * 1000000000u +
-                                static_cast<std::uint64_t>(line.timestamp().nanos());
+    const std::uint64_t at_ns =
+        static_cast<std::uint64_t>(line.timestamp().seconds()) * 1000000000u +
+        static_cast<std::uint64_t>(line.timestamp().nanos());
     std::uint64_t head_ns = 0;
     for (std::size_t i = 0; i < 8; ++i) {
       head_ns |= std::uint64_t{static_cast<unsigned char>((*each.bytes)[5 + i])} << (8 * i);

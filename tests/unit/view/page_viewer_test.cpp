@@ -74,8 +74,9 @@ TEST_F(Page, IsGreetedAndToldTheLinesThatAreThere) {
 
 TEST_F(Page, IsToldEachLineAtOnce) {
   viewer_->on_line({5, 9, "here", kToldSourceNow - std::chrono::milliseconds(30)});
-  EXPECT_EQ(texts_of(*viewer_), std::vector<Json>{Json::parse(
-                                    R"({"t": "log", "k": 5, "from": 9, "text": "here", "age": 30})")});
+  EXPECT_EQ(texts_of(*viewer_),
+            std::vector<Json>{
+                Json::parse(R"({"t": "log", "k": 5, "from": 9, "text": "here", "age": 30})")});
   EXPECT_EQ(wakes_, 1);
 }
 
