@@ -1645,13 +1645,15 @@ class _Session(object):
     def _get(self, subscriber, timeout):
         """The next message of a subscriber without a callback, or None."""
         deadline = None if timeout is None else _monotonic() + timeout
+        is_over = False
         while True:
             message = subscriber._pop()
             if message is not None:
                 return message
-            left = None if deadline is None else deadline - _monotonic()
-            if subscriber._closed or (left is not None and left < 0):
+            if subscriber._closed or is_over:
                 return None
+            left = None if deadline is None else deadline - _monotonic()
+            is_over = left is not None and left <= 0  # once more, for what has come by now
             if self._run_once(left):
                 return None
 

@@ -418,6 +418,29 @@ def test_when_a_message_was_sent_is_told_where_the_daemon_has_a_use_for_it(world
         world.now * 1e9))
 
 
+def test_sync_raises_the_first_refusal_since_the_last_sync_once(world):
+    world.meet()
+    world.client.sync()
+    refused = iter("abcde")
+    world.daemon.answers[SET_POSE] = lambda _: field(FAILURE, field(1, 10)
+                                                     + field(2, next(refused)))
+    for words in ("a", "c"):
+        for _ in range(2):
+            world.client.set_pose(1, 2, 0)
+            world.settle()
+        with pytest.raises(swarmtalk.Error, match="^%s$" % words) as raised:
+            world.client.sync()
+        assert raised.value.code == "bad_pose"
+        world.client.sync()
+    assert [each[2] for each in world.told] == list("abcd")
+    del world.daemon.answers[SET_POSE]
+    world.client.set_pose(1, 2, 0)
+    begin = world.now
+    with pytest.raises(swarmtalk.Error, match="did not answer in time"):
+        world.client.sync()
+    assert 0.99 < world.now - begin < 1.1
+
+
 def test_a_question_that_is_not_answered_is_given_up_and_its_late_answer_is_nobodys(world):
     world.meet()
     begin = world.now

@@ -245,6 +245,19 @@ TEST_F(SenderTest, SaysWhenTheLineTakesNoBytes) {
   EXPECT_FALSE(sender_.has_stalled());
   run(400ms);
   EXPECT_TRUE(sender_.has_stalled());
+  // Opened again, it is as one that never stalled.
+  sender_.close();
+  EXPECT_FALSE(sender_.has_stalled());
+  is_blocked_ = false;
+  sender_.open(time(), 0ms);
+  EXPECT_FALSE(sender_.is_ready());
+  run(200ms);
+  EXPECT_TRUE(sender_.is_ready());
+  const int asked = asked_;
+  waiting_.push_back(user_frame(2));
+  run(200ms);
+  EXPECT_EQ(asked_, asked + 1);
+  EXPECT_FALSE(sender_.has_stalled());
 }
 
 TEST_F(SenderTest, WaitsLongerForASlowController) {
