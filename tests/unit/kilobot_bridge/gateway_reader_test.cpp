@@ -99,6 +99,21 @@ TEST_F(GatewayReaderTest, ReadsTheReferenceVectors) {
   EXPECT_EQ(reader.counters().unreadable_frames, 0u);
 }
 
+TEST_F(GatewayReaderTest, CountsWholeFramesThatItDoesNotKnow) {
+  synchronise();
+  GatewayFrame unknown;
+  unknown.begin(static_cast<GatewayKind>(99), 0);
+  unknown.append16(1);
+  put(unknown);
+  GatewayFrame short_hello;
+  short_hello.begin(GatewayKind::kHello, 0);
+  short_hello.append16(1);
+  put(short_hello);
+  EXPECT_EQ(reader.counters().unreadable_frames, 2u);
+  EXPECT_EQ(reader.counters().frames, 0u);
+  EXPECT_TRUE(heard.empty() && hellos.empty() && versions.empty() && texts.empty());
+}
+
 TEST_F(GatewayReaderTest, BeginsAtTheFirstEndOfAFrame) {
   reader.put(from_hex("030405060708090864024d0330f8ff00"));  // the tail of one
   reader.put(from_hex("0e010720010102030405060708090864024d0330f8ff00"));

@@ -132,9 +132,12 @@ TEST(Player, EndsWithStopWhenItIsStopped) {
   EXPECT_EQ(player.frames(), 0u) << "it has no end of its own";
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(player.next());
   player.stop();
+  EXPECT_GT(player.left(), Duration(0));
+  EXPECT_LT(player.left(), std::chrono::seconds(1)) << "of what was stopped, nothing is left";
   const auto last = player.next();
   ASSERT_TRUE(last);
   EXPECT_EQ(last->frame, stop_frame());
+  EXPECT_EQ(player.left(), Duration(0));
   EXPECT_FALSE(player.next());
 }
 

@@ -1,6 +1,8 @@
 #include "kilobot_bridge/serial_device.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -33,6 +35,25 @@ TEST(SerialDevice, CarriesEveryByteBothWaysUnchanged) {
   back.resize(256);
   EXPECT_EQ(back, all);
   EXPECT_EQ(device.read(back), 0) << "nothing waits";
+}
+
+TEST(SerialDevice, LeavesNothingOfTheSettingsThatATerminalHas) {
+  Pty pty("");
+  const int beside = ::open(pty.device().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  termios settings{};
+  ASSERT_EQ(::tcgetattr(beside, &settings), 0);
+  settings.c_iflag = ICRNL | IXON;
+  settings.c_oflag = OPOST | ONLCR;
+  settings.c_lflag = ICANON | ECHO | ISIG;
+  ASSERT_EQ(::tcsetattr(beside, TCSANOW, &settings), 0);
+  SerialDevice device;
+  ASSERT_EQ(device.open(pty.device(), kBaud).kind, Kind::kNone);
+  ASSERT_EQ(::tcgetattr(beside, &settings), 0);
+  EXPECT_EQ(settings.c_iflag, 0u);
+  EXPECT_EQ(settings.c_oflag, 0u);
+  EXPECT_EQ(settings.c_lflag, 0u);
+  EXPECT_EQ(settings.c_cflag & (CLOCAL | CREAD | CSTOPB | HUPCL), tcflag_t{CLOCAL | CREAD});
+  ::close(beside);
 }
 
 TEST(SerialDevice, IsForOneProgramAlone) {

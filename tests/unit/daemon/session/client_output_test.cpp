@@ -159,7 +159,9 @@ TEST_F(Output, PutsAnAnswerAheadOfDeliveriesNotYetBegun) {
   ASSERT_TRUE(output_.refill());
   answer(2);
   output_.put_answers_ahead();
-  EXPECT_EQ(frames(), (std::vector<std::string>{"1", "2", "a1"}));
+  answer(3);
+  output_.put_answers_ahead();
+  EXPECT_EQ(frames(), (std::vector<std::string>{"1", "2", "3", "a1"}));
 }
 
 TEST_F(Output, DropsTheOldestOfASubscriptionWhenTheClientHasTooManyBytes) {

@@ -2,6 +2,7 @@
 // many.
 #include <string>
 
+#include "tests/support/patience.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
 
 namespace swarmtalk::daemon {
@@ -96,6 +97,30 @@ TEST_F(SessionTest, EachOfManyClientsThatAreTooManyIsToldWhy) {
   first->hang_up();
   step();
   greeted();
+}
+
+TEST_F(SessionTest, RefusedClientsThatDoNotHangUpAreClosedEachInItsTime) {
+  limits_.clients = 1;
+  auto served = greeted();
+  auto first = connect();
+  step();
+  const auto closed = [&](TestPeer& peer) {
+    const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
+    while (!peer.is_gone() && std::chrono::steady_clock::now() < deadline) {
+      io_.restart();
+      io_.run_one_for(test::kPatience);
+    }
+    return peer.is_gone();
+  };
+  EXPECT_TRUE(closed(*first));
+  auto second = connect();
+  step();
+  auto third = connect();
+  step();
+  EXPECT_TRUE(closed(*second));
+  EXPECT_TRUE(closed(*third));
+  EXPECT_EQ(counters_.clients_silent, 0u);
+  EXPECT_GT(advertised(*served, "hello"), 0u) << "who is served stays";
 }
 
 TEST_F(SessionTest, RefusedClientMaySayHelloBeforeItReadsWhy) {

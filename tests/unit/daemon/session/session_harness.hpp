@@ -85,6 +85,9 @@ class TestPeer {
     return envelopes;
   }
 
+  /// Whether the daemon has let the connection go, and not only said its last.
+  bool is_gone() const { return ::send(descriptor_, "x", 1, MSG_NOSIGNAL | MSG_DONTWAIT) < 0; }
+
   bool is_closed = false;
 
  private:

@@ -91,6 +91,16 @@ TEST_F(SessionTest, TwoBodiesInAFrameAreMalformed) {
   EXPECT_TRUE(peer->is_closed);
 }
 
+TEST_F(SessionTest, AnIdWithoutABodyIsMalformed) {
+  auto peer = greeted();
+  ipc::Envelope envelope;
+  envelope.set_request_id(9);
+  peer->send(envelope);
+  step();
+  EXPECT_EQ(peer->receive().at(0).failure().code(), ipc::ERROR_MALFORMED);
+  EXPECT_TRUE(peer->is_closed);
+}
+
 TEST_F(SessionTest, RequestOfANewerMinorIsUnsupportedAndTheSessionGoesOn) {
   auto peer = greeted();
   std::string bytes("\x07\0\0\0\x08\x09\xFA\x01\x02\x08\x01", 11);  // id 9, unknown field 31
