@@ -2,10 +2,13 @@
 #include "kilobot_bridge/kilobot_link.hpp"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <deque>
 #include <random>
+#include <sstream>
 
 #include "emulation/kilobot/pty.hpp"
 #include "emulation/ohc_double/frame_finder.hpp"
@@ -313,6 +316,34 @@ TEST_F(KilobotLinkTest, TakesGarbageForNothing) {
   gateway_->write(Packet{0});
   gateway_->write(report(0, 2, {1}, 40));
   EXPECT_TRUE(run_until([&] { return heard_.size() == 1; }));
+}
+
+TEST_F(KilobotLinkTest, TellsOfUnreadableFramesAtMostOnceASecondAndOfEachOnce) {
+  std::ostringstream logged;
+  const auto sink = std::make_shared<spdlog::sinks::ostream_sink_mt>(logged);
+  sink->set_pattern("%v");
+  spdlog::register_logger(std::make_shared<spdlog::logger>("link", sink));
+  make(config(path("ohc"), path("gateway")));
+  const auto begin = std::chrono::steady_clock::now();
+  const auto told = [&] {
+    std::vector<std::uint64_t> numbers;
+    std::istringstream lines(logged.str());
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t end = line.find(" unreadable frames");
+      if (end == std::string::npos) continue;
+      numbers.push_back(std::stoull(line.substr(line.rfind(' ', end - 1) + 1)));
+    }
+    return numbers;
+  };
+  ASSERT_TRUE(run_until([&] {
+    gateway_->write(Packet{0, 1, 2, 3, 0});
+    return told().size() == 3;
+  }));
+  spdlog::drop("link");
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 2s);
+  const std::vector<std::uint64_t> numbers = told();
+  EXPECT_EQ(numbers[0], 1u);
+  EXPECT_EQ(numbers[0] + numbers[1] + numbers[2], counter("gateway_frames_unreadable"));
 }
 
 TEST_F(KilobotLinkTest, ComesBackAfterItWasUnpluggedUnderLoad) {

@@ -174,5 +174,31 @@ TEST_F(OutboxAlone, KeepsTheNewestCopiesOfARuleForASlowLink) {
   EXPECT_TRUE(a_.sent.empty());
 }
 
+TEST_F(OutboxAlone, CountsTheCopiesOfEachRuleByItself) {
+  GatewayRule rules[2];
+  for (GatewayRule& rule : rules) {
+    rule.to_link = 1;
+    rule.to_channel = 1;
+    rule.queue_messages = 2;
+  }
+  const std::string text = "abcde";
+  const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(text.data()),
+                                            text.size());
+  // The first is in flight; of each rule two wait.
+  for (std::size_t i = 0; i < 5; ++i) {
+    outbox_.copy(rules[i % 2], *channel_, bytes.subspan(i, 1), {"a", 9, 0, 1}, 2);
+  }
+  EXPECT_EQ(counters_.gateway_full, 0u);
+  outbox_.copy(rules[1], *channel_, bytes.first(1), {"a", 9, 0, 1}, 2);
+  EXPECT_EQ(counters_.gateway_full, 1u);
+  std::string left;
+  for (int i = 0; i < 5; ++i) {
+    b_.busy.clear();
+    outbox_.on_sent(1, 1);
+  }
+  for (const auto& sent : b_.sent) left += sent.payload;
+  EXPECT_EQ(left, "acdea") << "the oldest of the second rule made room";
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

@@ -48,6 +48,28 @@ TEST(AirtimeMeter, KeepsWhatItCountedWhenTheRateChanges) {
   EXPECT_EQ(counters.airtime_us_sent, 2 * 1352u);
 }
 
+TEST(AirtimeMeter, CountsWhatWasSentAndWhatWasReceivedEachByItself) {
+  AirtimeMeter meter(0);
+  meter.set_rate(1.0, {});
+  LinkCounters counters;
+  counters.frames_sent = 1;
+  counters.bytes_sent = 64;
+  counters.frames_received = 3;
+  counters.bytes_received = 3 * 64;
+  for (const double rate : {6.0, 6.0, 0.0}) {
+    meter.set_rate(rate, counters);
+    meter.fill(counters);
+    EXPECT_EQ(counters.airtime_us_sent, 1352u);
+    EXPECT_EQ(counters.airtime_us_received, 3 * 1352u);
+  }
+  meter.set_rate(1.0, counters);
+  counters.frames_received += 1;
+  counters.bytes_received += 64;
+  meter.fill(counters);
+  EXPECT_EQ(counters.airtime_us_sent, 1352u);
+  EXPECT_EQ(counters.airtime_us_received, 4 * 1352u);
+}
+
 TEST(AirtimeMeter, CountsHeadersOfTheNetwork) {
   AirtimeMeter meter(28);
   meter.set_rate(1.0, counted(0, 0));
