@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -83,6 +84,24 @@ class Gate {
   int fds_[2] = {-1, -1};
 };
 
+/// fork() whose child ends of a signal that ends programs: until it is another program it would
+/// have our handlers, which only remember that one came.
+pid_t fork_without_handlers() {
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, &before);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      struct sigaction action {};
+      sigaction(signal, nullptr, &action);
+      if (action.sa_handler != SIG_IGN) std::signal(signal, SIG_DFL);
+    }
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return pid;
+}
+
 void redirect(int from, int to) {
   if (dup2(from, to) < 0) throw std::runtime_error(std::string("dup2: ") + std::strerror(errno));
 }
@@ -149,7 +168,7 @@ void execute(const std::vector<std::string>& command, const SpawnOptions& option
 pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options) {
   const pid_t parent = getpid();
   Gate gate;
-  const pid_t pid = fork();
+  const pid_t pid = fork_without_handlers();
   if (pid < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
   if (pid > 0) {
     if (options.write_down) options.write_down(identify(pid));

@@ -3,13 +3,16 @@
 // FOLDER/body-INDEX (platforms/coachbot/body_port.hpp); where it is, the robot's daemon is told, as
 // by a tracking system. Bodies stop at each other. Writes poses and contacts to
 // FOLDER/bodies.jsonl.
+#include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -171,14 +174,20 @@ class Bodies {
   std::deque<Site> sites_;
 };
 
+/// An interrupt that comes before it is another program ends it, too.
 pid_t start(char** command) {
-  const pid_t child = fork();
-  if (child == 0) {
-    execvp(command[0], command);
-    std::perror(command[0]);
-    _exit(127);
-  }
-  if (child < 0) throw std::runtime_error("cannot fork");
+  sigset_t ending;
+  sigemptyset(&ending);
+  sigaddset(&ending, SIGINT);
+  sigaddset(&ending, SIGTERM);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setsigdefault(&attributes, &ending);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  pid_t child = -1;
+  const int error = posix_spawnp(&child, command[0], nullptr, &attributes, command, environ);
+  posix_spawnattr_destroy(&attributes);
+  if (error != 0) throw std::runtime_error(std::string(command[0]) + ": " + std::strerror(error));
   return child;
 }
 

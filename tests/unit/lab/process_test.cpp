@@ -8,6 +8,8 @@
 #include <csignal>
 #include <thread>
 
+#include "lab/interrupt.hpp"
+
 namespace swarmtalk::lab {
 namespace {
 
@@ -28,6 +30,19 @@ TEST(LabProcess, ThatEndsWhileItIsLookedAtDoesNotRun) {
     while (identify(pid).start_time_ticks == process.start_time_ticks) {  // until it is collected
     }
   }
+}
+
+TEST(LabProcess, ThatIsInterruptedBeforeItsProgramBeginsEnds) {
+  remember_interrupts();
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    SpawnOptions options;
+    options.write_down = [signal](const ProcessId& process) { ::kill(process.pid, signal); };
+    const pid_t pid = spawn({"sleep", "60"}, options);
+    int status = 0;
+    EXPECT_EQ(::waitpid(pid, &status, 0), pid);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal) << status;
+  }
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
 }
 
 }  // namespace
