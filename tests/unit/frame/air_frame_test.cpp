@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <set>
+#include <string_view>
 #include <vector>
 
 namespace swarmtalk::frame {
@@ -222,6 +224,44 @@ TEST(AirFrame, CutAnywhereIsNeverRead) {
     Frame frame;
     EXPECT_NE(parse(cut, frame), ParseResult::kOk) << size;
   }
+}
+
+TEST(PlainCopy, HoldsWhatAFrameHeld) {
+  FrameHeader header;
+  header.node = 7;
+  header.epoch = 0x01020304;
+  header.counter = 9;
+  header.pose = FramePose{1, -2, 3, 4};
+  for (const bool is_beacon : {false, true}) {
+    header.is_beacon = is_beacon;
+    Bytes buffer(200);
+    FrameWriter writer(buffer, header, buffer.size());
+    const Bytes packet{1, 2, 3};
+    if (is_beacon) {
+      EXPECT_TRUE(writer.append_last({5, 70'000}));
+      EXPECT_TRUE(writer.append_last({6, 1}));
+    } else {
+      EXPECT_TRUE(writer.append(packet));
+      EXPECT_TRUE(writer.append(Bytes{4}));
+    }
+    buffer.resize(writer.finish().size());
+    Frame frame;
+    ASSERT_EQ(parse(buffer, frame), ParseResult::kOk);
+    EXPECT_EQ(plain_copy(frame), buffer) << is_beacon;
+  }
+}
+
+TEST(CounterName, IsOfItsOwnForEachCause) {
+  std::set<std::string_view> names;
+  for (int each = 0; each <= static_cast<int>(ParseResult::kNotAuthentic); ++each) {
+    const std::string_view name = counter_name(static_cast<ParseResult>(each));
+    EXPECT_TRUE(each == 0 ? name.empty() : name.starts_with("frames_")) << each;
+    EXPECT_TRUE(names.insert(name).second) << name;
+  }
+  EXPECT_EQ(counter_name(ParseResult::kNotOurs), "frames_not_ours");
+  EXPECT_EQ(counter_name(ParseResult::kReplayed), "frames_replayed");
+  EXPECT_EQ(counter_name(ParseResult::kTooOld), "frames_too_old");
+  EXPECT_EQ(counter_name(ParseResult::kNotProven), "frames_not_proven");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "daemon/hub/publication.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {
@@ -69,6 +70,30 @@ TEST_F(AdmissionAlone, SharesThePaceOfAReservedChannelAmongAllPrograms) {
   EXPECT_FALSE(refused(1));
   EXPECT_FALSE(refused(1));
   EXPECT_EQ(refused(1), ipc::ERROR_RATE);
+}
+
+TEST_F(AdmissionAlone, SaysWhereAMessageOfNoBytesIsImpossible) {
+  channel_->limits.least_message_bytes = 1;
+  const auto refusal = admission_.admit(publisher_, *channel_, 0, 1, {});
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->code, ipc::ERROR_TOO_LONG);
+  EXPECT_NE(refusal->text.find("send at least 1 byte"), std::string::npos);
+  EXPECT_FALSE(refused(1));
+}
+
+TEST_F(AdmissionAlone, LetsAFullQueueHaveItsOldestDropped) {
+  Publication waiting;
+  publisher_.in_flight = &waiting;
+  EXPECT_EQ(refused(1), ipc::ERROR_BUSY) << "it has no queue";
+  publisher_.queue_limit = 2;
+  publisher_.queue = {&waiting};
+  EXPECT_FALSE(refused(1));
+  publisher_.queue = {&waiting, &waiting};
+  EXPECT_EQ(refused(1), ipc::ERROR_BUSY);
+  EXPECT_EQ(counters_.messages_busy, 2u);
+  publisher_.drops_oldest = true;
+  EXPECT_FALSE(refused(1));
+  EXPECT_EQ(counters_.messages_busy, 2u);
 }
 
 }  // namespace

@@ -80,5 +80,25 @@ TEST_F(Registry, SaysWhyNothingIsHeardWhileEveryLinkIsDown) {
   EXPECT_EQ(why->code, ipc::ERROR_LINK_DOWN);
 }
 
+TEST_F(Registry, RefusesTimestampsWhereNoLinkHasThem) {
+  for (FakeStation* each : {&a_, &b_}) each->station_limits.timestamped_from = 8;
+  const auto refused = [&](std::uint32_t number, bool is_timestamped) {
+    Channel* channel = nullptr;
+    const auto refusal = registry_.use({"", number, is_timestamped}, held_name_, channel);
+    if (!refusal) return std::string();
+    EXPECT_EQ(refusal->code, ipc::ERROR_CHANNEL_CONFLICT);
+    return refusal->text;
+  };
+  EXPECT_EQ(refused(7, false), "");
+  EXPECT_EQ(refused(8, true), "");
+  const std::string rest =
+      " here: the links' packets are timestamped on the channels from 8 on, and on no others";
+  EXPECT_EQ(refused(6, true), "channel 6 is never timestamped" + rest);
+  EXPECT_EQ(refused(9, false), "channel 9 is never without timestamps" + rest);
+  b_.station_limits.timestamped_from = core::kNoTimestampedChannels;
+  EXPECT_EQ(refused(6, true), "") << "the other link has no such rule";
+  EXPECT_EQ(refused(9, false), "");
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

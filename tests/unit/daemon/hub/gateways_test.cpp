@@ -87,5 +87,76 @@ TEST_F(GatewaysAlone, CountWhatTheOtherLinkCannotTake) {
   EXPECT_EQ(counters_.gateway_link_down, 1u);
 }
 
+TEST_F(GatewaysAlone, CopyOurOwnMessageOnceToEachTarget) {
+  FakeStation c(user_, "c", 7);
+  stations_.add(c);
+  GatewayRule from_a, from_b, other;
+  from_a.from_link = 0;
+  from_b.from_link = 1;
+  from_a.to_link = from_b.to_link = 2;
+  from_a.from_channel = from_b.from_channel = 1;
+  from_a.to_channel = from_b.to_channel = 2;
+  other = from_b;
+  other.to_channel = 3;
+  DaemonCounters counters;
+  ChannelRegistry registry(names_, stations_);
+  Outbox outbox(stations_, registry, counters, listener_);
+  Gateways gateways(stations_, registry, outbox, identity_, counters);
+  ASSERT_FALSE(gateways.set_rules({from_a, from_b, other}));
+  Publication own;
+  own.payload = "x";
+  own.ttl = 4;
+  gateways.cross_own(own, *registry.find(1), 12);
+  EXPECT_EQ(c.sent, (std::vector<FakeStation::Sent>{{2, "x", 4}, {3, "x", 4}}));
+  ASSERT_EQ(c.origins.size(), 2u);
+  EXPECT_EQ(c.origins[0]->link, "a");
+  EXPECT_EQ(c.origins[0]->node, 5);
+  EXPECT_EQ(c.origins[0]->number, 12u);
+  EXPECT_EQ(c.origins[0]->epoch, identity_.epoch() & 0xFFFF);
+  EXPECT_EQ(c.origins[1]->link, "b");
+  EXPECT_EQ(c.origins[1]->node, 6);
+  EXPECT_EQ(counters.gateway_there, 0u);
+}
+
+TEST_F(GatewaysAlone, ACopyHasTheRulesTtlOrTheMessagesAtMostWhatTheLinkHas) {
+  const auto copied = [&](std::optional<std::uint8_t> rules, std::uint8_t messages,
+                          std::uint32_t number) {
+    GatewayRule rule;
+    rule.from_link = 0;
+    rule.from_channel = 1;
+    rule.to_link = 1;
+    rule.to_channel = 2;
+    rule.ttl = rules;
+    EXPECT_FALSE(gateways_.set_rules({rule}));
+    MessageHead from = head(1);
+    from.ttl = messages;
+    from.number = number;
+    gateways_.cross(0, from, payload_);
+    const int ttl = b_.sent.back().ttl;
+    b_.busy.clear();
+    outbox_.on_sent(1, 2);
+    return ttl;
+  };
+  b_.station_limits.max_ttl = 7;
+  EXPECT_EQ(copied(std::nullopt, 6, 1), 6);
+  EXPECT_EQ(copied(std::nullopt, 8, 2), 7);
+  EXPECT_EQ(copied(3, 6, 3), 3);
+  EXPECT_EQ(copied(9, 1, 4), 7);
+}
+
+TEST_F(GatewaysAlone, CountWhatIsTooShortOrTooLongForTheOtherLink) {
+  b_.station_limits.min_message_bytes = 2;
+  gateways_.cross(0, head(1), payload_);
+  EXPECT_EQ(counters_.gateway_empty, 1u);
+  b_.station_limits.min_message_bytes = 1;
+  b_.fits = 5;  // with where it came from, it is longer
+  MessageHead next = head(1);
+  next.number = 5;
+  gateways_.cross(0, next, payload_);
+  EXPECT_EQ(counters_.gateway_too_long, 1u);
+  EXPECT_EQ(counters_.gateway_empty, 1u);
+  EXPECT_TRUE(b_.sent.empty());
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

@@ -193,5 +193,17 @@ TEST_F(HubQueueTest, ACopyThatWasGivenUpDoesNotSendTheNextMessageEarly) {
   EXPECT_THAT(sent(), ElementsAre("1", "2", "2"));
 }
 
+TEST_F(HubQueueTest, AMessageWhoseCopyItsNodeRefusesWasSent) {
+  publisher_.copies = 3;
+  publisher_.copy_interval_ms = 20;
+  publish(1);
+  station_.leave(1);
+  station_.kept.clear();  // its node has forgotten the message
+  hub_.send_copies(*copy_at_);
+  EXPECT_THAT(client_.sent, ElementsAre(1u));
+  publish(2);
+  EXPECT_THAT(sent(), ElementsAre("1", "2"));
+}
+
 }  // namespace
 }  // namespace swarmtalk::daemon

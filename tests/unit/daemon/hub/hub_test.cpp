@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "daemon/common/monotonic_ns.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {
@@ -407,6 +408,40 @@ TEST_F(HubTest, FixedIdStaysWhenSomebodyElseHasIt) {
   hub_.on_namesake(station_);
   EXPECT_EQ(identity_.id(), 5);
   EXPECT_EQ(counters_.duplicate_node_ids, 1u);
+}
+
+TEST_F(HubTest, LocalMessageOfATimestampedChannelTellsHowLongItWaited) {
+  Publisher from;
+  from.client = &a_;
+  ASSERT_FALSE(hub_.advertise({"", 1, true}, from));
+  subscription(b_, 1);
+  const std::uint64_t now = monotonic_ns();
+  ASSERT_FALSE(hub_.publish(from, 1, "x", std::nullopt, now - 3'000'000'000));
+  ASSERT_EQ(b_.heard.size(), 1u);
+  ASSERT_TRUE(b_.last->buffering_delay_us);
+  EXPECT_GE(*b_.last->buffering_delay_us, 3'000'000u);
+  EXPECT_LT(*b_.last->buffering_delay_us, 60'000'000u);
+  EXPECT_GE(b_.last->received_at_ns, now);
+  station_.leave(1);
+  ASSERT_FALSE(hub_.publish(from, 2, "x", std::nullopt, now - 5'000'000'000'000));
+  EXPECT_EQ(*b_.last->buffering_delay_us, UINT32_MAX);
+}
+
+TEST_F(HubTest, LocalMessageOfAChannelWithoutTimestampsTellsNoDelay) {
+  auto& from = publisher(a_, 1);
+  subscription(b_, 1);
+  publish(from, 1, "x");
+  EXPECT_FALSE(b_.last->buffering_delay_us);
+}
+
+TEST_F(HubTest, TwoOthersUnderOneIdAreCountedAndOurIdStays) {
+  Neighbour older, younger;
+  older.node = younger.node = 9;
+  hub_.on_duplicate(station_, older, younger);
+  hub_.on_duplicate(station_, older, younger);
+  EXPECT_EQ(counters_.duplicate_neighbours, 2u);
+  EXPECT_EQ(counters_.duplicate_node_ids, 0u);
+  EXPECT_EQ(identity_.id(), 5);
 }
 
 }  // namespace

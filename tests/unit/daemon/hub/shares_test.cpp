@@ -103,6 +103,56 @@ TEST_F(SharesTest, ChangesHaveARateOfEachUser) {
   EXPECT_THAT(refusal->text, HasSubstr("changes_per_user_hz"));
 }
 
+/// Messages that wait: of a client and of its user, up to each limit and one above.
+class SharesOfWaiting : public SharesTest {
+ protected:
+  SharesOfWaiting() {
+    limits_.waiting_messages = 100;
+    limits_.waiting_messages_per_client = 10;
+    limits_.waiting_messages_per_user = 20;
+    limits_.waiting_bytes = 1000;
+    enter(client_);
+  }
+  /// @return which limit there is no room in; empty: there is
+  std::string full(std::size_t size_bytes, const Waiting& waiting) {
+    const auto refusal = shares_.check_message(client_, size_bytes, waiting);
+    if (!refusal) return "";
+    EXPECT_EQ(refusal->code, ipc::ERROR_LIMIT);
+    text_ = refusal->text;
+    return std::to_string(refusal->limit.value_or(0));
+  }
+
+  ClientShare client_;
+  std::string text_;
+};
+
+TEST_F(SharesOfWaiting, AllClientsMessagesAndBytesAreLimited) {
+  EXPECT_EQ(full(4, {99, 996}), "");
+  EXPECT_EQ(full(4, {100, 0}), "100");
+  EXPECT_EQ(full(4, {0, 997}), "1000");
+  EXPECT_THAT(text_, HasSubstr("997 bytes of all clients"));
+  EXPECT_THAT(text_, testing::Not(HasSubstr("held by")));
+  user().waiting_bytes = 30;
+  shares_.user(kUid + 1).waiting_bytes = 29;
+  full(4, {0, 997});
+  EXPECT_THAT(text_, HasSubstr("held by uid 4321 (30)"));
+}
+
+TEST_F(SharesOfWaiting, AClientHasItsLimitAndItsUserItsOwn) {
+  client_.waiting_messages = 9;
+  user().waiting_messages = 19;
+  user().waiting_bytes = 496;
+  EXPECT_EQ(full(4, {}), "");
+  EXPECT_EQ(full(5, {}), "500") << "a user has half of the bytes";
+  EXPECT_THAT(text_, HasSubstr("496 bytes of uid 4321"));
+  user().waiting_messages = 20;
+  EXPECT_EQ(full(4, {}), "20");
+  client_.waiting_messages = 10;
+  EXPECT_EQ(full(4, {}), "10");
+  Shares::leave(client_);
+  EXPECT_EQ(full(4, {}), "10") << "of a client that counts for nobody, too";
+}
+
 TEST_F(SharesTest, UsersWithoutAnythingAreForgottenAtSomeTime) {
   ClientShare client;
   enter(client);

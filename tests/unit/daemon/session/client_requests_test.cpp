@@ -12,7 +12,7 @@ class NoStatus final : public StatusSource {
  public:
   void fill_hello(ipc::Hello& hello) override { hello.set_major(ipc::kProtocolMajor); }
   void fill_status(ipc::Status&) override {}
-  void fill_neighbours(ipc::Neighbours&) override {}
+  void fill_neighbours(ipc::Neighbours& reply) override { reply.set_left_out(77); }
 };
 
 class AskedOperations final : public Operations {
@@ -129,6 +129,18 @@ TEST_F(Requests, TellOnceOfTheFramesThatASlowCaptureMissed) {
   EXPECT_EQ(told[3].captured().missed(), 1u);
   operations_.leave();
   EXPECT_EQ(operator_.listener, nullptr);
+}
+
+TEST_F(Requests, AskTheDaemonForItsNeighbours) {
+  greet();
+  ipc::Envelope request;
+  request.set_request_id(8);
+  request.mutable_get_neighbours();
+  EXPECT_FALSE(handle(request));
+  const auto told = parts_.told();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].request_id(), 8u);
+  EXPECT_EQ(told[0].neighbours().left_out(), 77u);
 }
 
 TEST_F(Requests, SayThatThereAreNoKilobots) {

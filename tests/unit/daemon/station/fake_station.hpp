@@ -29,6 +29,10 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   void set_key(std::shared_ptr<const frame::SwarmKey> to) override { key = std::move(to); }
   void set_pacing(const drivers::PacerConfig& to) override { pacing = to; }
   void set_tap(drivers::FrameTap* to) override { tap = to; }
+  std::string hardware_text(std::uint64_t hardware) const override {
+    return "address " + std::to_string(hardware);
+  }
+  drivers::Signals signals() override { return strengths; }
 
   /// Every packet that waits.
   std::vector<std::vector<std::uint8_t>> pull_all() {
@@ -53,6 +57,7 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   std::shared_ptr<const frame::SwarmKey> key;
   drivers::PacerConfig pacing;
   drivers::FrameTap* tap = nullptr;
+  drivers::Signals strengths;
 
  private:
   drivers::LinkUser* user_ = nullptr;
@@ -82,7 +87,7 @@ class FakeStation final : public Station {
   }
   drivers::Link& link() override { return link_; }
   drivers::Counters counters() const override { return {{"node_messages_sent", 43}}; }
-  std::vector<Neighbour> neighbours(Neighbour::Time) const override { return {}; }
+  std::vector<Neighbour> neighbours(Neighbour::Time) const override { return around; }
 
   bool open_channel(std::uint16_t channel, bool) override {
     if (open.size() >= capacity) return false;
@@ -141,6 +146,7 @@ class FakeStation final : public Station {
   std::size_t fits = 1000;
   std::set<std::uint16_t> open, listening, busy;
   std::set<std::uint16_t> kept;  // channels whose last message can be sent again: as core has it
+  std::vector<Neighbour> around;
   std::vector<Sent> sent;
   std::vector<std::optional<GatewayOrigin>> origins;  // of what was sent
   NodeIdentity own_identity;

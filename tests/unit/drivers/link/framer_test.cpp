@@ -182,6 +182,33 @@ TEST_F(FramerTest, CountsAFrameOfAnotherProfile) {
   EXPECT_TRUE(hearer_.received.empty());
 }
 
+TEST_F(FramerTest, CountsWhatItCannotReadByCause) {
+  struct {
+    std::size_t at;
+    std::uint8_t byte;
+    std::uint64_t LinkCounters::*counted;
+  } const kCauses[] = {{0, 0, &LinkCounters::frames_not_ours},
+                       {2, 99, &LinkCounters::frames_other_version},
+                       {3, 0x80, &LinkCounters::frames_unknown_flags},
+                       {3, 0x02, &LinkCounters::frames_sealed},
+                       {4, 0xFF, &LinkCounters::frames_truncated}};
+  for (const auto& cause : kCauses) {
+    counters_ = {};
+    sender_.waiting.push_back(numbered_packet(0, 200));
+    build();
+    buffer_[cause.at] = cause.byte;
+    receive(buffer_);
+    EXPECT_EQ(counters_.*cause.counted, 1U) << cause.at;
+    std::uint64_t all = 0;
+    for (const auto& [name, value] : counters_.list()) {
+      all += name.starts_with("frames_") && name != "frames_sent" ? value : 0;
+    }
+    EXPECT_EQ(all, 1U) << cause.at;
+  }
+  EXPECT_TRUE(hearer_.received.empty());
+  EXPECT_TRUE(hearer_.frames.empty());
+}
+
 TEST_F(FramerTest, KeepsThePacketsBeforeABadLength) {
   sender_.waiting.push_back(numbered_packet(1, 10));
   sender_.waiting.push_back(numbered_packet(2, 10));
