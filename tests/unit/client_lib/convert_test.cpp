@@ -86,6 +86,33 @@ void expect_same(const Pose& to, const ipc::Pose& from) {
   EXPECT_EQ(static_cast<std::uint32_t>(to.age.count()), from.age_ms());
 }
 
+TEST(Convert, ARefusalIsTheStatusOfItsName) {
+  const std::pair<ipc::ErrorCode, StatusCode> kCodes[] = {
+      {ipc::ERROR_UNSPECIFIED, StatusCode::kProtocol},
+      {ipc::ERROR_VERSION, StatusCode::kVersionMismatch},
+      {ipc::ERROR_MALFORMED, StatusCode::kProtocol},
+      {ipc::ERROR_TOO_LONG, StatusCode::kTooLong},
+      {ipc::ERROR_BUSY, StatusCode::kBusy},
+      {ipc::ERROR_BAD_CHANNEL, StatusCode::kBadChannel},
+      {ipc::ERROR_CHANNEL_CONFLICT, StatusCode::kChannelConflict},
+      {ipc::ERROR_LIMIT, StatusCode::kLimit},
+      {ipc::ERROR_UNKNOWN_ID, StatusCode::kProtocol},
+      {ipc::ERROR_BAD_TTL, StatusCode::kBadTtl},
+      {ipc::ERROR_BAD_POSE, StatusCode::kBadPose},
+      {ipc::ERROR_UNSUPPORTED, StatusCode::kUnsupported},
+      {ipc::ERROR_LINK_DOWN, StatusCode::kLinkDown},
+      {ipc::ERROR_BAD_DISTANCE, StatusCode::kBadArgument},
+      {ipc::ERROR_DROPPED, StatusCode::kDropped},
+      {ipc::ERROR_RATE, StatusCode::kRate}};
+  for (const auto& [theirs, ours] : kCodes) {
+    ipc::Failure failure;
+    failure.set_code(theirs);
+    failure.set_text("because");
+    EXPECT_EQ(convert(failure).code(), ours) << theirs;
+    EXPECT_EQ(convert(failure).text(), "because");
+  }
+}
+
 TEST(Convert, BringsAllOfTheStatus) {
   ipc::Status from;
   Filler().fill(from);

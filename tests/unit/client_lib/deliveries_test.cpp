@@ -79,6 +79,33 @@ TEST_F(DeliveriesAlone, TellWhatOtherThreadsHadToReport) {
   EXPECT_EQ(told_, (std::vector<std::string>{"busy", "too fast"})) << "each once";
 }
 
+TEST_F(DeliveriesAlone, DropTheOldestMessageWhereThereIsNoRoomForMore) {
+  subscriber_->policy.keep_last = 100'000;
+  deliveries_.tell_sent(publisher_, Status(), false);
+  constexpr int kMost = 4096;
+  for (int i = 0; i < kMost + 4; ++i) deliver(std::to_string(i));
+  deliveries_.run();
+  ASSERT_EQ(told_.size(), static_cast<std::size_t>(kMost)) << "with what is no message";
+  EXPECT_EQ(told_[0], "sent");
+  EXPECT_EQ(told_[1], "5");
+  EXPECT_EQ(told_.back(), std::to_string(kMost + 3));
+  EXPECT_EQ(lost_[0], 5u);
+  EXPECT_EQ(lost_[1], 0u);
+  EXPECT_FALSE(deliveries_.has_read_ahead());
+}
+
+TEST_F(DeliveriesAlone, PrintWhatWasNotSentOfAPublisherWithoutACallback) {
+  publisher_->sent = {};
+  deliveries_.tell_sent(publisher_, Status(), true);
+  deliveries_.tell_sent(publisher_, Status(StatusCode::kLinkDown, "no link is up"), true);
+  deliveries_.run();
+  EXPECT_EQ(told_, std::vector<std::string>{"no link is up"});
+  publisher_->is_closed = true;
+  deliveries_.tell_sent(publisher_, Status(StatusCode::kLinkDown, "again"), true);
+  deliveries_.run();
+  EXPECT_EQ(told_.size(), 1u);
+}
+
 /// Whatever comes and is run in whatever order: each message is handed over or told as lost, once,
 /// and so is what the daemon lost before it.
 TEST_F(DeliveriesAlone, HandOverOrTellAsLostEachMessageOnce) {
