@@ -193,12 +193,13 @@ std::optional<TimedFrame> KilobotLink::next_frame() {
 std::optional<TimedFrame> KilobotLink::next_packet() {
   const IrForm form = form_of(config_.profile);
   IrData data{};
-  const std::size_t size = user_->pull_packet(data);
-  if (size == 0) return std::nullopt;
-  if (size > form.packet_bytes) {
+  std::size_t size = user_->pull_packet(data);
+  while (size > form.packet_bytes) {
     ++counters_.packets_over_mtu;
-    return std::nullopt;
+    data = {};
+    size = user_->pull_packet(data);
   }
+  if (size == 0) return std::nullopt;
   ++counters_.packets_sent;
   sent_.remember(data);
   return TimedFrame{config_.has_single ? forward_single_frame(form.sent_type, data)
