@@ -1226,15 +1226,16 @@ class _Session(object):
 
     def _ring(self):
         """Makes the descriptor readable. Any thread."""
-        self._rung = True
         try:
             os.write(self._wake_write, b"!")
         except (OSError, TypeError):  # full, which is as good; closed
             pass
+        self._rung = True  # not before: what is drained in between would be written after it
 
     def _drain_pipe(self):
         try:
-            os.read(self._wake_read, 4096)
+            while len(os.read(self._wake_read, 4096)) == 4096:
+                pass
         except OSError:
             pass
 
@@ -1413,7 +1414,7 @@ class _Session(object):
         if event[0] == "message" and len(self._events) >= _EVENTS_MAX:
             self._drop_oldest_message()
         self._events.append(event)
-        if not self._processing and not self._rung:
+        if not self._processing:
             self._ring()
 
     def _drop_oldest_message(self):
@@ -1598,9 +1599,9 @@ class _Session(object):
                     handle._failure = None
                 table = (self._publishers if isinstance(handle, Publisher) else self._subscribers)
                 table[handle._id] = handle
-                if handle._closed:
-                    self._remove(handle)
-            elif error.code != "disconnected":
+                if handle._closed:  # meanwhile
+                    self._end_handle(handle)
+            elif error.code != "disconnected" and not handle._closed:
                 handle._failure = error
                 if handle is not self._adding:  # nobody waits for it
                     self._report(error)
@@ -1623,11 +1624,14 @@ class _Session(object):
         handle._closed = True
         if isinstance(handle, Publisher):
             self._report_refused(handle)
+        self._end_handle(handle)
+        if isinstance(handle, Subscriber):
+            handle._serve_futures()
+
+    def _end_handle(self, handle):
         self._remove(handle)
         handle._failure = Error("disconnected", "this handle was closed")
         handle._id = 0
-        if isinstance(handle, Subscriber):
-            handle._serve_futures()
 
     @_owned
     def _take(self, subscriber):

@@ -19,6 +19,8 @@ sys.path.insert(0, str(HERE))
 import daemons  # noqa: E402
 
 sys.path.insert(0, daemons.CLIENT)
+from scripted_daemon import World  # noqa: E402
+
 ROOT = pathlib.Path(daemons.ROOT)
 BUILD = pathlib.Path(daemons.BUILD)
 NEWER = [f"python3.{minor}" for minor in range(9, 14)]
@@ -94,3 +96,12 @@ def newer_pythons():
 def two_robots():
     with daemons.Daemons(2) as robots:
         yield robots
+
+
+@pytest.fixture(name="world")
+def make_world(monkeypatch, tmp_path):
+    """A client whose daemon is a script that has not started."""
+    world = World(monkeypatch, tmp_path / "s")
+    yield world
+    world.daemon.stop()
+    world.client.close()

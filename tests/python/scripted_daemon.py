@@ -12,6 +12,12 @@ PUBLISH, SENT, DELIVER, GET_STATUS, STATUS, SET_POSE, GET_POSE, POSE, CLIENT_LOS
 GREETING = field(1, swarmtalk._MAJOR) + field(2, 0) + field(4, "swarmtalkd 9") + field(5, 77)
 
 
+def advertised(max_bytes=10, max_ttl=3):
+    """The answer to a publisher; its id is the request's number."""
+    return lambda number: field(ADVERTISED, field(1, number) + field(2, 5) + field(3, max_bytes)
+                                + field(4, max_ttl))
+
+
 class Script:
     """The other end of the socket. What it has got is in `requests`: [(kind, its fields)]."""
 
@@ -91,6 +97,10 @@ class Script:
 
     def of(self, kind):
         return [each[2] for each in self.requests if each[0] == kind]
+
+    def poses(self):
+        """x of each pose that it was told, of fields that are little-endian floats."""
+        return [swarmtalk.struct.unpack("<f", each[1])[0] for each in self.of(SET_POSE)]
 
     def newest_id(self, kind):
         """The id of the newest request of a kind: of a subscription, too."""

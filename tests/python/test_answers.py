@@ -101,3 +101,88 @@ def test_what_is_not_told_is_nothing_or_not_known(table):
             assert value is None
         else:
             assert not value and value is not None, name
+
+
+def test_a_record_names_what_it_has():
+    record = swarmtalk._record(swarmtalk._NEIGHBOUR, bytearray(field(2, 9)), swarmtalk.Neighbour)
+    assert repr(record).startswith("Neighbour(address='', age=0.0, ")
+    assert "node_id=9" in repr(record)
+    with pytest.raises(AttributeError, match="a Neighbour has no 'distanc'; did you mean "
+                                             "'distance'"):
+        record.distanc
+    with pytest.raises(AttributeError, match="a Record has no 'xyzzy'; it has node, sender"):
+        swarmtalk.Record(sender=1, node=2).xyzzy
+    with pytest.raises(AttributeError, match="^_mine$"):
+        record._mine
+
+
+def test_a_message_names_what_it_has():
+    message = swarmtalk.Message([(2, b"hi"), (4, 9), (6, 1.5)])
+    assert repr(message) == "Message(b'hi', sender=9, distance=1.50)"
+    for name, words in (("payload", "did you mean 'data'"), ("sendr", "did you mean 'sender'"),
+                        ("ag", "did you mean 'age'"), ("xyzzy", "it has data, channel")):
+        with pytest.raises(AttributeError, match="a Message has no %r; %s" % (name, words)):
+            getattr(message, name)
+    with pytest.raises(AttributeError, match="^_mine$"):
+        message._mine
+
+
+def test_the_age_of_a_message_is_what_has_passed_and_its_delay(monkeypatch):
+    monkeypatch.setattr(swarmtalk, "_monotonic", lambda: 100.0)
+    received, delay = (12, 98500000000), (11, 250000)
+    assert swarmtalk.Message([received]).age == 1.5
+    assert swarmtalk.Message([received, delay]).age == 1.75
+    alone = swarmtalk.Message([delay])
+    assert alone.age != alone.age and alone.delay == 0.25
+    assert swarmtalk.Message([received, delay]).received_at == 98.5
+
+
+def test_what_is_known_of_a_place():
+    known, unknown = swarmtalk.Message([(6, 0.0), (7, 0.0)]), swarmtalk.Message([])
+    assert (known.has_distance, known.has_bearing) == (True, True)
+    assert (unknown.has_distance, unknown.has_bearing) == (False, False)
+    assert not unknown.distance < 1e9 and not unknown.bearing > -1e9
+    near, far = swarmtalk.Message([(6, 1.0)]), swarmtalk.Message([(7, 1.0)])
+    assert (near.has_bearing, far.has_distance) == (False, False)
+
+
+def test_losses_are_added_place_by_place():
+    lost = swarmtalk.Loss(1, 2, 3, 4, 5)
+    assert lost.total == 10, "what came late did come"
+    assert repr(lost) == "Loss(air=1, kernel=2, daemon=3, client=4, late=5)"
+    lost.add(swarmtalk.Loss(10, 20, 30, 40, 50))
+    assert lost == swarmtalk.Loss(11, 22, 33, 44, 55)
+    for place in ("air", "kernel", "daemon", "client", "late"):
+        one = swarmtalk.Loss(**{place: 1})
+        assert one and one != swarmtalk.Loss() and not one == swarmtalk.Loss(), place
+        assert one.total == (place != "late")
+    assert not swarmtalk.Loss() and swarmtalk.Loss() != 0
+    assert not swarmtalk.Loss() != swarmtalk.Loss()
+
+
+@pytest.mark.parametrize("parts, known", [
+    ((1, 2, 3), True), ((1, 2), False), ((1, 3), False), ((2, 3), False), ((), False)])
+def test_a_pose_is_known_when_all_of_it_is(parts, known):
+    body = b"".join(varint(each << 3 | 5) + struct.pack("<f", each) for each in parts)
+    assert swarmtalk._pose(bytearray(body + field(4, 1500))) == (
+        swarmtalk.Pose(1, 2, 3, 1.5) if known else None)
+
+
+def test_what_send_refused_is_false_and_says_why():
+    refused = swarmtalk.Refused("busy", "two have not left")
+    assert not refused and (refused.code, refused.text) == ("busy", "two have not left")
+    assert repr(refused) == "Refused('busy', 'two have not left')"
+
+
+@pytest.mark.parametrize("look", [bool, repr, lambda each: each.code, lambda each: each.text])
+def test_a_refusal_that_was_looked_at_is_told_to_nobody(look):
+    told = []
+    look(swarmtalk.Refused("busy", "text", told.append))
+    assert told == []
+    swarmtalk.Refused("busy", "text", told.append)
+    assert told == ["text"]
+
+
+def test_a_stderr_that_is_closed_ends_no_program(monkeypatch):
+    monkeypatch.setattr(swarmtalk.sys, "stderr", None)
+    swarmtalk._print_error("to nobody")

@@ -6,19 +6,10 @@ import pytest
 
 import swarmtalk
 from local_frames import field, frame
-from scripted_daemon import (ADVERTISE, ADVERTISED, CLIENT_LOSS, DELIVER, DONE, FAILURE, GET_POSE,
-                             GET_STATUS, GREETING, HELLO, POSE, PUBLISH, SENT, SET_POSE, STATUS,
-                             SUBSCRIBE, UNADVERTISE, UNSUBSCRIBE, World)
+from scripted_daemon import (ADVERTISE, ADVERTISED, CLIENT_LOSS, DELIVER, DONE, FAILURE, GREETING,
+                             HELLO, PUBLISH, SENT, SUBSCRIBE, UNADVERTISE, UNSUBSCRIBE)
 
 pytestmark = pytest.mark.logic
-
-
-@pytest.fixture(name="world")
-def make_world(monkeypatch, tmp_path):
-    world = World(monkeypatch, tmp_path / "s")
-    yield world
-    world.daemon.stop()
-    world.client.close()
 
 
 def times_of_attempts(world, seconds):
@@ -186,51 +177,6 @@ def test_what_a_newer_daemon_adds_is_left_alone(world):
                                                 + field(800, 5)))
     world.settle()
     assert world.client.connected and world.heard == ["x"]
-
-
-def poses(world):
-    """x of each pose that the daemon got, of fields that are little-endian floats."""
-    return [swarmtalk.struct.unpack("<f", each[1])[0] for each in world.daemon.of(SET_POSE)]
-
-
-def test_of_poses_that_are_set_quickly_the_newest_follows_once(world):
-    world.meet()
-    for x in (1, 2, 3):
-        world.client.set_pose(x, 0, 0)
-    world.settle()
-    assert poses(world) == [1]
-    world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
-    world.daemon.tell(field(1, world.daemon.newest_id(SET_POSE)) + field(DONE, b""))
-    world.pass_time(1)
-    assert poses(world) == [1, 3]
-    world.client.set_pose(4, 0, 0)
-    world.pass_time(1)
-    assert poses(world) == [1, 3, 4]
-
-
-def test_a_pose_that_is_refused_is_told_and_the_next_one_is_sent(world):
-    world.meet()
-    world.daemon.answers[SET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "too far"))
-    world.client.set_pose(1, 0, 0)
-    world.settle()
-    world.client.set_pose(2, 0, 0)
-    world.settle()
-    assert poses(world) == [1, 2]
-    assert [each[2] for each in world.told] == ["too far"] * 2
-
-
-def test_a_pose_that_waited_for_a_daemon_that_went_is_not_sent_to_the_next(world):
-    world.meet()
-    world.client.set_pose(1, 0, 0)
-    world.client.set_pose(2, 0, 0)
-    world.settle()
-    world.daemon.drop()
-    world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
-    world.pass_time(0.5)
-    assert poses(world) == [1]
-    world.client.set_pose(3, 0, 0)
-    world.settle()
-    assert poses(world) == [1, 3]
 
 
 def advertise(world, **options):
@@ -418,51 +364,6 @@ def test_when_a_message_was_sent_is_told_where_the_daemon_has_a_use_for_it(world
         world.now * 1e9))
 
 
-def test_sync_raises_the_first_refusal_since_the_last_sync_once(world):
-    world.meet()
-    world.client.sync()
-    refused = iter("abcde")
-    world.daemon.answers[SET_POSE] = lambda _: field(FAILURE, field(1, 10)
-                                                     + field(2, next(refused)))
-    for words in ("a", "c"):
-        for _ in range(2):
-            world.client.set_pose(1, 2, 0)
-            world.settle()
-        with pytest.raises(swarmtalk.Error, match="^%s$" % words) as raised:
-            world.client.sync()
-        assert raised.value.code == "bad_pose"
-        world.client.sync()
-    assert [each[2] for each in world.told] == list("abcd")
-    del world.daemon.answers[SET_POSE]
-    world.client.set_pose(1, 2, 0)
-    begin = world.now
-    with pytest.raises(swarmtalk.Error, match="did not answer in time"):
-        world.client.sync()
-    assert 0.99 < world.now - begin < 1.1
-
-
-def test_a_question_that_is_not_answered_is_given_up_and_its_late_answer_is_nobodys(world):
-    world.meet()
-    begin = world.now
-    with pytest.raises(swarmtalk.Error, match="did not answer in time"):
-        world.client.get_pose()
-    assert 0.99 < world.now - begin < 1.1
-    late = world.daemon.newest_id(GET_POSE)
-    world.daemon.answers[GET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "none yet"))
-    world.daemon.tell(field(1, late) + field(POSE, b""))
-    with pytest.raises(swarmtalk.Error, match="none yet"):
-        world.client.get_pose()
-
-
-def test_requests_are_numbered_from_one_again_after_the_last_number(world):
-    world.meet()
-    world.daemon.answers[GET_POSE] = lambda _: field(POSE, b"")
-    world.client._last_request = 0xFFFFFFFE
-    for _ in range(3):
-        assert world.client.get_pose() is None
-    assert [each[1] for each in world.daemon.requests[-3:]] == [0xFFFFFFFF, 1, 2]
-
-
 def test_a_handle_that_is_closed_is_told_once_and_hears_nothing_more(world):
     world.meet()
     world.daemon.answers[UNSUBSCRIBE] = world.daemon.answers[UNADVERTISE] = lambda _: field(
@@ -481,33 +382,3 @@ def test_a_handle_that_is_closed_is_told_once_and_hears_nothing_more(world):
     world.daemon.drop()
     world.pass_time(0.3)
     assert [each[0] for each in world.daemon.requests][-1] == HELLO  # and registers neither
-
-
-@pytest.mark.parametrize("around, hint", [(b"", True), (field(1, field(1, 9)), False)])
-def test_a_program_that_hears_nothing_is_told_once_that_it_is_alone(world, capsys, around, hint):
-    world.meet()
-    world.daemon.answers[GET_STATUS] = lambda _: field(STATUS, b"")
-    world.daemon.answers[30] = lambda _: field(31, around)
-    world.client.subscribe("b", lambda message: None)
-    world.pass_time(30, step=0.01)
-    assert len(world.daemon.of(GET_STATUS)) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == hint and all("no other robot is around" in line for line in lines)
-    world.daemon.drop()
-    world.pass_time(30, step=0.01)
-    assert world.client.connected and "around" not in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("channels, hint", [
-    ([("position", 1)], True), ([("position", 0)], True), ([("something", 1)], False),
-    ([("positon", 1), ("position", 1)], False), ([("positon", 0), ("position", 1)], True)])
-def test_a_program_that_misspelt_a_channel_is_told_the_right_one(world, capsys, channels, hint):
-    world.meet()
-    known = b"".join(field(8, field(1, 5) + field(2, name) + field(3, publishers))
-                     for name, publishers in channels)
-    world.daemon.answers[GET_STATUS] = lambda _: field(STATUS, known)
-    world.daemon.answers[30] = lambda _: field(31, field(1, field(1, 9)))
-    world.client.subscribe("positon", lambda message: None)
-    world.pass_time(10, step=0.01)
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == hint and all("did you mean 'position'?" in line for line in lines)

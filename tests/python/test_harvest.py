@@ -6,7 +6,7 @@ import pytest
 
 import swarmtalk
 from local_frames import field
-from scripted_daemon import ADVERTISE, ADVERTISED, DELIVER, PUBLISH, SENT, SUBSCRIBE, World
+from scripted_daemon import ADVERTISE, ADVERTISED, DELIVER, PUBLISH, SENT, SUBSCRIBE
 
 pytestmark = pytest.mark.logic
 
@@ -44,12 +44,9 @@ class Swarm:
 
 
 @pytest.fixture(name="world")
-def make_world(monkeypatch, tmp_path):
-    world = World(monkeypatch, tmp_path / "s")
+def meet_world(world):
     world.meet()
-    yield world
-    world.daemon.stop()
-    world.client.close()
+    return world
 
 
 HEAD = b"A\x01\x02\x03\x04"

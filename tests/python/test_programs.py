@@ -6,25 +6,17 @@ import pytest
 
 import swarmtalk
 from local_frames import field
-from scripted_daemon import (ADVERTISE, ADVERTISED, FAILURE, GREETING, HELLO, PUBLISH, SENT,
-                             SUBSCRIBE, SUBSCRIBED, UNSUBSCRIBE, World)
+from scripted_daemon import (ADVERTISE, FAILURE, GREETING, HELLO, PUBLISH, SENT, SUBSCRIBE,
+                             SUBSCRIBED, UNSUBSCRIBE, advertised)
 
 pytestmark = pytest.mark.logic
 PATIENCE_S = 60
 
 
 @pytest.fixture(name="world")
-def make_world(monkeypatch, tmp_path):
-    world = World(monkeypatch, tmp_path / "s")
+def meet_world(world):
     world.meet()
-    yield world
-    world.daemon.stop()
-    world.client.close()
-
-
-def advertised(max_bytes=10, max_ttl=3):
-    return lambda number: field(ADVERTISED, field(1, number) + field(2, 5) + field(3, max_bytes)
-                                + field(4, max_ttl))
+    return world
 
 
 def at(world, time, act):
@@ -251,17 +243,6 @@ def test_a_program_need_not_look_at_losses_of_its_daemon(world):
     world.daemon.drop()
     world.pass_time(0.5)
     assert world.client.connected
-
-
-def test_handles_that_pile_up_are_told_once(world, capsys):
-    for _ in range(swarmtalk._MANY_HANDLES - 1):
-        world.client.subscribe("b")
-    assert capsys.readouterr().err == ""
-    for _ in range(2):
-        world.client.subscribe("b")
-    assert capsys.readouterr().err.splitlines() == [
-        "swarmtalk: channel b: subscribe() was called %d times, and all of them are kept; call it "
-        "once, before the loop, or close() what it returned" % swarmtalk._MANY_HANDLES]
 
 
 def test_a_program_that_ends_without_an_answer_is_told(world, capsys):

@@ -7,22 +7,18 @@ import pytest
 import swarmtalk
 from local_frames import field
 from scripted_daemon import (ADVERTISE, ADVERTISED, DONE, FAILURE, GET_POSE, POSE, PUBLISH, SENT,
-                             SET_POSE, SUBSCRIBE, World)
-from test_connection import poses
+                             SET_POSE, SUBSCRIBE)
 
 pytestmark = pytest.mark.logic
 
 
 @pytest.fixture(name="world")
-def make_world(monkeypatch, tmp_path):
-    world = World(monkeypatch, tmp_path / "s")
+def meet_world(world):
     world.daemon.answers[ADVERTISE] = lambda number: field(
         ADVERTISED, field(1, number) + field(2, 5) + field(3, 100) + field(4, 7))
     world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
     world.meet()
-    yield world
-    world.daemon.stop()
-    world.client.close()
+    return world
 
 
 class Coachbot:
@@ -109,18 +105,18 @@ def test_a_coachbots_own_calls_and_numbers_come_first(world):
 def test_a_coachbots_poses_are_told_to_the_daemon_each_once_and_not_too_often(world):
     coachbot = Coachbot()
     robot = swarmtalk.Robot(coachbot, world.client)
-    assert robot.get_pose() is None and poses(world) == []
+    assert robot.get_pose() is None and world.daemon.poses() == []
     coachbot.pose = (1.0, 2.0, 0.5, "more")
     assert robot.get_pose() == (1.0, 2.0, 0.5, "more")
     assert robot.get_pose() == (1.0, 2.0, 0.5, "more"), "the last that is known"
     world.settle()
-    assert poses(world) == [1]
+    assert world.daemon.poses() == [1]
     for x, seconds in ((2.0, 0.019), (3.0, 0.002)):
         coachbot.pose = (x, 2.0, 0.5)
         world.now += seconds
         robot.recv()  # any call tells a new one, at most each 20 ms
         world.settle()
-    assert poses(world) == [1, 3]
+    assert world.daemon.poses() == [1, 3]
 
 
 def test_a_pose_that_cannot_be_is_told_once_and_ends_no_script(world, capsys):
@@ -208,3 +204,184 @@ def test_what_kills_a_script_goes_to_the_debug_channel_line_by_line(world, tmp_p
         swarmtalk.run_script(str(tmp_path / "empty.py"), Coachbot())
     with pytest.raises(IOError):
         swarmtalk.run_script(str(tmp_path / "none.py"))
+
+
+def published(world):
+    return [each[3].decode() for each in world.daemon.of(PUBLISH)]
+
+
+@pytest.fixture(name="at_death")
+def make_at_death(monkeypatch):
+    """What the program prints of what kills it, and what is called then."""
+    printed = []
+    monkeypatch.setattr(swarmtalk.sys, "excepthook", lambda kind, *_: printed.append(kind))
+
+    def die(error):
+        try:
+            raise error
+        except BaseException:
+            swarmtalk.sys.excepthook(*swarmtalk.sys.exc_info())
+    die.printed = printed
+    return die
+
+
+def test_what_ends_a_program_with_wrap_goes_to_the_debug_channel(world, monkeypatch, at_death):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.drop()
+    coachbot = Coachbot()
+    robot = swarmtalk.wrap(coachbot, "team", 0.5, "walk")
+    try:
+        (team, debug) = world.daemon.of(ADVERTISE)[-2:]
+        assert team[1] == field(1, "team") and debug == {1: field(1, "debug"), 2: 4, 4: 16, 5: 1}
+        assert world.daemon.of(SUBSCRIBE)[-1][3] == swarmtalk.struct.pack("<f", 0.5)
+        at_death(KeyboardInterrupt())
+        assert published(world) == [] and at_death.printed == [KeyboardInterrupt]
+        begin = world.now
+        at_death(KeyError("battery"))
+        assert at_death.printed == [KeyboardInterrupt, KeyError]
+        lines = published(world)
+        assert lines[0] == "walk died on robot 77:" and lines[-1] == "KeyError: 'battery'"
+        assert 1 <= world.now - begin < 1.2, "a second at most, until it has left"
+    finally:
+        robot.swarm.close()
+    at_death(KeyError("again"))
+    assert at_death.printed[2:] == [KeyError] and published(world) == lines
+
+
+def test_a_traceback_that_has_left_is_waited_for_no_longer(world, monkeypatch, at_death):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.drop()
+    swarm = swarmtalk.wrap(None).swarm
+    id_ = world.daemon.newest_id(ADVERTISE)
+    serve, begin = world.daemon.serve, world.now
+
+    def leave():
+        before = len(world.daemon.of(PUBLISH))
+        did = serve()
+        for number in range(before, len(world.daemon.of(PUBLISH))):
+            world.daemon.tell(field(SENT, field(1, id_) + field(2, number + 1)))
+        return did
+    world.daemon.serve = leave
+    at_death(KeyError("battery"))
+    assert world.now - begin < 0.1 and published(world)[-1] == "KeyError: 'battery'"
+    swarm.close()
+
+
+def test_of_a_long_traceback_the_last_lines_are_sent(world, monkeypatch, at_death):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.drop()
+    swarm = swarmtalk.wrap().swarm
+    at_death(ValueError("\n".join("line %d" % number for number in range(40))))
+    lines = published(world)
+    assert lines == ["usr_code died on robot 77:"] + ["line %d" % each for each in range(25, 40)]
+    swarm.close()
+
+
+@pytest.mark.parametrize("code, words", [
+    (5, "the debug channel is off on this robot, so a traceback stays here; to see it on others"),
+    (7, "no room")])
+def test_a_debug_channel_that_is_off_is_told_at_the_start(
+        world, monkeypatch, capsys, at_death, code, words):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.drop()
+    answer = world.daemon.answers[ADVERTISE]
+    world.daemon.answers[ADVERTISE] = lambda number: answer(number) if len(
+        world.daemon.of(ADVERTISE)) == 1 else field(FAILURE, field(1, code) + field(2, "no room"))
+    swarm = swarmtalk.wrap().swarm
+    (told,) = capsys.readouterr().err.splitlines()
+    assert told.startswith("swarmtalk: " + words)
+    at_death(KeyError("battery"))
+    assert at_death.printed == [KeyError] and published(world) == []
+    swarm.close()
+
+
+def test_a_traceback_that_cannot_be_sent_is_told(world, monkeypatch, capsys, at_death):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.drop()
+    swarm = swarmtalk.wrap().swarm
+    swarm._log.max_message_bytes = 10
+    at_death(KeyError("battery"))
+    (told,) = [line for line in capsys.readouterr().err.splitlines() if "could not" in line]
+    assert told.startswith("swarmtalk: the traceback could not be sent to the other robots: the "
+                           "message has ")
+    swarm.close()
+
+
+def test_a_script_that_sends_in_a_callback_of_its_own_does_not_run_in_it(world):
+    robot = swarmtalk.Robot(None, world.client)
+    world.client.subscribe("b", lambda message: world.heard.append(robot.send_msg("answer")))
+    world.daemon.deliver(world.daemon.newest_id(SUBSCRIBE), "x")
+    world.now += 1
+    world.client.run(0.1)
+    assert world.heard == [True] and published(world) == ["answer"]
+
+
+def test_a_script_that_only_sends_or_only_hears_is_told_nothing(world, capsys):
+    robot = swarmtalk.Robot(None, world.client)
+    world.daemon.deliver(world.daemon.newest_id(SUBSCRIBE), "x")
+    for _ in range(3):
+        robot.send_msg("x")
+        world.now += 0.2
+    world.settle()
+    world.client.on_error = None
+    world.client.request_timeout = 0.1
+    world.client.close()
+    assert "never fetched" not in capsys.readouterr().err
+    with pytest.raises(AttributeError):
+        robot._mine
+
+
+def run_main(*words):
+    return swarmtalk.main([str(word) for word in words])
+
+
+def test_the_command_runs_a_script_or_says_why_not(world, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    world.daemon.answers[GET_POSE] = lambda _: field(POSE, b"")
+
+    def run(text, *words):
+        path = tmp_path / "script.py"
+        path.write_text(text)
+        world.daemon.drop()
+        code = run_main(*words, path)
+        return code, capsys.readouterr().err.splitlines()
+    assert run("def usr(robot):\n    robot.send_msg('hi')\n", "--channel", "team",
+               "--within", "2.5") == (0, [])
+    assert published(world) == ["hi"]
+    assert world.daemon.of(ADVERTISE)[0][1] == field(1, "team")
+    assert world.daemon.of(SUBSCRIBE)[0][3] == swarmtalk.struct.pack("<f", 2.5)
+    assert run("def usr(robot):\n    raise SystemExit(7)\n") == (7, [])
+    assert run("def usr(robot):\n    raise KeyboardInterrupt\n") == (130, [])
+    code, told = run("def usr(robot):\n    open('/nowhere/file')\n")
+    assert code == 1 and told[0].startswith("Traceback") and told[-1].startswith(
+        "FileNotFoundError") and not any("swarmtalk.py" in line for line in told)
+    code, told = run("def usr(robot):\n    return 1 / 0\n")
+    assert code == 1 and "ZeroDivisionError" in told[-2] + told[-1]
+    code, told = run("def usr(robot):\n    robot.swarm.subscribe(-1)\n")
+    assert code == 1 and any("usr" in line for line in told)
+    code, told = run("x = 1\n")
+    assert code == 1 and told[-1].endswith("script.py has no function usr(robot)")
+    assert run_main(tmp_path / "none.py") == 2
+    assert "swarmtalk: cannot read " in capsys.readouterr().err
+    world.daemon.stop()
+    assert run_main(tmp_path / "script.py") == 3
+    assert "does not exist" in capsys.readouterr().err
+
+
+def test_another_python_gets_the_same_words(monkeypatch, capsys):
+    started = []
+    monkeypatch.setattr(swarmtalk.os, "execvp", lambda *words: started.append(words))
+    monkeypatch.setattr(swarmtalk, "run_script", lambda *_: None)
+    run_main("--python", "python2.7", "--channel", "team", "--within", "0.45", "x.py")
+    run_main("--python", "python2.7", "x.py")
+    own = swarmtalk.os.path.abspath(swarmtalk.__file__)
+    head = ["python2.7", own, "--channel"]
+    assert started == [("python2.7", head + ["team", "--within", "0.45", "x.py"]),
+                       ("python2.7", head + ["coachbot", "x.py"])]
+
+    def fail(*_):
+        raise FileNotFoundError(2, "No such file or directory")
+    monkeypatch.setattr(swarmtalk.os, "execvp", fail)
+    assert run_main("--python", "python1.5", "x.py") == 2
+    assert capsys.readouterr().err == ("swarmtalk: python1.5 cannot be started: No such file or "
+                                       "directory\n")

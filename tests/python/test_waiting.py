@@ -87,6 +87,13 @@ def test_one_that_is_too_old_when_it_is_read_is_a_loss_of_the_next():
     assert waiting.subscriber._unreported_loss == 3
 
 
+def test_what_the_daemon_lost_before_one_that_is_too_old_is_told_by_the_next():
+    waiting = Waiting(no_older_than=60)
+    waiting.come(is_old=True, lost=swarmtalk.Loss(air=3, late=1))
+    waiting.come()
+    assert waiting.subscriber._pop().lost_before == swarmtalk.Loss(air=3, client=1, late=1)
+
+
 def test_what_the_daemon_lost_before_a_message_that_goes_is_told_by_the_next():
     waiting = Waiting(keep_last=1)
     waiting.come(lost=swarmtalk.Loss(air=3, kernel=1))
