@@ -100,6 +100,23 @@ TEST(SwarmtalkWifi, ForwardsWithOneHopMoreAndTellsTheReceiver) {
   EXPECT_EQ(c->received[0].reception.delay_ticks, 1100u);
 }
 
+TEST(SwarmtalkWifi, CountsTheDelayFromWhenTheMessageWasHandedOver) {
+  auto a = make<Wifi>(1);
+  auto b = make<Wifi>(2);
+  Channel<Wifi>* const channel = a->open(500, 0, true);
+  b->open(500, 0, true);
+  a->port.now = 5000;
+  for (const uint32_t waited : {0u, 700u, 6000u}) {  // the last from before the clock began
+    b->received.clear();
+    ASSERT_EQ(channel->publish(pattern(10).data(), 10, 0, false, waited), Error::kOk);
+    EXPECT_EQ(channel->publish(pattern(10).data(), 10, 0, false, 1), Error::kBusy);
+    a->port.now += 30;
+    for (const Bytes& packet : a->pull_all()) b->hear(packet);
+    ASSERT_EQ(b->received.size(), 1u);
+    EXPECT_EQ(b->received[0].reception.delay_ticks, waited + 30);
+  }
+}
+
 TEST(SwarmtalkWifi, TakesATtlAndAGatewayMarkPerMessage) {
   auto a = make<Wifi>(1);
   auto b = make<Wifi>(2);
