@@ -79,13 +79,16 @@ class Build:
         return self.inputs_[target]
 
     def sources(self, program: str) -> set[pathlib.Path]:
-        """The program's test sources; those that are compiled as one are read from that file."""
+        """The program's test sources; those that are compiled as one are named in the file that
+        joins them, which cmake writes."""
         found = set()
         for path in self.inputs(program):
-            if path.endswith(".cxx"):  # of several sources
-                found |= {pathlib.Path(name) for name in
+            if not path.endswith(".cpp"):
+                continue
+            if (BUILD / path).exists():
+                found |= {ROOT / name for name in
                           re.findall(r'#include "([^"]+)"', (BUILD / path).read_text())}
-            elif path.endswith(".cpp"):
+            else:
                 found.add(ROOT / path)
         return {path for path in found if str(path).startswith(f"{ROOT}/tests/")}
 

@@ -75,6 +75,20 @@ class Project:
         self.lines.append("add_subdirectory(tests/small)")
         (self.folder / "CMakeLists.txt").write_text("\n".join(self.lines) + "\n")
 
+    def add_cpp(self, **sources):
+        """A program of GoogleTest's, of these sources; several are compiled as one."""
+        for name, text in sources.items():
+            (self.folder / f"tests/small/{name}.cpp").write_text(
+                f"#include <gtest/gtest.h>\n{text}\n")
+        shutil.copy(ROOT / "cmake/SwarmtalkBuild.cmake", self.folder / "cmake")
+        self.lines[1:2] = ["project(small LANGUAGES CXX)", "set(SWARMTALK_JOIN_SOURCES ON)",
+                           "find_package(GTest REQUIRED)", "include(GoogleTest)",
+                           "include(cmake/SwarmtalkBuild.cmake)"]
+        (self.folder / "tests/small/CMakeLists.txt").write_text(
+            f"swarmtalk_test(small_test SOURCES {' '.join(f'{name}.cpp' for name in sources)})\n")
+        self.lines.append("add_subdirectory(tests/small)")
+        (self.folder / "CMakeLists.txt").write_text("\n".join(self.lines) + "\n")
+
     def run(self, *words):
         """Exit status, what was run in this order, the lines before the sum, and the sum."""
         environment = {name: value for name, value in os.environ.items()
@@ -266,6 +280,21 @@ def test_a_python_file_that_cannot_be_read_is_red(project):
     status, _, lines, counts = made.run()
     assert status == 1 and counts == (2, 1, 0)
     assert lines[-2] == "tools/test: failed: small.one"
+
+
+@pytest.mark.parametrize("files", [("one",), ("one", "two")])
+def test_a_test_in_cpp_is_found_by_its_name_and_built(project, files):
+    made = project(logic={"Hub.Sends": PASSES})
+    made.add_cpp(**{name: f"TEST({name.title()}, Holds) {{}}\nTEST({name.title()}, Fails) "
+                    "{ FAIL(); }" for name in files})
+    for name in files:
+        status, ran, lines, counts = made.run("-R", f"^{name.title()}[.]H")
+        assert (status, ran, counts) == (0, [], (1, 0, 0)), lines
+    status, _, lines, counts = made.run("-R", f"{files[-1].title()}")
+    assert status == 1 and counts == (1, 1, 0)
+    again = next(line for line in lines if line.startswith("  again: tools/test -R "))
+    status, _, _, counts = made.run("-R", again.split("'")[1])
+    assert status == 1 and counts == (0, 1, 0)
 
 
 def test_daemons_of_kind_clock_run_before_others(project, tmp_path):
