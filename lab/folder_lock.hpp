@@ -1,5 +1,6 @@
-// Lock on the folder of a lab: held by the `up` or `run` that makes the lab, and by the keeper of
-// that, until both have ended. So nobody makes a lab of a name while the last one is taken down.
+// Lock on the folder of a lab: held by the `up` or `run` that makes the lab, with its helpers, and
+// then by the keeper of that. So nobody makes a lab of a name while the last one is made or taken
+// down.
 #pragma once
 
 #include <optional>

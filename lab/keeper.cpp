@@ -7,13 +7,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <stdexcept>
-#include <utility>
+#include <thread>
 
 #include "lab/interrupt.hpp"
 #include "lab/lab.hpp"
@@ -21,8 +21,11 @@
 namespace swarmtalk::lab {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr int kLookMs = 500;          // how often a keeper looks whether what it looks after runs
 constexpr int kLooksForHelpers = 10;  // without it, until helpers that do not end are left alone
+constexpr int kLooksForLock = 3000;   // of a lab that somebody else looks at
 
 /// Takes the lab down that has lost a part, and leaves word of it.
 void take_down(const State& state, const std::string& why) {
@@ -45,31 +48,30 @@ void wait_for_end(int fd, const ProcessId& kept) {
   }
 }
 
-/// What is left of the lab of an `up` or `run` that has ended.
+/// What is left of the lab of an `up` or `run` that has ended, unless somebody else does it.
 void take_down_what_is_left(const std::string& name, const ProcessId& kept,
                             const std::string& why) {
-  State state;
-  state.name = name;
-  if (!load(name, state)) {
-    forget(state);
-  } else if (state.keeper.pid == kept.pid) {
-    take_down(state, why);
+  for (int looks = 0; looks < kLooksForLock; ++looks) {
+    State state;
+    state.name = name;
+    const auto lock = FolderLock::try_take(name);
+    const bool is_written = load(name, state);
+    if (is_written ? state.keeper.pid != kept.pid : !std::filesystem::exists(folder_of(name)))
+      return;
+    if (lock) return is_written ? take_down(state, why) : forget(state);
+    std::this_thread::sleep_for(10ms);
   }
 }
 
-/// Of a fork: in a session of its own, with nothing of the caller's but two descriptors.
-void become_keeper(int end_fd, int lock_fd) {
+/// Of a fork: in a session of its own, with nothing of the caller's but one descriptor.
+void become_keeper(int end_fd) {
   remember_interrupts();  // none of them ends it
   setsid();
   const int null_fd = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(null_fd, fd);
-  const auto [first, last] = std::minmax(end_fd, lock_fd);
-  const auto close_between = [](int from, unsigned to) {
-    if (static_cast<unsigned>(from) <= to) close_range(static_cast<unsigned>(from), to, 0);
-  };
-  close_between(STDERR_FILENO + 1, static_cast<unsigned>(first - 1));
-  close_between(first + 1, static_cast<unsigned>(last - 1));
-  close_between(last + 1, ~0U);
+  const auto end = static_cast<unsigned>(end_fd);
+  if (end > STDERR_FILENO + 1U) close_range(STDERR_FILENO + 1, end - 1, 0);
+  close_range(end + 1, ~0U, 0);
 }
 
 int serve_as_child(const std::string& name, const Serve& serve, pid_t parent) {
@@ -103,16 +105,17 @@ Keeper::~Keeper() {
   if (held_fd_ >= 0) close(held_fd_);
 }
 
-void Keeper::begin(const std::string& lab_name, FolderLock lock, const std::string& why) {
+void Keeper::begin(const std::string& lab_name, const std::function<FolderLock()>& make_folder,
+                   const std::string& why) {
   int fds[2];
   if (pipe2(fds, O_CLOEXEC) != 0) throw std::runtime_error("pipe: out of descriptors");
   const ProcessId kept = identify(getpid());
   const pid_t child = fork();
   if (child == 0) {
     try {
-      become_keeper(fds[0], lock.fd());
+      become_keeper(fds[0]);
       wait_for_end(fds[0], kept);
-      if (lock.is_of_folder()) take_down_what_is_left(lab_name, kept, why);
+      take_down_what_is_left(lab_name, kept, why);
     } catch (const std::exception&) {  // `down` can do the rest
     }
     _exit(0);
@@ -121,12 +124,13 @@ void Keeper::begin(const std::string& lab_name, FolderLock lock, const std::stri
   held_fd_ = fds[1];
   if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
   process_ = identify(child);
-  lock_.emplace(std::move(lock));
-  fcntl(held_fd_, F_SETFD, 0);  // for helpers; what runs on without us closes it
+  lock_.emplace(make_folder());
+  // For helpers; what runs on without us closes them.
+  for (const int fd : {held_fd_, lock_->fd()}) fcntl(fd, F_SETFD, 0);
 }
 
 void Keeper::wait_for_no_helpers() {
-  fcntl(held_fd_, F_SETFD, FD_CLOEXEC);
+  for (const int fd : {held_fd_, lock_->fd()}) fcntl(fd, F_SETFD, FD_CLOEXEC);
 }
 
 void Keeper::release() {

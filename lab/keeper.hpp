@@ -22,11 +22,14 @@ class Keeper {
   Keeper& operator=(const Keeper&) = delete;
   ~Keeper();
 
-  /// Begins to look after this process; call it before anything of the lab is made, and while this
-  /// process has one thread. Throws std::runtime_error when it cannot.
-  /// @param lock  of the lab's folder, kept by both
-  /// @param why   the word that is left when the lab is taken down (leave_word)
-  void begin(const std::string& lab_name, FolderLock lock, const std::string& why);
+  /// Begins to look after this process, then makes the lab's folder; call it while this process has
+  /// one thread. Throws std::runtime_error when it cannot.
+  /// @param make_folder  makes it and takes its lock, which this process and its helpers keep. The
+  ///                     keeper takes it after them, unless another lab of that name was quicker:
+  ///                     that one takes down what it finds
+  /// @param why          the word that is left when the lab is taken down (leave_word)
+  void begin(const std::string& lab_name, const std::function<FolderLock()>& make_folder,
+             const std::string& why);
 
   /// Helpers are not waited for from now on: programs of the user's run as well.
   void wait_for_no_helpers();

@@ -184,9 +184,10 @@ Pose grid_pose(int robot_number, int robots, double spacing_m) {
 
 State up(const LabOptions& options, Keeper& keeper) {
   check(options);
-  keeper.begin(options.name, make_folder(options.name),
-               options.dies_with_parent ? "the run that it belonged to was killed"
-                                        : "its start was ended before all robots were up");
+  keeper.begin(
+      options.name, [&] { return make_folder(options.name); },
+      options.dies_with_parent ? "the run that it belonged to was killed"
+                               : "its start was ended before all robots were up");
   forget_word(options.name);
   State state = plan(options);
   try {

@@ -2,6 +2,7 @@
 #include "lab/keeper.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,7 +10,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <thread>
 
 #include "lab/lab.hpp"
 
@@ -20,6 +20,7 @@ class LabKeeper : public testing::Test {
  protected:
   void SetUp() override {
     setenv("XDG_RUNTIME_DIR", testing::TempDir().c_str(), 1);
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
     std::filesystem::create_directories(folder_of(name_));
   }
 
@@ -38,7 +39,8 @@ class LabKeeper : public testing::Test {
       close(done[0]);
       try {
         Keeper keeper;
-        keeper.begin(name_, std::move(*FolderLock::try_take(name_)), "it was killed");
+        keeper.begin(
+            name_, [&] { return std::move(*FolderLock::try_take(name_)); }, "it was killed");
         work(keeper);
         [[maybe_unused]] const auto written = write(done[1], "", 1);
         for (;;) pause();
@@ -72,11 +74,9 @@ class LabKeeper : public testing::Test {
     return state;
   }
 
+  /// It is this process's child once the one that it looks after has ended.
   void wait_until_keeper_has_ended() const {
-    for (int i = 0; i < 6000 && std::filesystem::exists(folder_of(name_)); ++i) {
-      if (FolderLock::try_take(name_)) return;
-      std::this_thread::yield();
-      usleep(10'000);
+    while (waitpid(-1, nullptr, 0) == daemon_.pid) {
     }
   }
 
@@ -98,6 +98,25 @@ TEST_F(LabKeeper, TakesTheLabDownWhenItsStartIsKilled) {
 
 TEST_F(LabKeeper, RemovesAFolderInWhichNothingIsWrittenYet) {
   kill_after([](Keeper&) {});
+  wait_until_keeper_has_ended();
+  EXPECT_FALSE(std::filesystem::exists(folder_of(name_)));
+}
+
+TEST_F(LabKeeper, RemovesTheFolderOfAStartThatIsKilledAsItMakesIt) {
+  const pid_t pid = fork();
+  if (pid == 0) {
+    Keeper keeper;
+    const auto be_killed = [this]() -> FolderLock {
+      auto lock = FolderLock::try_take(name_);
+      raise(SIGKILL);
+      return std::move(*lock);
+    };
+    keeper.begin(name_, be_killed, "it was killed");
+    _exit(1);
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
   wait_until_keeper_has_ended();
   EXPECT_FALSE(std::filesystem::exists(folder_of(name_)));
 }
