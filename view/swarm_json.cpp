@@ -146,10 +146,6 @@ std::string state_json(Source& source) {
   return text_of(json);
 }
 
-std::string traffic_json(const Traffic& traffic, Time now) {
-  return text_of(traffic_list(traffic, now));
-}
-
 std::string info_json(const Source& source) {
   const DaemonStatus& status = source.status();
   const Status questions = source.questions();

@@ -16,7 +16,6 @@ std::string swarm_state_json(const Swarm& swarm, Time now);
 
 /// Channels, links and programs: what changes slowly.
 std::string info_json(const Source& source);
-std::string traffic_json(const Traffic& traffic, Time now);
 
 /// All that is known of one robot; "null" for one that is not known.
 std::string card_json(const Swarm& swarm, std::uint32_t robot, Time now);

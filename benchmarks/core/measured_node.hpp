@@ -18,8 +18,6 @@ struct MemoryForAll : Kilobot {
   static constexpr uint16_t kRecords = 4096;
   static constexpr uint16_t kBuckets = 4096;
   static constexpr uint32_t kAssemblyTicks = 30000;
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
   static constexpr uint32_t kBufferBudgetBytes = 1u << 20;
 };
 

@@ -33,7 +33,8 @@ struct AirChannel {
 
 class AirWatch {
  public:
-  static constexpr std::size_t kMaxPublishers = 4096;  // of all channels; more are counted only
+  static constexpr std::size_t kMaxPublishers =
+      4096;  // of all channels; what others send is not listed
 
   explicit AirWatch(std::string socket_path) : socket_path_(std::move(socket_path)) {}
 
@@ -47,8 +48,8 @@ class AirWatch {
   const std::map<std::uint16_t, AirChannel>& channels() const { return channels_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t sealed_frames() const { return sealed_; }
-  std::uint64_t missed_frames() const { return missed_; }  // that we were too slow for
-  std::uint64_t unlisted() const { return unlisted_; }     // packets beyond kMaxPublishers
+  std::uint64_t missed_frames() const { return missed_; }       // that we were too slow for
+  std::uint64_t unlisted_packets() const { return unlisted_; }  // beyond kMaxPublishers
 
  private:
   void take(const ipc::Captured& captured);

@@ -64,6 +64,24 @@ std::vector<std::string> row_of(const Json& channel) {
           robots.empty() ? "-" : robots};
 }
 
+/// What the figures leave out, on stderr.
+void say_what_is_left_out(const AirWatch& air, bool is_json) {
+  if (air.unlisted_packets() > 0) {
+    fail("more than " + std::to_string(AirWatch::kMaxPublishers) +
+         " publishers were heard; of the others " +
+         text::counted(air.unlisted_packets(), "packet is", "packets are") + " not counted");
+  }
+  if (is_json) return;  // its keys say the rest
+  if (air.missed_frames() > 0) {
+    fail(text::counted(air.missed_frames(), "frame was", "frames were") +
+         " not looked at: this program was too slow for all that is on the air");
+  }
+  if (air.sealed_frames() > 0) {
+    fail(text::counted(air.sealed_frames(), "frame was", "frames were") +
+         " sealed with a swarm key; their channels cannot be seen");
+  }
+}
+
 }  // namespace
 
 int channels(const Common& common, const ChannelsArguments& arguments) {
@@ -74,12 +92,12 @@ int channels(const Common& common, const ChannelsArguments& arguments) {
   if (const Status status = air.open(); !status) return fail(status);
   const auto start = Clock::now();
   const auto end = after(start, seconds(arguments.seconds));
-  while (caught_signal() == 0 && Clock::now() < end) {
+  do {  // what has come by now is looked at, however short the time is
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()).count();
     pollfd descriptor{air.fd(), POLLIN, 0};
     ::poll(&descriptor, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, 3'600'000)));
     if (const Status status = air.look(); !status) return fail(status);
-  }
+  } while (caught_signal() == 0 && Clock::now() < end);
   const double listened_s = std::chrono::duration<double>(Clock::now() - start).count();
   DaemonStatus daemon;
   if (const Status status = client.get_status(daemon); !status) return fail(status);
@@ -91,6 +109,7 @@ int channels(const Common& common, const ChannelsArguments& arguments) {
     list.push_back(channel_json(number, both.first, both.second, listened_s));
   }
   if (common.is_json) {
+    say_what_is_left_out(air, true);
     return print(Json{{"seconds", number_of(listened_s)},
                       {"frames", air.frames()},
                       {"sealed_frames", air.sealed_frames()},
@@ -115,10 +134,7 @@ int channels(const Common& common, const ChannelsArguments& arguments) {
         "no channel is in use here, and none was heard in " + rate_text(listened_s) + " s\n", look);
   }
   const int printed = print(text);
-  if (air.sealed_frames() > 0) {
-    fail(text::counted(air.sealed_frames(), "frame was", "frames were") +
-         " sealed with a swarm key; their channels cannot be seen");
-  }
+  say_what_is_left_out(air, false);
   return caught_signal() == 0 ? printed : kExitSignal + caught_signal();
 }
 

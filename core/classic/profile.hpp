@@ -69,7 +69,6 @@ struct Profile : swarmtalk::core::Classic2020 {
 #else  // a config.h of a larger robot has packets of 1500 bytes, and buffers for 300 of them
   static constexpr uint16_t kRecords =
       larger(larger(24, CACHE_SIZE), TOTAL_CHAN_NUM* BUFF_SIZE_PER_CHAN / 2);
-  static constexpr uint8_t kStampBits = 16;
   static constexpr uint32_t kBufferBudgetBytes = UINT32_C(1) << 28;
 #endif
 };

@@ -56,8 +56,6 @@ struct Hosted : P {
   static constexpr std::uint32_t kBufferBudgetBytes = std::uint32_t{1} << 18;
   using Counter = std::uint64_t;
   static constexpr std::uint8_t kClockBits = 32;
-  static constexpr std::uint8_t kStampBits = 32;
-  static constexpr std::uint8_t kClosedShift = 0;
   static constexpr bool kHopsFromTtl = false;  // no channel has one TTL here
   static constexpr bool kLimitsForwarding = true;
 };

@@ -30,7 +30,6 @@ class KilobotControl {
 
   /// Both must outlive this object's use.
   void add(const std::string& name, kilobot_bridge::KilobotLink& link);
-  bool has_links() const { return !links_.empty(); }
 
   /// @return none: begun, `started` is filled, and one on_kilobot_ended() follows
   std::optional<Refusal> begin(const ipc::KilobotCommand& command, KilobotClient& client,

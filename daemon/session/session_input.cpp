@@ -15,12 +15,11 @@ namespace {
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;       // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;  // messages, of which a request counts as several
-constexpr int kLooksAtOneRequest = 3;  // before it is read, at it, behind it
+constexpr int kLooksAtOneRequest = 3;  // before it is read, at it, after it
 
 constexpr const char* kNoFrame =
     "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
-    "most "
-    "65536, and one Envelope";
+    "most 65536, and one Envelope";
 constexpr const char* kNoBell =
     "with a ring all frames go through it, and the socket carries bells (0xB7) only";
 constexpr const char* kBrokenRing = "the ring's count of written bytes is impossible";

@@ -13,11 +13,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kFullQueueWait =
-    1ms;  // the interface's queue drops (ENOBUFS) and does not say until when
-constexpr auto kBrokenLinkWait =
-    100ms;                         // in case no interface change announces the end of an error
-constexpr auto kOldestFrame = 1s;  // what a frame says of its sender is worthless then
+// The interface's queue is full (ENOBUFS), and the kernel does not say until when.
+constexpr auto kFullQueueWait = 1ms;
+// In case no change of the interface announces the end of an error.
+constexpr auto kBrokenLinkWait = 100ms;
+// What a frame says of its sender is worthless after that.
+constexpr auto kOldestFrame = 1s;
 constexpr auto kErrorLogInterval = 1s;
 
 bool is_link_error(int error) {

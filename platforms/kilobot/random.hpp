@@ -20,11 +20,6 @@ uint16_t random16();
 /// 32 uniform bits.
 uint32_t random32();
 
-/// A uniform number below `limit` (1 to 65535), by scaling: the bias is limit / 65536 at most.
-inline uint16_t random_below(uint16_t limit) {
-  return static_cast<uint16_t>((static_cast<uint32_t>(random16()) * limit) >> 16);
-}
-
 /// One byte straight from electrical noise, up to 5 ms; 0 if the converter shows none.
 uint8_t random_hard();
 

@@ -65,8 +65,6 @@ struct Generated : ProfileDefaults {
     kForUsual,
     kForRepeats,
     kForClock,
-    kForStamp,
-    kForShift,
     kForAssembly,
     kForOneHop,
     kForSurely,
@@ -132,13 +130,9 @@ struct Generated : ProfileDefaults {
   using Counter = UintFor<(8 << mixed(kSeed, kForCounter) % 4)>;
 
   static constexpr uint8_t kClockBits = one_of(kForClock, {8, 16, 16, 32});
-  static constexpr uint8_t kStampBits = kClockBits == 8    ? 8
-                                        : kClockBits == 16 ? one_of(kForStamp, {8, 8, 16})
-                                                           : one_of(kForStamp, {8, 16, 32});
-  static constexpr uint8_t kClosedShift = between(kForShift, 0, least(kClockBits - kStampBits, 4));
 
  private:
-  static constexpr uint32_t kMostTicks = low_bits(static_cast<uint8_t>(kStampBits - 1));
+  static constexpr uint32_t kMostTicks = low_bits(static_cast<uint8_t>(kClockBits - 1));
 
  public:
   static constexpr uint32_t kAssemblyTicks =

@@ -23,8 +23,6 @@ struct Path : Base {
 
 /// Few chains, so that messages share them.
 struct Crowded : Kilobot {
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
   static constexpr uint16_t kBuckets = 4;
   static constexpr uint16_t kRecords = 16;
   static constexpr uint16_t kFragmentSlots = 20;
@@ -41,8 +39,8 @@ struct SmallFootbot : Footbot {
   static constexpr uint16_t kRecords = 40;
   static constexpr uint16_t kFragmentSlots = 30;
 };
-/// Stamps of 8 bits, and two to be told.
-struct Narrow : Kilobot {
+/// Two subscribers of each channel.
+struct TwoSubscribers : Kilobot {
   static constexpr uint16_t kBuckets = 8;
   static constexpr uint8_t kSubscribers = 2;
   static constexpr uint16_t kChannels = 4;
@@ -253,8 +251,8 @@ TEST(UsualPath, ChangesNothingWhereMemoryIsShort) {
 TEST(UsualPath, ChangesNothingOnTheFootbot) {
   live_alike<SmallFootbot>();
 }
-TEST(UsualPath, ChangesNothingWithNarrowStamps) {
-  live_alike<Narrow>();
+TEST(UsualPath, ChangesNothingWithTwoSubscribers) {
+  live_alike<TwoSubscribers>();
 }
 TEST(UsualPath, ChangesNothingOnWifi) {
   live_alike<SmallWifi>();

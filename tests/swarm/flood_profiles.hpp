@@ -10,8 +10,6 @@ namespace swarmtalk::core::testing {
 /// Memory for every packet and message of 36 robots that all flood; the time limits are the
 /// Kilobot's own but for how long a flooded message may be remembered.
 struct FloodRoom : Kilobot {
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
   static constexpr uint32_t kFloodTicks = 12000;
   static constexpr uint16_t kForwardSlots = 320;
   static constexpr uint16_t kRecords = 600;

@@ -8,8 +8,6 @@ namespace swarmtalk::core::testing {
 /// Memory for every packet of every neighbour. Its longer queue lets copies wander for longer (each
 /// hop up to 50 slots), so that messages have to be remembered longer as well.
 struct RoomForAll : Kilobot {
-  static constexpr uint8_t kStampBits = 16;
-  static constexpr uint8_t kClosedShift = 0;
   static constexpr uint32_t kFloodTicks = 12000;
   static constexpr uint16_t kFragmentSlots = 300;
   static constexpr uint16_t kRecords = 200;

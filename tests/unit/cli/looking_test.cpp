@@ -2,10 +2,12 @@
 // program itself against a fake daemon.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "frame/air_frame.hpp"
 #include "tests/unit/cli/cli_fixture.hpp"
 
 namespace swarmtalk::test {
@@ -137,6 +139,44 @@ TEST_F(CliLooking, HzCountsAChannelThatIsNamedTwiceOnce) {
   EXPECT_EQ(heard, 5);
   program.signal(SIGINT);
   program.finish();
+}
+
+TEST_F(CliLooking, ChannelsSaysWhatItsFiguresLeaveOut) {
+  constexpr unsigned kPublishers = 4096 + 2;
+  std::vector<std::string> frames;
+  for (unsigned number = 1; number <= kPublishers;) {
+    std::array<std::uint8_t, 1400> buffer{};
+    frame::FrameWriter writer(buffer, {}, buffer.size());
+    for (; number <= kPublishers; ++number) {
+      std::array<std::uint8_t, 24> packet{};  // the number all over its header
+      for (std::size_t i = 0; i < packet.size(); ++i) {
+        packet[i] = static_cast<std::uint8_t>(i % 2 == 0 ? number : number >> 8);
+      }
+      if (!writer.append(packet)) break;
+    }
+    const auto bytes = writer.finish();
+    frames.emplace_back(bytes.begin(), bytes.end());
+  }
+  daemon.says = [&](const ipc::Envelope& request) -> std::vector<ipc::Envelope> {
+    if (!request.has_capture()) return {};
+    std::vector<ipc::Envelope> envelopes(1 + frames.size());
+    envelopes[0].mutable_done();
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      envelopes[1 + i].mutable_captured()->set_frame(frames[i]);
+    }
+    envelopes[2].mutable_captured()->set_missed(3);
+    return envelopes;
+  };
+  const std::string unlisted =
+      "swarmtalk-cli: more than 4096 publishers were heard; of the others 2 packets are not "
+      "counted\n";
+  const std::string missed =
+      "swarmtalk-cli: 3 frames were not looked at: this program was too slow for all that is on "
+      "the air\n";
+  EXPECT_EQ(run({"channels", "-W", "0.1"}).error, unlisted + missed);
+  const Result as_json = run({"channels", "-W", "0.1", "--json"});
+  EXPECT_EQ(as_json.error, unlisted);
+  EXPECT_EQ(json::parse(as_json.out)["missed_frames"], 3);
 }
 
 TEST_F(CliLooking, ScreensWithoutATerminalSayWhatPrintsInstead) {

@@ -130,8 +130,6 @@ TEST(SwarmJson, OfChannelsLinksAndPrograms) {
   ToldSource source;
   fill(source.known());
   fill(source.heard());
-  EXPECT_EQ(Json::parse(traffic_json(source.traffic(), kLooked)),
-            Json::array({Json::parse(kNews)}));
   report::Facts facts;
   facts.channels = {{.number = 7, .publishers = 1}};
   source.known().note_report(2, facts, kTold + milliseconds(200));
