@@ -62,9 +62,10 @@ swarmtalk_message c_message(const Message& message) {
   return to;
 }
 
-// As release 0.1 had them: a member that is added later stands behind these, and these lines stay.
+// As release 0.1 has them: a member that is added later stands after these, and these lines stay.
 constexpr std::size_t kFirstPolicyBytes = offsetof(swarmtalk_policy, timestamped) + sizeof(int);
-constexpr std::size_t kFirstSendingBytes = offsetof(swarmtalk_sending, timestamped) + sizeof(int);
+constexpr std::size_t kFirstSendingBytes =
+    offsetof(swarmtalk_sending, redundancy) + sizeof(std::uint32_t);
 
 swarmtalk::Policy cpp_policy(const swarmtalk_policy& from) {
   swarmtalk::Policy policy;

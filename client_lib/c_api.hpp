@@ -55,7 +55,7 @@ inline swarmtalk_status code_of(const Status& status) {
 
 /// A struct that the caller filled, as this library has it: what the caller's lacks is 0.
 /// @param given        null: all 0
-/// @param first_bytes  of the first release, which struct_bytes 0 stands for
+/// @param first_bytes  of release 0.1, which struct_bytes 0 stands for
 /// @throws std::invalid_argument  it says something in members that this library does not have
 template <typename Struct>
 Struct as_ours(const Struct* given, std::size_t first_bytes, const std::string& name) {

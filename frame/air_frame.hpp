@@ -151,7 +151,7 @@ enum class ParseResult : std::uint8_t {
   kSealed,        // and we have no key
   kWithoutKey,    // and we have one
   kOtherKey,      // sealed with another
-  kNotFresh,      // sealed by an older release: it does not tell when
+  kNotFresh,      // sealed without a nonce: it does not tell when
   kReplayed,      // heard before
   kNotProven,     // of a session that has not shown yet that it lives
   kTooOld,        // held back

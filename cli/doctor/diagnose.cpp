@@ -26,8 +26,8 @@ constexpr std::array<Stranger, 11> kStrangers{{
      "look who sends them: `swarmtalk-cli capture FILE`, then Wireshark; all robots need one "
      "release"},
     {"frames_not_fresh", "not-fresh", "sealed frames come that were recorded or held back",
-     "somebody repeats frames, or a robot of an older release sends: upgrade it, or set "
-     "check_freshness = false on all"},
+     "somebody repeats frames, or a robot has check_freshness = false: remove that line there, "
+     "or set it on all"},
     {"frames_replayed", "not-fresh", "sealed frames come a second time",
      "somebody repeats frames: look with `swarmtalk-cli capture FILE`"},
     {"frames_too_old", "not-fresh", "sealed frames come too late",

@@ -92,7 +92,7 @@ void compare_configuration(OperatorConnection& daemon, DaemonFacts& facts) {
   ipc::Envelope answer;
   question.mutable_check_configuration();
   if (const Status status = daemon.request(question, answer); !status) {
-    // A daemon of an older release does not know the question.
+    // What else is wrong with the daemon is found by the other looks.
     if (status.code() == StatusCode::kBadArgument) facts.config_error = status.text();
     return;
   }

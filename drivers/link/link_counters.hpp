@@ -25,7 +25,7 @@ struct LinkCounters {
   std::uint64_t frames_sealed = 0;             // with a swarm key, and we have none
   std::uint64_t frames_without_key = 0;        // not sealed, and we have a key
   std::uint64_t frames_other_key = 0;          // sealed with another
-  std::uint64_t frames_not_fresh = 0;          // sealed by an older release, without a nonce
+  std::uint64_t frames_not_fresh = 0;          // sealed, without a nonce
   std::uint64_t frames_replayed = 0;           // heard before, or too late to tell
   std::uint64_t frames_not_proven = 0;         // of a session that has not shown that it lives
   std::uint64_t frames_proven_later = 0;       // of these: taken when it had, and received

@@ -17,7 +17,7 @@ constexpr std::array<Cause, 7> kList{{
      "sealed with another swarm key; give every robot the same key_file"},
     {&LinkCounters::frames_not_authentic, "damaged or forged"},
     {&LinkCounters::frames_not_fresh,
-     "sealed, and without a nonce: of an older release or with check_freshness = false; make all "
+     "sealed, and without a nonce: of a robot with check_freshness = false; make all "
      "robots the same"},
     {&LinkCounters::frames_other_version,
      "of another version of the air frame; install one release on every robot"},

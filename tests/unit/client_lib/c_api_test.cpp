@@ -104,16 +104,6 @@ TEST(CApi, NoExceptionLeavesItWhenMemoryIsOut) {
   });
 }
 
-TEST(CApi, StructOfTheFirstReleaseNeedsNoSize) {
-  const ClientHandle client = opened();
-  swarmtalk_policy policy{};
-  policy.keep_last = 1;
-  swarmtalk_subscriber* const made =
-      swarmtalk_subscribe(client.get(), "c", &policy, ignore_message, nullptr);
-  EXPECT_NE(made, nullptr);
-  swarmtalk_unsubscribe(made);
-}
-
 /// As a newer swarmtalk.h has it.
 template <typename Struct>
 struct Newer {

@@ -28,8 +28,15 @@ class ProgramInC : public testing::Test {
     }
     return found;
   }
+  // Once with the size of the struct and once without: what is asked is the same.
   ipc::Subscribe subscribed_with(swarmtalk_policy policy, const char* channel = "hello") {
+    const ipc::Subscribe without = subscribed_as(policy, channel);
     policy.struct_bytes = sizeof policy;
+    const ipc::Subscribe with = subscribed_as(policy, channel);
+    EXPECT_EQ(with.SerializeAsString(), without.SerializeAsString());
+    return with;
+  }
+  ipc::Subscribe subscribed_as(const swarmtalk_policy& policy, const char* channel) {
     swarmtalk_subscriber* const made = swarmtalk_subscribe(
         robot_, channel, &policy, [](auto*, void*) {}, nullptr);
     EXPECT_EQ(swarmtalk_sync(robot_), SWARMTALK_OK);
@@ -38,7 +45,13 @@ class ProgramInC : public testing::Test {
     return asked([](const auto& each) { return each.has_subscribe(); }).back().subscribe();
   }
   ipc::Advertise advertised_with(swarmtalk_sending sending, const char* channel = "hello") {
+    const ipc::Advertise without = advertised_as(sending, channel);
     sending.struct_bytes = sizeof sending;
+    const ipc::Advertise with = advertised_as(sending, channel);
+    EXPECT_EQ(with.SerializeAsString(), without.SerializeAsString());
+    return with;
+  }
+  ipc::Advertise advertised_as(const swarmtalk_sending& sending, const char* channel) {
     swarmtalk_publisher* const made =
         swarmtalk_advertise(robot_, channel, &sending, nullptr, nullptr);
     EXPECT_EQ(swarmtalk_sync(robot_), SWARMTALK_OK);
