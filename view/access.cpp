@@ -1,5 +1,7 @@
 #include "view/access.hpp"
 
+#include <sodium/utils.h>
+
 #include <algorithm>
 
 namespace swarmtalk::view {
@@ -34,12 +36,7 @@ bool is_origin_good(const AccessRules& rules, const Visitor& visitor) {
 }  // namespace
 
 bool is_equal_secret(std::string_view one, std::string_view other) {
-  if (one.size() != other.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    difference |= static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]);
-  }
-  return difference == 0;
+  return one.size() == other.size() && sodium_memcmp(one.data(), other.data(), one.size()) == 0;
 }
 
 std::string_view query_value(std::string_view target, std::string_view name) {

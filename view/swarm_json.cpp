@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "hex/digits.hpp"
 #include "view/playback.hpp"
 
 namespace swarmtalk::view {
@@ -65,18 +66,6 @@ Json robot_json(const SwarmRobot& robot, Time now) {
     if (is_colour(led->second)) json["led"] = led->second;
   }
   return json;
-}
-
-Json hex_of(const std::string& bytes) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string hex;
-  hex.reserve(bytes.size() * 2);
-  for (const char each : bytes) {
-    const auto byte = static_cast<unsigned char>(each);
-    hex.push_back(kDigits[byte >> 4]);
-    hex.push_back(kDigits[byte & 15]);
-  }
-  return hex;
 }
 
 Json swarm_state(const Swarm& swarm, Time now) {
@@ -202,7 +191,7 @@ Json message_of(const HeardMessage& message) {
             {"k", message.number},
             {"n", message.channel},
             {"from", message.sender},
-            {"hex", hex_of(message.payload)}};
+            {"hex", hex::to_hex(message.payload)}};
   if (message.unknown_bytes != 0) json["size"] = message.unknown_bytes;
   if (message.hops != Message::kHopsUnknown) json["hops"] = message.hops;
   if (message.is_local) json["local"] = true;

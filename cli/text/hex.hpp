@@ -1,16 +1,16 @@
-// Bytes as hexadecimal digits and back, and as text that a terminal can show. Pure functions.
+// Bytes as text that a terminal can show: as digits (hex/digits.hpp), or escaped.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "hex/digits.hpp"
+
 namespace swarmtalk::cli {
 
-std::string to_hex(std::string_view bytes);
-
-/// Digits in pairs; spaces, colons and a leading 0x are skipped. @return nullopt if it is not hex
-std::optional<std::string> from_hex(std::string_view digits);
+using hex::from_hex;
+using hex::to_hex;
 
 /// Safe for a terminal (text/plain.hpp), with a backslash as two, so that it can be read back.
 /// @return nullopt if it is not UTF-8

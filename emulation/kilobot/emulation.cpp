@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "hex/digits.hpp"
+
 namespace swarmtalk::emulator {
 namespace {
 
@@ -17,16 +19,6 @@ std::uint64_t s_to_ns(double seconds) {
 Scenario completed(Scenario scenario) {
   complete(scenario);
   return scenario;
-}
-
-std::string message_hex(const IrMessage& message) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (unsigned i = 0; i < kIrPayloadBytes; ++i) {
-    text += kDigits[message[i] >> 4];
-    text += kDigits[message[i] & 15];
-  }
-  return text;
 }
 
 void add_bootloader(Image& program, const std::string& path) {
@@ -58,7 +50,7 @@ Emulation::Emulation(Scenario scenario, std::ostream* log_to)
     medium_.on_message = [this](unsigned station, std::uint64_t time_ns, const IrMessage& message) {
       log_.write(time_ns, station_names_[station], "sent",
                  {{"type", message[9]},
-                  {"data", message_hex(message)},
+                  {"data", hex::to_hex(std::span(message).first(kIrPayloadBytes))},
                   {"crc_ok", has_good_crc(message)}});
     };
   add_tasks();

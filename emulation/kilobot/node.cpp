@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "emulation/kilobot/atmega328p.hpp"
+#include "hex/digits.hpp"
 
 namespace swarmtalk::emulator {
 namespace {
@@ -11,16 +12,6 @@ namespace {
 constexpr std::size_t kSerialLineBytes = 256;  // longest piece of serial output in one log line
 constexpr std::size_t kTerminalReadAhead = 4;
 constexpr double kReportedStepMm = 1, kReportedTurnRad = 0.05;
-
-std::string to_hex(std::span<const std::uint8_t> bytes) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
 
 bool is_text(std::span<const std::uint8_t> bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t c) {
@@ -82,7 +73,7 @@ Node::Node(const Context& context, const NodeSpec& spec, const OhcSpec* ohc,
       const IrMessage& message = heard_.message();
       context_.log.write(time_ns, spec_.name, "heard",
                          {{"type", message[9]},
-                          {"data", to_hex(std::span(message).first(kIrPayloadBytes))},
+                          {"data", hex::to_hex(std::span(message).first(kIrPayloadBytes))},
                           {"crc_ok", has_good_crc(message)}});
     };
 }
@@ -137,7 +128,7 @@ void Node::take_serial_output(std::uint8_t byte) {
 
 void Node::log_serial_output(std::uint64_t time_ns) {
   if (serial_out_.empty()) return;
-  EventLog::Fields fields{{"hex", to_hex(serial_out_)}};
+  EventLog::Fields fields{{"hex", hex::to_hex(serial_out_)}};
   if (is_text(serial_out_)) {
     std::string text(serial_out_.begin(), serial_out_.end());
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "hex/digits.hpp"
+
 namespace swarmtalk::ohc_double {
 namespace {
 
@@ -10,16 +12,6 @@ std::uint64_t to_us(std::uint64_t time_ns) {
 }
 
 }  // namespace
-
-std::string to_hex(std::span<const std::uint8_t> bytes) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
 
 Bench::Bench(const Settings& settings, std::function<void(const Json&)> report)
     : report_(std::move(report)), ohc_(settings.boot_ns) {
@@ -35,7 +27,7 @@ Bench::Bench(const Settings& settings, std::function<void(const Json&)> report)
   ohc_.on_transmission = [this](const Transmission& transmission) {
     report_({{"time_us", to_us(transmission.start_ns)},
              {"event", "infrared"},
-             {"hex", to_hex(transmission.message)},
+             {"hex", hex::to_hex(transmission.message)},
              {"damaged", transmission.is_damaged}});
     if (transmission.is_damaged) return;
     for (std::size_t i = 0; i < robots_.size(); ++i) {

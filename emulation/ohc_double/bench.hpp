@@ -50,6 +50,4 @@ class Bench {
   std::uint64_t now_ns_ = 0;
 };
 
-std::string to_hex(std::span<const std::uint8_t> bytes);
-
 }  // namespace swarmtalk::ohc_double

@@ -14,6 +14,7 @@
 
 #include "emulation/kilobot/terminal_reader.hpp"
 #include "emulation/ohc_double/bench.hpp"
+#include "hex/digits.hpp"
 
 namespace {
 
@@ -73,7 +74,8 @@ Bench::Json obey(Bench& bench, const std::string& line) {
       throw std::runtime_error("expected a robot, from 0 on, and a number of bytes");
     const auto& flash = bench.robots()[robot].flash();
     return {{"event", "flash"},
-            {"hex", to_hex(std::span(flash).first(std::min(size_bytes, flash.size())))}};
+            {"hex",
+             swarmtalk::hex::to_hex(std::span(flash).first(std::min(size_bytes, flash.size())))}};
   } else {
     throw std::runtime_error("unknown command");
   }
