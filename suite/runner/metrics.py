@@ -2,6 +2,7 @@
 import math
 import statistics
 
+import students_t
 from deliveries import channel_load, losses, messages
 from judges import edge_following, firefly, hop_count, news
 from run_log import Log
@@ -25,22 +26,10 @@ def evaluate(log: Log) -> dict:
     return result
 
 
-# Two-sided 95 % quantiles of Student's t by degrees of freedom.
-T_95 = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
-
-
-def quantile_95(freedom: int) -> float:
-    """Of Student's t; beyond the table by its expansion around the normal's (Abramowitz and Stegun
-    26.7.5), good to 0.003."""
-    if freedom <= len(T_95):
-        return T_95[freedom - 1]
-    z = 1.95996
-    return z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
-
-
 def interval(values: list[float]) -> tuple[float, float]:
     """Mean and half width of its 95 % confidence interval (0 of a single value)."""
     mean = statistics.mean(values)
     if len(values) < 2:
         return mean, 0.0
-    return mean, quantile_95(len(values) - 1) * statistics.stdev(values) / math.sqrt(len(values))
+    error = statistics.stdev(values) / math.sqrt(len(values))
+    return mean, students_t.quantile(0.975, len(values) - 1) * error

@@ -4,13 +4,13 @@ Every one is a contrast of cells' means: a sum of them with weights. Cells have 
 so their means are independent, and the contrast's interval is Student's with the degrees of freedom
 of Welch and Satterthwaite. Shares (true or false) are taken with one success and one failure more
 in each cell (Agresti and Caffo 2000), or cells in which all runs went well would seem certain.
-Student's quantiles are worked out here: scipy would be 100 MB for one function.
 """
 import dataclasses
 import itertools
 import math
 import statistics
 
+import students_t
 from sweep import table
 
 CONFIDENCE = 0.95
@@ -27,7 +27,7 @@ class Estimate:
         """Half of the interval."""
         if self.variance == 0:
             return 0.0
-        return student(0.5 + confidence / 2, self.freedom) * math.sqrt(self.variance)
+        return students_t.quantile(0.5 + confidence / 2, self.freedom) * math.sqrt(self.variance)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,52 +44,6 @@ class Effect:
     def is_clear(self, tests: int) -> bool:
         """Whether it differs from 0, among so many that are looked at (Bonferroni)."""
         return abs(self.estimate.mean) > self.estimate.half(1 - (1 - CONFIDENCE) / tests)
-
-
-def beta_fraction(a: float, b: float, x: float) -> float:
-    """Continued fraction of the incomplete beta function (Lentz; DLMF 8.17.22)."""
-    tiny = 1e-300
-    c, d = 1.0, 1 - (a + b) * x / (a + 1)
-    d = 1 / (d if abs(d) > tiny else tiny)
-    result = d
-    for m in range(1, 500):
-        for top in (m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
-                    -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))):
-            d = 1 + top * d
-            d = 1 / (d if abs(d) > tiny else tiny)
-            c = 1 + top / (c if abs(c) > tiny else tiny)
-            result *= c * d
-        if abs(c * d - 1) < 1e-14:
-            break
-    return result
-
-
-def incomplete_beta(a: float, b: float, x: float) -> float:
-    """Regularised, 0 <= x <= 1."""
-    if x <= 0 or x >= 1:
-        return float(x >= 1)
-    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
-                     + a * math.log(x) + b * math.log1p(-x))
-    if x < (a + 1) / (a + b + 2):
-        return front * beta_fraction(a, b, x) / a
-    return 1 - front * beta_fraction(b, a, 1 - x) / b
-
-
-def student(probability: float, freedom: float) -> float:
-    """Quantile of Student's t, for probabilities above one half. By halving: 1e-10 of it."""
-    if freedom > 1e6:
-        return statistics.NormalDist().inv_cdf(probability)
-
-    def below(t: float) -> float:
-        return 1 - incomplete_beta(freedom / 2, 0.5, freedom / (freedom + t * t)) / 2
-
-    low, high = 0.0, 1.0
-    while below(high) < probability and high < 1e12:
-        low, high = high, 2 * high
-    while high - low > 1e-10 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if below(middle) < probability else (low, middle)
-    return (low + high) / 2
 
 
 def estimate(values: list) -> Estimate | None:
