@@ -101,9 +101,8 @@ class Repairing<core::Wifi> {
     return bytes;
   }
   /// The next packet of the frame in hand. @return none: it is the node's turn
-  SWARMTALK_ASIDE std::optional<std::size_t> pull(std::size_t node_bytes,
-                                                  std::span<std::uint8_t> out,
-                                                  drivers::Link& link) {
+  std::optional<std::size_t> pull(std::size_t node_bytes, std::span<std::uint8_t> out,
+                                  drivers::Link& link) {
     const redundancy::Repairs::Next next = repairs_.choose(node_bytes, out.size(), now_us());
     if (next == redundancy::Repairs::Next::kNode) return std::nullopt;
     const std::size_t bytes = repairs_.take(next, out, now_us());
@@ -111,7 +110,7 @@ class Repairing<core::Wifi> {
     return bytes;
   }
   /// The node has given this packet.
-  SWARMTALK_ASIDE void sent(std::span<std::uint8_t> packet, drivers::Link& link) {
+  void sent(std::span<std::uint8_t> packet, drivers::Link& link) {
     repairs_.take(redundancy::Repairs::Next::kNode, packet, now_us());
     settle(link);
   }
@@ -123,8 +122,8 @@ class Repairing<core::Wifi> {
   /// @param is_listening  whether the node puts messages of a channel together
   /// @param take          called with each packet that becomes known by it
   template <class IsListening, class Take>
-  SWARMTALK_ASIDE void receive(std::span<const std::uint8_t> packet, core::Error result,
-                               const NodeIdentity& identity, IsListening is_listening, Take take) {
+  void receive(std::span<const std::uint8_t> packet, core::Error result,
+               const NodeIdentity& identity, IsListening is_listening, Take take) {
     const redundancy::Header header = redundancy::Wire::decode(packet.data());
     const bool is_own = header.node == identity.id() &&
                         header.epoch == static_cast<std::uint16_t>(identity.epoch());

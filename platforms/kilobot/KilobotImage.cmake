@@ -16,7 +16,7 @@ set(KILOBOT_IMAGE_DIR ${CMAKE_BINARY_DIR}/kilobot)
 set(KILOBOT_FLAGS
   -mmcu=atmega328p -DF_CPU=8000000UL -std=c++14 -Os -flto -ffunction-sections -fdata-sections
   -mcall-prologues -mstrict-X -fno-move-loop-invariants -fno-guess-branch-probability
-  -fno-forward-propagate -fno-tree-copy-prop
+  -fno-forward-propagate -fno-tree-copy-prop -fno-tree-scev-cprop -fno-tree-ccp
   -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit
   -funsigned-char -fshort-enums -Wall -Wextra -Wshadow
   -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/core/include)

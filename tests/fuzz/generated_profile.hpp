@@ -62,7 +62,6 @@ struct Generated : ProfileDefaults {
     kForFragments,
     kForRecords,
     kForBuckets,
-    kForUsual,
     kForRepeats,
     kForClock,
     kForAssembly,
@@ -124,7 +123,6 @@ struct Generated : ProfileDefaults {
   static constexpr uint16_t kFragmentSlots = one_of(kForFragments, {1, 2, 7, 40, 255, 256});
   static constexpr uint16_t kRecords = one_of(kForRecords, {2, 3, 20, 255, 256});
   static constexpr uint16_t kBuckets = one_of(kForBuckets, {0, 0, 2, 16, 512});
-  static constexpr bool kUsualPathFirst = mixed(kSeed, kForUsual) % 4 != 0;
   static constexpr uint8_t kForwardRepeats = one_of(kForRepeats, {0, 0, 0, 1, 3});
   static constexpr uint32_t kBufferBudgetBytes = UINT32_C(1) << 24;
   using Counter = UintFor<(8 << mixed(kSeed, kForCounter) % 4)>;

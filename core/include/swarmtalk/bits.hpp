@@ -54,20 +54,12 @@ struct Field {
   }
   /// What byte kByte of the packet has of a field with this value: 0 outside the field.
   template <uint16_t kByte>
-  static SWARMTALK_INLINE uint8_t part(Value value) {
+  static SWARMTALK_AVR_INLINED uint8_t part(Value value) {
     return kByte < kFirst || kByte > kLast
                ? uint8_t{0}
                : static_cast<uint8_t>(
                      static_cast<Span>((static_cast<Span>(value) & kMask) << kShift) >>
                      (kByte < kFirst || kByte > kLast ? 0 : (kLast - kByte) * 8));
-  }
-  /// Subtracts one. REQUIRES that it is not 0, so that nothing is borrowed from a neighbour.
-  static void decrease(uint8_t* bytes) {
-    constexpr Span kAll = static_cast<Span>(~Span{0});
-    Bytes<Span, kFirst, kLast>::write(bytes,
-                                      static_cast<Span>(Bytes<Span, kFirst, kLast>::read(bytes) -
-                                                        static_cast<Span>(Span{1} << kShift)),
-                                      kAll);
   }
   /// Writes the low kWidth bits of `value`; the neighbours' bits stay.
   static void put(uint8_t* bytes, Value value) {
@@ -84,7 +76,6 @@ struct Field<kOffset, 0> {
   static Value get(const uint8_t*) { return 0; }
   static bool is_same(const uint8_t*, const uint8_t*) { return true; }
   static void put(uint8_t*, Value) {}
-  static void decrease(uint8_t*) {}
   template <uint16_t kByte>
   static uint8_t part(Value) {
     return 0;

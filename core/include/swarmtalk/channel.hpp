@@ -51,7 +51,7 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
   /// @param sent  called when a message of this channel has left, may be null; in turn with the
   ///              other publishers' so that none starves
   /// @return null if all P::kPublishers are taken
-  SWARMTALK_APART Publisher<P>* new_publisher(SentFn sent, void* context) {
+  SWARMTALK_AVR_CALLED Publisher<P>* new_publisher(SentFn sent, void* context) {
     const uint8_t place = publishers();
     if (place == P::kPublishers) return nullptr;
     publishers_[place].set(this, sent, context);
@@ -67,8 +67,8 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
 
   /// @param max_distance  messages whose last transmitter was this far or farther are not for it
   /// @return null if all P::kSubscribers are taken
-  SWARMTALK_APART Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive,
-                                                void* context) {
+  SWARMTALK_AVR_CALLED Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive,
+                                                     void* context) {
     Subscriber<P>* const subscriber = free_subscriber();
     if (subscriber != nullptr) subscriber->set(max_distance, receive, context);
     return subscriber;
@@ -82,8 +82,8 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
 
   /// See Publisher::send.
   Error publish(const uint8_t* bytes, uint16_t size) { return publish(bytes, size, ttl_, false); }
-  SWARMTALK_APART Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl,
-                                bool crossed_gateway) {
+  SWARMTALK_AVR_CALLED Error publish(const uint8_t* bytes, uint16_t size, uint8_t ttl,
+                                     bool crossed_gateway) {
     if (size > max_message_bytes()) return Error::kTooLong;
     if (size == 0 && !W::kTellsLengths) return Error::kEmpty;
     if (ttl > W::kTtlMax) return Error::kTtlTooLarge;

@@ -15,7 +15,7 @@ enum class Checksum : uint8_t {
 };
 
 /// Sum of `size` bytes mod 256. Cost: one addition per byte.
-SWARMTALK_SHARED inline uint8_t sum8(const uint8_t* bytes, uint16_t size) {
+SWARMTALK_AVR_CALLED inline uint8_t sum8(const uint8_t* bytes, uint16_t size) {
   uint8_t sum = 0;
   for (uint16_t i = 0; i < size; ++i) sum = static_cast<uint8_t>(sum + bytes[i]);
   return sum;

@@ -37,7 +37,7 @@ struct Counters {
   Counter id_changes;
 
   /// One more. @param counter  of this object
-  SWARMTALK_INLINE void count(Counter& counter) {
+  SWARMTALK_AVR_INLINED void count(Counter& counter) {
 #ifdef __AVR__  // one register to set at each call
     count_at(static_cast<uint8_t>(&counter - first()));
 #else
@@ -46,13 +46,13 @@ struct Counters {
   }
 
  private:
-  SWARMTALK_SHARED void count_at(uint8_t place) {
+  SWARMTALK_AVR_CALLED void count_at(uint8_t place) {
     count_up(first()[place]);
   }
   Counter* first() {
     return reinterpret_cast<Counter*>(this);
   }
-  static SWARMTALK_INLINE void count_up(Counter& counter) {
+  static SWARMTALK_AVR_INLINED void count_up(Counter& counter) {
     const Counter next = static_cast<Counter>(counter + 1);
     if (next != 0) counter = next;
   }

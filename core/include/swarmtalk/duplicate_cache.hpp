@@ -40,8 +40,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   using Mask = typename Entry::Mask;
   using Ticks = UintFor<P::kClockBits>;
   using Index = UintFor<bits_for(P::kRecords)>;
-  /// Whether floods have a way without a walk: see begin_next_flood().
-  static constexpr bool kSummarizes = Lookup::kSummarizes;
   /// Without buckets every new message looks at every record anyway.
   static constexpr bool kScans = P::kBuckets == 0;
 
@@ -72,22 +70,22 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   void set_secret(uint64_t a, uint64_t b) { Lookup::set_secret(a, b); }
 
   /// The message's record, whether its time is over or not. @return null if there is none
-  SWARMTALK_HOT_APART Entry* find(KeyArgument key) { return Lookup::find(records_, key); }
+  SWARMTALK_AVR_CALLED Entry* find(KeyArgument key) { return Lookup::find(records_, key); }
 
   /// Ticks since the last packet that was no copy.
-  SWARMTALK_HOT_APART Ticks age(const Entry& record) const { return since(record); }
+  SWARMTALK_AVR_CALLED Ticks age(const Entry& record) const { return since(record); }
   /// Whether the time of a record is over, or it is free.
-  SWARMTALK_INLINE bool is_over(const Entry& record) const {
+  SWARMTALK_AVR_INLINED bool is_over(const Entry& record) const {
     return is_over(record.flags, since(record));
   }
   /// Whether a packet that belongs to this record by its key is of a later message all the same.
   /// @param direct  the packet comes from the message's sender itself, not from a forwarder
-  SWARMTALK_HOT bool is_of_later(const Entry& record, bool direct, Mask bit) {
+  bool is_of_later(const Entry& record, bool direct, Mask bit) {
     if (is_over(record)) return true;
     const uint8_t flags = record.flags;
     if (!kNumbersReturn || (flags & Entry::kFlood) == 0) return false;
     if (!direct) {
-      return (flags & Entry::kDirect) != 0 && age(record) > kSurely && Lookup::is_passed(record);
+      return (flags & Entry::kDirect) != 0 && age(record) > kSurely && record.is_passed();
     }
     if ((flags & Entry::kOpen) != 0) {  // it sends a message in one piece
       return (flags & Entry::kDirect) != 0 && (record.is_overtaken() || age(record) > kSurely);
@@ -110,7 +108,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     }
   }
   /// @param packets  that wait to be sent on here; about as many wait at our neighbours
-  SWARMTALK_INLINE void set_waiting(uint16_t packets) { young_.set_waiting(packets); }
+  SWARMTALK_AVR_INLINED void set_waiting(uint16_t packets) { young_.set_waiting(packets); }
 
   /// Begins a record for a message, closed, nothing forwarded or delivered, and counts it with its
   /// sender's other messages on the channel.
@@ -122,7 +120,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   ///                 releases what it holds, at most once a call
   /// @return null if all records are open, or too precious when not insisting
   template <class Node>
-  SWARMTALK_HOT Entry* begin(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
+  Entry* begin(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
     Choice choice = kScans ? look_at_all(own, key, insist, node) : look_at_chain(own, key, node);
     bool is_linked = choice.score == kOver;  // in this chain, or there are none
     if (!is_linked) {
@@ -154,73 +152,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     Lookup::unlink(records_, &record);
     put(record, false, key, kind, node);
   }
-  /// As find() and begin() for a one-hop message that is not remembered.
-  /// @param quickly  only if one look will do: the sender's last message on the channel is long
-  /// over
-  /// @param how      Entry::kOpen or Entry::kDone, as with open() and close()
-  /// @return null, and nothing changed, if it is remembered, or if there is no room
-  template <class Node>
-  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, bool quickly, uint8_t how, bool insist,
-                                     Node& node) {
-    Entry* record = Lookup::first(records_, key);
-    if (!kNumbersReturn) {
-      uint8_t looks = 0;
-      for (; record != nullptr; record = Lookup::next(records_, record)) {
-        if (SWARMTALK_SELDOM(record->key == key || ++looks == kLongestChain)) return nullptr;
-      }
-      record = Lookup::fresh(records_);
-      if (record == nullptr) {
-        const Index hand = Lookup::hand();
-        record = next_to_give_away(insist);
-        if (SWARMTALK_SELDOM(record == nullptr)) {
-          Lookup::hand() = hand;
-          return nullptr;
-        }
-        Lookup::unlink(records_, record);
-      }
-      record->key = key;
-      Lookup::link(records_, record);
-    } else if (SWARMTALK_SELDOM(record == nullptr || !Lookup::is_alone(*record) ||
-                                !is_spent(*record))) {
-      if (quickly) return nullptr;
-      record = find(key);
-      if (record != nullptr && (record->is_open() || !is_over(*record))) return nullptr;
-      const Index hand = Lookup::hand();
-      record = begin(record, key, 0, insist, node);
-      if (record == nullptr) {
-        Lookup::hand() = hand;
-        return nullptr;
-      }
-    }
-    record->key = key;
-    record->forwarded = 0;
-    record->flags = how;
-    record->stamp = static_cast<Ticks>(now_);
-    return record;
-  }
-  /// The record of a flooded message's packet, begun if it is new. Where numbers return, quickly:
-  /// only if its stream has a summary, and its number or one of the last eight messages a record.
-  /// @param is_copy  in: false; out: whether the message is remembered
-  /// @return null, and nothing changed, if there is none, or if it is open
-  template <class Node>
-  SWARMTALK_HOT Entry* begin_flood(const Key& key, uint8_t kind, Mask bit, bool& is_copy,
-                                   Node& node);
-  /// The same for a message whose sender itself was heard sending it and the last one of its
-  /// number, where that one's record is there and over. To be closed by close_flood().
-  /// @return null, and nothing changed, for all others
-  template <class Node>
-  SWARMTALK_HOT Entry* begin_next_flood(const Key& key, Node& node);
-  /// @param forwarded  its packets that wait to be sent on
-  SWARMTALK_HOT void close_flood(Entry& record, Mask forwarded);
-  /// The record of a one-hop message that is being put together, its end not held. @return null if
-  /// there is none, or if it is past its time
-  SWARMTALK_HOT Entry* find_open_one_hop(const Key& key) {
-    Entry* const record = Lookup::find(records_, key);
-    return record != nullptr && (record->flags & Entry::kState) == Entry::kOpen &&
-                   age(*record) <= kAssemblyLife
-               ? record
-               : nullptr;
-  }
 
   /// The message is being put together, and a packet of it came.
   void open(Entry& record) {
@@ -228,10 +159,10 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     renew_stamp(record);
   }
   /// A packet came that is no copy.
-  SWARMTALK_SHARED void renew_stamp(Entry& record) { record.stamp = static_cast<Ticks>(now_); }
+  SWARMTALK_AVR_CALLED void renew_stamp(Entry& record) { record.stamp = static_cast<Ticks>(now_); }
   /// It is delivered, or not to be begun again.
   /// @param heard  its packets that have come: any other that comes is one more of it
-  SWARMTALK_SHARED void close(Entry& record, Mask heard) {
+  SWARMTALK_AVR_CALLED void close(Entry& record, Mask heard) {
     record.close();
     record.held = heard;
     renew_stamp(record);
@@ -240,9 +171,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Looks at the next few records and frees those past their time. @return an open one of them,
   /// whose fragments are the caller's to release, or null. Called on every packet, so that every
   /// record is looked at before its stamp wraps.
-  SWARMTALK_HOT Entry* sweep() {
-    return !kScans && SWARMTALK_SELDOM(Turn::is_turn()) ? sweep_some() : nullptr;
-  }
+  Entry* sweep() { return !kScans && Turn::is_turn() ? sweep_some() : nullptr; }
 
   /// Whether any record of the last minutes is of node `node`: an id to avoid.
   bool knows_node(typename W::NodeId node) const {
@@ -266,7 +195,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
  private:
   /// age(), for code that looks at all records.
-  SWARMTALK_INLINE Ticks since(const Entry& record) const {
+  SWARMTALK_AVR_INLINED Ticks since(const Entry& record) const {
     return static_cast<Ticks>(static_cast<Ticks>(now_) - record.stamp);
   }
   /// Steps a hand to the next record.
@@ -275,14 +204,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     hand = static_cast<Index>(record - records_);
     return record;
   }
-  SWARMTALK_ASIDE Entry* sweep_some() {
+  Entry* sweep_some() {
     Turn::next_turn_in(Turn::kTurn);
     // All of them in a quarter of the clock's range, however seldom the calls are.
     const auto used = static_cast<uint16_t>(end() - begin());
     uint32_t left = Turn::kTurn;
     if (P::kClockBits < 32) left += (Turn::since_last(now_) * used) >> (P::kClockBits - 2);
     if (used < left) left = used;
-    Entry* record = computed_once(&records_[sweep_]);
+    Entry* record = &records_[sweep_];
     Entry* open = nullptr;
     const Entry* const stop = end();
     const Ticks now = static_cast<Ticks>(now_);
@@ -318,7 +247,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   using Lifetimes<P>::kLongestLife;
   using Lifetimes<P>::kOneHopLife;
   using Lifetimes<P>::kSurely;
-  static SWARMTALK_INLINE bool is_over(uint8_t flags, Ticks passed) {
+  static SWARMTALK_AVR_INLINED bool is_over(uint8_t flags, Ticks passed) {
     return flags == 0 || passed > ((flags & Entry::kFlood) != 0  ? kFloodLife
                                    : (flags & Entry::kOpen) != 0 ? kAssemblyLife
                                                                  : kOneHopLife);
@@ -337,36 +266,28 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// Makes a record a new message's, which is noted with its sender's others.
   /// @param is_linked  it is in the message's chain already
   template <class Node>
-  SWARMTALK_HOT void put(Entry& record, bool is_linked, KeyArgument key, uint8_t kind, Node& node) {
+  void put(Entry& record, bool is_linked, KeyArgument key, uint8_t kind, Node& node) {
     if (kScans) return renew(record, key, kind);
-    if (kNumbersReturn) note_chain(key, node);
-    const Key before = record.key;
-    renew(record, key, kind);
-    if (!is_linked) {
-      Lookup::link(records_, &record);
-    } else if (kNumbersReturn) {
-      Lookup::rekeyed(records_, record, before);
+    if (kNumbersReturn) {
+      Lookup::for_stream(records_, key,
+                         [this, &key, &node](Entry& other) { note(other, key, node); });
     }
+    renew(record, key, kind);
+    if (!is_linked) Lookup::link(records_, &record);
   }
   /// Makes a record that is there new: nothing forwarded or delivered.
-  SWARMTALK_SHARED void renew(Entry& record, KeyArgument key, uint8_t kind) {
+  SWARMTALK_AVR_CALLED void renew(Entry& record, KeyArgument key, uint8_t kind) {
     record.key = key;
     record.forwarded = 0;
     record.flags = kind;
     renew_stamp(record);
   }
 
-  /// A closed one-hop message's record whose time is over.
-  bool is_spent(const Entry& record) const {
-    return (record.flags & (Entry::kOpen | Entry::kFlood)) == 0 &&
-           (age(record) > kOneHopLife || record.flags == 0);
-  }
-
   /// A new message of this record's sender and channel begins. After half of the numbers the
   /// record's own is due again: its time ends. What was heard from its sender itself stays for a
   /// while, closed: late copies are known by it, and it does not stand in that sender's way.
   template <class Node>
-  SWARMTALK_INLINE void note(Entry& record, KeyArgument key, Node& node) {
+  SWARMTALK_AVR_INLINED void note(Entry& record, KeyArgument key, Node& node) {
     const uint8_t flags = record.flags;
     if (flags == 0) return;
     if (kMessagesPerCount > 1 && record.is_overtaken() && key.number() % kMessagesPerCount != 0) {
@@ -381,34 +302,16 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
   /// As many have begun as half of the numbers.
   template <class Node>
-  SWARMTALK_INLINE void pass(Entry& record, Node& node) {
+  SWARMTALK_AVR_INLINED void pass(Entry& record, Node& node) {
     const uint8_t flags = record.flags;
     if ((flags & Entry::kOpen) != 0) node.end(record);
     if ((flags & Entry::kDirect) == 0) record.flags = 0;
   }
 
-  template <class Summary, class Node>
-  SWARMTALK_HOT Entry* begin_flood_in(Summary& chain, const Key& key, uint8_t kind, Mask bit,
-                                      bool& is_copy, Node& node);
-
-  /// note() for a chain.
-  template <class Node>
-  SWARMTALK_INLINE void note_chain(KeyArgument key, Node& node) {
-    Lookup::note_others(
-        records_, key, [this, &key, &node](Entry& record) { note(record, key, node); },
-        [this, &node](Entry& record) { pass(record, node); });
-  }
-  template <class Summary, class Node>
-  SWARMTALK_INLINE void note_chain(Summary& chain, KeyArgument key, Node& node) {
-    Lookup::note_begun(
-        records_, chain, [this, &key, &node](Entry& record) { note(record, key, node); },
-        [this, &node](Entry& record) { pass(record, node); });
-  }
-
   /// The record for a message that begins, which is noted with its sender's other messages; and
   /// what the node wants to know of the open ones, all in one walk.
   template <class Node>
-  SWARMTALK_HOT_APART Choice look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
+  SWARMTALK_AVR_CALLED Choice look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
     Choice choice = {own, own == nullptr ? Score{0} : kOver};
     OpenMessages<P> open;
     const Ticks now = in_register(static_cast<Ticks>(now_));
@@ -423,8 +326,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
   /// Takes it if it is the best until now, or counts it if it is open.
   template <class Node>
-  SWARMTALK_INLINE void consider(Entry* record, Ticks now, bool insist, Choice& choice,
-                                 OpenMessages<P>& open, Node& node) {
+  SWARMTALK_AVR_INLINED void consider(Entry* record, Ticks now, bool insist, Choice& choice,
+                                      OpenMessages<P>& open, Node& node) {
     const uint8_t flags = record->flags;
 #ifndef __AVR__  // there the most that a walk may take counts, and that is with open ones
     if (choice.score == kOver && (flags & Entry::kOpen) == 0) return;
@@ -495,5 +398,3 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
 }  // namespace core
 }  // namespace swarmtalk
-
-#include "swarmtalk/begin_flood.hpp"

@@ -22,7 +22,7 @@ struct OpenMessages {
   Packets messages = 1;
   Packets held = 1;  // packets
   /// @param its_worth  packets held and 1; 0: it cannot become whole any more
-  SWARMTALK_INLINE void add(Record<P>* record, uint8_t its_worth) {
+  SWARMTALK_AVR_INLINED void add(Record<P>* record, uint8_t its_worth) {
     if (its_worth < worth) {
       least = record;
       worth = its_worth;

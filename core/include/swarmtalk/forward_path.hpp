@@ -17,7 +17,7 @@ void Swarmtalk<P>::forward(const Arrival& arrival, Entry& record) {
 }
 
 template <class P>
-SWARMTALK_HOT void Swarmtalk<P>::forward_unlimited(const Arrival& arrival, Entry& record) {
+void Swarmtalk<P>::forward_unlimited(const Arrival& arrival, Entry& record) {
   if ((record.forwarded & arrival.bit) != 0) {
     forward_queue_.improve(arrival.packet(), arrival);
     return;
@@ -30,24 +30,6 @@ SWARMTALK_HOT void Swarmtalk<P>::forward_unlimited(const Arrival& arrival, Entry
   if (!record.is_open()) cache_.renew_stamp(record);
   if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
   round_robin_.set_ready(0, true);
-}
-
-template <class P>
-SWARMTALK_HOT bool Swarmtalk<P>::queue_forward(const uint8_t* packet, uint16_t size) {
-  if (!forward_queue_.is_empty()) return queue_behind(packet, static_cast<PacketSize>(size));
-  forward_queue_.push_first(packet, static_cast<PacketSize>(size),
-                            static_cast<typename W::WaitTicks>(cache_.now()));
-  cache_.set_waiting(1);
-  round_robin_.set_ready(0, true);
-  return true;
-}
-template <class P>
-SWARMTALK_ASIDE bool Swarmtalk<P>::queue_behind(const uint8_t* packet, PacketSize size) {
-  const auto pushed = forward_queue_.push(packet, size, W::decode(packet),
-                                          static_cast<typename W::WaitTicks>(cache_.now()));
-  if (pushed != Pushed::kDone) count(counters_.forward_queue_full);
-  cache_.set_waiting(forward_queue_.size());
-  return pushed != Pushed::kFull;
 }
 
 template <class P>
@@ -81,7 +63,7 @@ inline typename Swarmtalk<P>::PacketSize Swarmtalk<P>::pull_forwarded(typename W
 }
 
 template <class P>
-SWARMTALK_INLINE void Swarmtalk<P>::note_forwards() {
+SWARMTALK_AVR_INLINED void Swarmtalk<P>::note_forwards() {
   if (P::kBuckets != 0) cache_.set_waiting(forward_queue_.size());
   if (forward_queue_.is_empty()) round_robin_.set_ready(0, false);
 }

@@ -61,7 +61,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   };
 
   SWARMTALK_PART(ForwardQueue)
-  SWARMTALK_SHARED void start() {
+  SWARMTALK_AVR_CALLED void start() {
     set_zero(count_);
     for (Slot n = 0; n != P::kForwardSlots; ++n) order_[n] = n;
   }
@@ -92,22 +92,10 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     return pushed;
   }
 
-  /// As push(), into an empty queue.
-  SWARMTALK_INLINE void push_first(const uint8_t* packet, PacketSize size, Ticks now) {
-    Queued& queued = *computed_once(&slot(0));
-    const PacketSize bare = P::kPadded ? W::kMtuBytes - W::kChecksumBytes
-                                       : static_cast<PacketSize>(size - W::kChecksumBytes);
-    memcpy(queued.packet, packet, bare);
-    queued.set_size(bare);
-    queued.since = now;
-    W::count_hop(queued.packet);
-    count_ = 1;
-  }
-
   /// If a copy of the header's packet waits with less TTL than this one would get, raises it.
   /// Cost: a look at each waiting packet; only copies of something heard before pay it.
   /// @param packet  with `header`, TTL > 0
-  SWARMTALK_SHARED void improve(const uint8_t* packet, const Header& header) {
+  SWARMTALK_AVR_CALLED void improve(const uint8_t* packet, const Header& header) {
     const Slot* place = order_;
     for (Slot left = count_; left != 0; --left) {
       uint8_t* const waiting = in_register(slots_[*place++].packet);
@@ -143,7 +131,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// @param timestamped  its timestamp gets the time it waited here
   /// @return bytes written to `out` (W::kMtuBytes at most)
   PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
-    Queued& queued = *computed_once(&slot(0));
+    Queued& queued = slot(0);
     const PacketSize bare = static_cast<PacketSize>(queued.size(W::kMtuBytes - W::kChecksumBytes));
     memcpy(out, queued.packet, bare);
     if (timestamped && bare >= W::kHeaderBytes + W::kTimestampBytes) {
@@ -165,7 +153,8 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   /// Takes out the first packet that waits of this one's sender and channel, if messages of theirs
   /// wait that are as many as a quarter of the numbers.
   /// @param last  number of the packet's message
-  SWARMTALK_SHARED bool drop_oldest_of_many(const uint8_t* packet, typename W::MessageNumber last) {
+  SWARMTALK_AVR_CALLED bool drop_oldest_of_many(const uint8_t* packet,
+                                                typename W::MessageNumber last) {
     Slot oldest = 0;
     Slot messages = 0;
     const Slot* place = order_;
@@ -183,7 +172,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     return true;
   }
   /// Takes out the nth packet that waits: those behind it move up.
-  SWARMTALK_SHARED void drop(Slot n) {
+  SWARMTALK_AVR_CALLED void drop(Slot n) {
     Slot* place = &order_[n];
     const Slot freed = *place;
     --count_;
@@ -194,7 +183,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
     *place = freed;
   }
   /// The nth packet that waits; n may be their count: the next free place.
-  SWARMTALK_SHARED Queued& slot(Slot n) { return slots_[order_[n]]; }
+  SWARMTALK_AVR_CALLED Queued& slot(Slot n) { return slots_[order_[n]]; }
 
   Queued slots_[P::kForwardSlots];
   Slot order_[P::kForwardSlots];  // all places: those of the packets that wait, the first one first

@@ -53,7 +53,7 @@ class NodeIdentity : private KeyEpoch<typename Wire<P>::Epoch, (P::kEpochBits > 
   /// is drawn within a pull, which has to end soon, and a collision is noticed later all the same).
   /// @param known  has knows_node(NodeId) -> bool: heard lately
   template <class Known>
-  SWARMTALK_APART void draw(const Port& port, const Known& known) {
+  SWARMTALK_AVR_CALLED void draw(const Port& port, const Known& known) {
     NodeId id = id_;
     for (uint8_t tries = 0; tries < kDraws; ++tries) {
       const uint32_t random = port.random(port.context);

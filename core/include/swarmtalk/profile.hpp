@@ -45,11 +45,7 @@ struct ProfileDefaults {
   /// Cut to what the wire allows; where packets are padded, up to the end of a message's last one.
   static constexpr uint32_t kMaxMessageBytes = UINT32_C(0xFFFFFFFF);
   static constexpr uint32_t kBufferBudgetBytes = 2048;  // for the buffers above
-  /// With buckets: more code, so that a usual packet takes half as many instructions.
-  static constexpr bool kUsualPathFirst = true;
-  /// With buckets and 16 message numbers: 40 bytes a bucket, so that no chain is walked along.
-  static constexpr bool kChainSummaries = true;
-  using Counter = uint16_t;  // counts saturate at its largest value
+  using Counter = uint16_t;                             // counts saturate at its largest value
 
   // Time, in ticks of the port's clock.
   static constexpr uint8_t kClockBits = 16;  // width in which the node counts time

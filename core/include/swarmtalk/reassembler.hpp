@@ -97,7 +97,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   }
 
   /// Adds a packet to a message that has been begun. @param elapsed ticks since its last packet
-  SWARMTALK_HOT Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
+  Outcome add(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
     if (!is_alike(record, fragment)) return Outcome::kContradiction;
     const Mask bit = fragment.bit;
     const Mask before = record.held;
@@ -114,19 +114,6 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     if ((end_held || fragment.end) && !has_gap(held)) return Outcome::kComplete;
     return hold(record, *link, fragment, elapsed);
   }
-
-  /// Whether a packet comes behind all that is held, and is not the end unless all before it is
-  /// held. REQUIRES the end is not held.
-  static bool is_next(const Entry& record, const Fragment<P>& fragment) {
-    return fragment.bit > record.held &&
-           (!fragment.end || record.held == static_cast<Mask>(fragment.bit - 1u)) &&
-           is_alike(record, fragment);
-  }
-  /// As add(). REQUIRES is_next(), not the end.
-  SWARMTALK_HOT Outcome hold_next(Entry& record, const Fragment<P>& fragment, Ticks elapsed) {
-    return hold(record, record.first, fragment, elapsed);
-  }
-  bool has_slot() const { return free_ != kNoSlot || used_ != P::kFragmentSlots; }
 
   /// The message that `last` completed (add() answered kComplete), written to `message`
   /// (W::kMessageBytes). Its fragments stay.
@@ -155,26 +142,6 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     return total;
   }
 
-  /// As take(), and gives them back. REQUIRES is_next(), the end.
-  uint16_t take_in_order(Entry& record, Fragment<P>& last, Ticks elapsed, uint8_t* message) {
-    last.delay_ticks = delay_now(record, last, elapsed);
-    uint8_t* to = message + static_cast<uint16_t>(last.sequence * last.payload_max());
-    const uint16_t total = static_cast<uint16_t>(to - message + last.payload_bytes);
-    memcpy(to, last.payload, last.payload_bytes);
-    // The copy of constant size needs no call.
-    Slot* const link = P::kPadded && last.payload_bytes == W::kBodyBytes
-                           ? copy_back<true>(record, message, to, W::kBodyBytes)
-                           : copy_back<false>(record, message, to, last.payload_max());
-    if (kKeepsLists) {
-      give_back(record.first);
-    } else {
-      *link = free_;
-      free_ = record.first;
-    }
-    begin(record);
-    return total;
-  }
-
   /// Gives back what an open message holds, and closes it: it is done.
   void release(Entry& record) {
     record.close();
@@ -190,7 +157,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
 
   // Of a mask of packets held: whether a packet before the last is missing; how many packets.
   static bool has_gap(Mask mask) { return static_cast<Mask>(mask & (mask + 1u)) != 0; }
-  static SWARMTALK_INLINE uint8_t count(Mask mask) {
+  static SWARMTALK_AVR_INLINED uint8_t count(Mask mask) {
     if (sizeof(Mask) == 1) {  // in pairs, fours, all eight: no loop
       uint8_t sums = static_cast<uint8_t>(mask - (mask >> 1 & 0x55u));
       sums = static_cast<uint8_t>((sums & 0x33u) + (sums >> 2 & 0x33u));
@@ -219,8 +186,8 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   }
 
   /// Stores a packet of a message at `link` of its list.
-  SWARMTALK_INLINE Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
-                                Ticks elapsed) {
+  SWARMTALK_AVR_INLINED Outcome hold(Entry& record, Slot& link, const Fragment<P>& fragment,
+                                     Ticks elapsed) {
     const Timestamp delay = delay_now(record, fragment, elapsed);
     const Slot slot = unused_slot();
     if (slot == kNoSlot) return Outcome::kNoSlot;
@@ -243,23 +210,9 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     return Outcome::kHeld;
   }
 
-  /// Copies a message's fragments, `size` bytes each, to before `to`, the last one first.
-  /// @return the link behind the first packet's
-  template <bool kWhole>
-  SWARMTALK_HOT Slot* copy_back(Entry& record, uint8_t* message, uint8_t* to, PacketSize size) {
-    Slot* link = &record.first;
-    while (to != message) {
-      Held& held = slot_at(*link);
-      to -= kWhole ? W::kBodyBytes : size;
-      memcpy(to, held.body, kWhole ? W::kBodyBytes : size);
-      link = &held.next;
-    }
-    return link;
-  }
-
-  SWARMTALK_SHARED Held& slot_at(Slot slot) { return slots_[slot]; }
+  SWARMTALK_AVR_CALLED Held& slot_at(Slot slot) { return slots_[slot]; }
   /// The link of a message's list at which packet `bit` is, or would be.
-  SWARMTALK_AVR_INLINE Slot* link_of(Entry& record, Mask bit) {
+  SWARMTALK_AVR_INLINED Slot* link_of(Entry& record, Mask bit) {
     Slot* link = &record.first;
     for (Mask above = static_cast<Mask>(record.held & (0u - bit - bit)); above != 0;
          above = static_cast<Mask>(above & (above - 1u))) {
@@ -301,8 +254,8 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
 
   /// Delay of the message so far: what it had when its last packet came, plus the wait since, or
   /// what this packet says if that is more. Saturates.
-  SWARMTALK_AVR_INLINE Timestamp delay_now(const Entry& record, const Fragment<P>& fragment,
-                                           Ticks elapsed) {
+  SWARMTALK_AVR_INLINED Timestamp delay_now(const Entry& record, const Fragment<P>& fragment,
+                                            Ticks elapsed) {
     if (!fragment.has_delay || record.held == 0) return fragment.delay_ticks;
     const Timestamp before = W::timestamp(slot_at(record.first).body, W::kBodyBytes);
     const Timestamp waited = W::later(before, elapsed);

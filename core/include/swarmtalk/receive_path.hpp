@@ -9,7 +9,7 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
-SWARMTALK_HOT bool Swarmtalk<P>::read_fragment(Arrival& arrival, const uint8_t* packet) const {
+bool Swarmtalk<P>::read_fragment(Arrival& arrival, const uint8_t* packet) const {
   PacketSize body_bytes =
       P::kPadded
           ? W::kBodyBytes
@@ -60,7 +60,7 @@ inline bool Swarmtalk<P>::fits_size(const Arrival& arrival, bool timestamped,
 }
 
 template <class P>
-SWARMTALK_HOT bool Swarmtalk<P>::is_own(const Arrival& arrival) {
+bool Swarmtalk<P>::is_own(const Arrival& arrival) {
   if (!identity_.is_drawn() || arrival.node != identity_.id()) return false;
   if (is_echo(arrival)) {
     count(counters_.own_echoes);

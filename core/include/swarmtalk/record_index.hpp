@@ -5,7 +5,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "swarmtalk/chain_summary.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 
@@ -145,7 +144,6 @@ struct TimestampMark<false> {
 /// What a node remembers of a message: the cache's part, and the reassembler's (held, first).
 template <class P>
 struct Record : RecordLink<P, (P::kBuckets > 0)>,
-                RecordSerial<(P::kBuckets > 0 && P::kMessageBits == 4 && P::kChainSummaries)>,
                 KnownLength<!P::kPadded>,
                 TimestampMark<Wire<P>::kKindsMayMix> {
   using Mask = typename Wire<P>::PacketMask;
@@ -160,7 +158,6 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
     kFlood = 8,
     kDirect = 16,  // of a flooded message, begun with a packet that its sender itself had sent
     kLater = 32,   // times how many messages its sender has begun on the channel since: 0 to 7
-    kState = 31,   // all but that count
   };
   /// Half of the numbers is one more than is counted: in messages, or in groups of them where there
   /// are more.
@@ -182,12 +179,6 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
   bool is_overtaken() const { return flags >= kLater; }
   /// It was heard beginning as many as are counted.
   bool is_passed() const { return flags >= static_cast<uint8_t>(kMostLater * kLater); }
-  uint8_t later() const { return static_cast<uint8_t>(flags / kLater); }
-  void set_later(uint8_t messages) {
-    if (flags == 0) return;
-    const uint8_t counted = messages < kMostLater ? messages : kMostLater;
-    flags = static_cast<uint8_t>((flags & kState) | counted * kLater);
-  }
 };
 
 /// Chains.
@@ -196,10 +187,6 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   using Hash = BucketOf<P, (P::kMessageBits >= 16)>;
 
  public:
-  /// Whether chains have summaries.
-  static constexpr bool kSummarizes =
-      P::kMessageBits == 4 && P::kEpochBits == 0 && P::kChainSummaries;
-  using Summary = ChainSummary<P, kSummarizes>;
   static constexpr bool kHasSecret = Hash::kHasSecret;
   using Hash::set_secret;
   using Index = UintFor<bits_for(P::kRecords)>;
@@ -213,33 +200,21 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
     memset(heads_, 0, sizeof(heads_));
   }
 
-  SWARMTALK_HOT Entry* find(Entry* records, const RecordKey<P>& key) {
-    const auto bucket = Hash::bucket(key);
-    const Index head = heads_[bucket];
+  Entry* find(Entry* records, const RecordKey<P>& key) {
+    const Index head = heads_[Hash::bucket(key)];
     if (head == 0) return nullptr;
     for (Entry* record = &records[head - 1];; record = &records[record->next_]) {
       if (record->key == key) return record;
       if (record->next_ == kNone) return nullptr;
-      if (kSummarizes && summary(bucket).is_kept()) {
-        const Index place = summary(bucket).place_of(key);
-        if (place == 0) return nullptr;
-        record = &records[place - 1];
-        return record->key == key ? record : nullptr;
-      }
     }
   }
   void link(Entry* records, Entry* record) {
-    const auto bucket = Hash::bucket(record->key);
-    Index& head = heads_[bucket];
+    Index& head = heads_[Hash::bucket(record->key)];
     record->next_ = head == 0 ? kNone : static_cast<Index>(head - 1);
     head = static_cast<Index>(record - records + 1);
-    if (!kSummarizes) return;
-    if (record->next_ != kNone) return add_to(records, bucket, *record);
-    summary(bucket).end();
   }
   void unlink(Entry* records, Entry* record) {
-    const auto bucket = Hash::bucket(record->key);
-    Index& head = heads_[bucket];
+    Index& head = heads_[Hash::bucket(record->key)];
     const Index i = static_cast<Index>(record - records);
     if (head == i + 1) {
       head = record->next_ == kNone ? Index{0} : static_cast<Index>(record->next_ + 1);
@@ -248,61 +223,14 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
       while (records[before].next_ != i) before = records[before].next_;
       records[before].next_ = record->next_;
     }
-    if (kSummarizes && head != 0) take_from(records, bucket, *record);
   }
-  /// A linked record's message is another one, of the same chain, and begins now.
-  /// @param before  the record's key until now
-  SWARMTALK_INLINE void rekeyed(Entry* records, Entry& record, const RecordKey<P>& before) {
-    const auto bucket = Hash::bucket(record.key);
-    if (!summary(bucket).is_kept()) return;
-    if (!(record.key == before) && !take_over(records, bucket, record, before)) return;
-    summary(bucket).count_begun(record, record.key);
-  }
-  /// A message begins. Calls `count(Entry&)` with the others of its stream that count for
-  /// themselves, or do not know yet that they are overtaken; and `pass(Entry&)` with one that it is
-  /// the eighth after.
-  template <class Count, class Pass>
-  SWARMTALK_INLINE void note_others(Entry* records, const RecordKey<P>& key, const Count& count,
-                                    const Pass& pass) {
-    const auto bucket = Hash::bucket(key);
-    if (heads_[bucket] == 0) return;
-    Summary& chain = summary(bucket);
-    if (chain.is_kept()) {
-      if (chain.is_of(key)) note_begun(records, chain, count, pass);
-      return;
-    }
-    Entry* record = &records[heads_[bucket] - 1];
-    for (; record != nullptr; record = next(records, record)) {
+  /// Calls `count(Entry&)` with each record of a key's stream.
+  template <class Count>
+  SWARMTALK_AVR_INLINED void for_stream(Entry* records, const RecordKey<P>& key,
+                                        const Count& count) {
+    for (Entry* record = first(records, key); record != nullptr; record = next(records, record)) {
       if (record->key.is_same_stream(key)) count(*record);
     }
-  }
-  /// Whether as many messages as are counted have begun since a record's.
-  bool is_passed(const Entry& record) const {
-    const auto bucket = Hash::bucket(record.key);
-    return record.is_passed() ||
-           (summary(bucket).is_kept() && summary(bucket).later_than(record) >= Entry::kMostLater);
-  }
-  /// The summary of a key's stream; null if there is none now.
-  SWARMTALK_INLINE Summary* summary_of(const RecordKey<P>& key) {
-    const auto bucket = Hash::bucket(key);
-    Summary* const chain = computed_once(&summary(bucket));
-    return heads_[bucket] != 0 && chain->is_of(key) ? chain : nullptr;
-  }
-  template <class Count, class Pass>
-  static SWARMTALK_INLINE void note_begun(Entry* records, Summary& chain, const Count& count,
-                                          const Pass& pass) {
-    note_last(records, chain, count);
-    if (chain.eighth() == 0) return;
-    Entry& record = *(records + chain.eighth() - 1);
-    if ((record.flags & (Entry::kOpen | Entry::kDirect)) == Entry::kDirect) return;
-    if (record.flags != 0 && chain.is_eighth(record)) pass(record);
-  }
-  template <class Count>
-  static SWARMTALK_INLINE void note_last(Entry* records, Summary& chain, const Count& count) {
-    const Index place = chain.last();
-    if (place == 0) return;
-    Entry& record = *computed_once(records + place - 1);
-    if (!record.is_overtaken()) count(record);
   }
   Entry* first(Entry* records, const RecordKey<P>& key) const {
     const Index head = heads_[Hash::bucket(key)];
@@ -317,60 +245,11 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   /// A record that has never been used, or null.
   Entry* fresh(Entry* records) { return used_ < P::kRecords ? &records[used_++] : nullptr; }
   bool is_unused() const { return used_ == 0; }
-  /// Whether no record follows in the chain.
-  bool is_alone(const Entry& record) const { return record.next_ == kNone; }
   /// The record given away last: those after it are the oldest, roughly.
   Index& hand() { return hand_; }
 
  private:
-  // --- summaries: not to be read where a chain is empty -----------------------------------------
-  Summary& summary(uint16_t bucket) { return summaries_[kSummarizes ? bucket : 0]; }
-  const Summary& summary(uint16_t bucket) const { return summaries_[kSummarizes ? bucket : 0]; }
-  /// A new message's record has been put at the head of a chain that had others.
-  void add_to(Entry* records, uint16_t bucket, Entry& record) {
-    Summary& chain = summary(bucket);
-    Entry& before = records[record.next_];
-    const bool is_same = record.key.is_same_stream(before.key);
-    if (is_alone(before)) {
-      if (!is_same) return;
-      chain.begin(before, static_cast<Index>(record.next_ + 1));
-    }
-    if (!chain.is_kept()) return;
-    if (!is_same) return mix(records, bucket, record);
-    chain.put(record.key, heads_[bucket]);
-    chain.count_begun(record, record.key);
-  }
-  /// A record has been taken out of a chain that has others.
-  void take_from(Entry* records, uint16_t bucket, const Entry& record) {
-    Summary& chain = summary(bucket);
-    if (!chain.is_kept()) return;
-    chain.remove(record.key);
-    Entry& head = records[heads_[bucket] - 1];
-    if (!is_alone(head)) return;
-    chain.count_out(head);
-    chain.end();
-  }
-  /// @return whether all are of one stream still
-  bool take_over(Entry* records, uint16_t bucket, Entry& record, const RecordKey<P>& before) {
-    if (!record.key.is_same_stream(before)) {
-      mix(records, bucket, record);
-      return false;
-    }
-    summary(bucket).move(before, record.key, static_cast<Index>(&record - records + 1));
-    return true;
-  }
-  /// A record of another stream than the others' has come.
-  void mix(Entry* records, uint16_t bucket, const Entry& newcomer) {
-    Summary& chain = summary(bucket);
-    chain.end();
-    Entry* record = &records[heads_[bucket] - 1];
-    for (; record != nullptr; record = next(records, record)) {
-      if (record != &newcomer) chain.count_out(*record);
-    }
-  }
-
   Index heads_[P::kBuckets];
-  Summary summaries_[kSummarizes ? P::kBuckets : 1];
   Index used_;  // records 0..used_-1 have been used; the rest is untouched memory
   Index hand_;
 };
@@ -384,7 +263,7 @@ class RecordIndex<P, true> {
 
 #ifdef __AVR__
   static void start(Entry*) {}
-  SWARMTALK_SHARED void clear(Entry* records) {
+  SWARMTALK_AVR_CALLED void clear(Entry* records) {
     for (UintFor<bits_for(P::kRecords)> left = P::kRecords; left != 0; --left)
       (records++)->flags = 0;
   }
@@ -423,23 +302,10 @@ class RecordIndex<P, true> {
 #endif
     return nullptr;
   }
-  static constexpr bool kSummarizes = false;
   void link(Entry*, Entry*) {}
   void unlink(Entry*, Entry*) {}
-  void rekeyed(Entry*, Entry&, const RecordKey<P>&) {}
-  template <class Count, class Pass>
-  void note_others(Entry*, const RecordKey<P>&, const Count&, const Pass&) {}
-  using Summary = ChainSummary<P, false>;
-  static Summary* summary_of(const RecordKey<P>&) {
-    return nullptr;
-  }
-  template <class Count, class Pass>
-  static void note_begun(Entry*, Summary&, const Count&, const Pass&) {}
   template <class Count>
-  static void note_last(Entry*, Summary&, const Count&) {}
-  static bool is_passed(const Entry& record) {
-    return record.is_passed();
-  }
+  void for_stream(Entry*, const RecordKey<P>&, const Count&) {}
   Entry* first(Entry* records, const RecordKey<P>&) const {
     return records;
   }
@@ -452,9 +318,6 @@ class RecordIndex<P, true> {
   UintFor<bits_for(P::kRecords)>& hand() {  // for code that is not reached
     static UintFor<bits_for(P::kRecords)> none;
     return none;
-  }
-  bool is_alone(const Entry&) const {
-    return false;
   }
   static constexpr bool kHasSecret = false;
   bool is_unused() const {

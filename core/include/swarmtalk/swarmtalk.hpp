@@ -9,7 +9,6 @@
 #include <stdint.h>
 
 #include "swarmtalk/channel.hpp"
-#include "swarmtalk/channel_hint.hpp"
 #include "swarmtalk/counters.hpp"
 #include "swarmtalk/duplicate_cache.hpp"
 #include "swarmtalk/forecast.hpp"
@@ -43,7 +42,6 @@ class NumberFloor<Number, false> {
 
 template <class P>
 class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
-                  private ChannelHint<P, (P::kBuckets > 0 && P::kUsualPathFirst)>,
                   private NumberFloor<typename Wire<P>::MessageNumber, (P::kMessageBits >= 16)>,
                   public ForwardLimits<P> {
  public:
@@ -94,7 +92,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   void remove_channel(Channel<P>* channel) {
     round_robin_.set_ready(static_cast<Source>(channel->index_ + 1u), false);
     channel->is_open_ = false;
-    this->forget(channel);
   }
 
   /// Why the last new_channel failed, or kOk.
@@ -105,7 +102,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
   /// @return bytes written; 0: nothing waits
-  SWARMTALK_APART uint16_t pull_packet(uint8_t* out) {
+  SWARMTALK_AVR_CALLED uint16_t pull_packet(uint8_t* out) {
     uint32_t now = 0;
     if (!forward_queue_.is_empty()) {
       now = time();
@@ -151,11 +148,11 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 
   /// Takes a packet that the link has received. Calls `receive` callbacks.
   /// @return kOk, also for one that is not for us; kBadPacket, kBadChecksum
-  SWARMTALK_APART Error on_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
+  SWARMTALK_AVR_CALLED Error on_packet(const uint8_t* bytes, uint16_t size,
+                                       const Sensing& sensing) {
     begin_call();
     count(counters_.packets_received);
-    if (kUsualPathFirst && receive_usual<true>(bytes, size, sensing)) return Error::kOk;
-    return receive_any(bytes, size, sensing);
+    return take_packet(bytes, size, sensing);
   }
 
   /// Id under which this node sends; drawn when first needed.
@@ -193,7 +190,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   using Pushed = typename ForwardQueue<P>::Pushed;
   using ChannelIndex = UintFor<bits_for(P::kChannels)>;
   static constexpr uint16_t kSources = P::kChannels + 1;
-  static constexpr bool kUsualPathFirst = P::kBuckets > 0 && P::kUsualPathFirst;
   using Source = typename RoundRobin<kSources>::Source;
   using MessageNumber = typename W::MessageNumber;
   static constexpr Mask kAllPackets = static_cast<Mask>(~Mask{0});
@@ -210,38 +206,38 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   typename W::WaitTicks wait_now() const {
     return static_cast<typename W::WaitTicks>(time());
   }
-  SWARMTALK_SHARED uint32_t time() const {
+  SWARMTALK_AVR_CALLED uint32_t time() const {
     return port_.clock(port_.context);
   }
-  SWARMTALK_INLINE void count(typename P::Counter& counter) {
+  SWARMTALK_AVR_INLINED void count(typename P::Counter& counter) {
     counters_.count(counter);
   }
 
   /// What is over by now is given up.
-  SWARMTALK_HOT void begin_call() {
+  void begin_call() {
     const uint32_t now = time();
-    if (SWARMTALK_SELDOM(cache_.has_ended(now))) forget_all(now);
+    if (cache_.has_ended(now)) forget_all(now);
     cache_.set_now(now);
     if (P::kBuckets == 0) cache_.set_waiting(forward_queue_.size());  // else told when it changes
     Entry* const record = cache_.sweep();
     if (record != nullptr) end(*record);
   }
   /// After a pause in which nothing was heard.
-  SWARMTALK_ASIDE void forget_all(uint32_t now) {
+  void forget_all(uint32_t now) {
     forget_stale(now);
     cache_.forget_all();
     reassembler_.forget_all();
   }
   /// What waits to be sent on for longer than the clock can count would say a wrong delay, and be
   /// taken for messages of today.
-  void forget_stale(uint32_t time) {
+  SWARMTALK_AVR_CALLED void forget_stale(uint32_t time) {
     if (P::kClockBits == 32 || cache_.since_now(time) >> (P::kClockBits % 32) == 0) return;
     forward_queue_.clear();
     if (P::kBuckets != 0) cache_.set_waiting(0);
     round_robin_.set_ready(0, false);
   }
   /// An open message's time is over.
-  SWARMTALK_SHARED void end(Entry& record) {
+  SWARMTALK_AVR_CALLED void end(Entry& record) {
     reassembler_.release(record);
     record.held = 0;
     count(counters_.aged_out);
@@ -253,7 +249,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     return nullptr;
   }
   /// @param id, ttl  in their fields' range
-  SWARMTALK_APART Channel<P>* open_channel(ChannelId id, uint8_t ttl, bool timestamped) {
+  SWARMTALK_AVR_CALLED Channel<P>* open_channel(ChannelId id, uint8_t ttl, bool timestamped) {
     ChannelIndex place = used_channels_;
     last_error_ = find_place(id, timestamped, place);
     if (last_error_ != Error::kOk) return nullptr;
@@ -268,7 +264,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     }
     ids_[place] = id;
     channel.init(this, place, id, ttl, timestamped, number);
-    this->hint(id, &channel);
     return &channel;
   }
   /// @param place  used_channels_; gets the place where this channel was before (its message
@@ -310,17 +305,14 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   // --- sending on: defined in forward_path.hpp ------------------------------------------------
   PacketSize pull_forwarded(typename W::WaitTicks now, uint8_t* out);
   /// Some have been taken out of the queue.
-  SWARMTALK_INLINE void note_forwards();
+  SWARMTALK_AVR_INLINED void note_forwards();
   /// Queues a packet to be sent on, once.
   void forward(const Arrival& arrival, Entry& record);
   /// The same, its TTL being within the limits.
-  SWARMTALK_HOT void forward_unlimited(const Arrival& arrival, Entry& record);
-  /// @return whether there was room
-  SWARMTALK_HOT bool queue_forward(const uint8_t* packet, uint16_t size);
-  SWARMTALK_ASIDE bool queue_behind(const uint8_t* packet, PacketSize size);
+  void forward_unlimited(const Arrival& arrival, Entry& record);
 
   // --- sending ------------------------------------------------------------------------------
-  SWARMTALK_AT_END PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
+  SWARMTALK_AVR_CALLED PacketSize pull_own(Channel<P>& channel, Source source, uint8_t* out) {
     ensure_id();
     Fragmenter<P>& message = channel.fragmenter_;
     // A change of id never splits a message.
@@ -345,7 +337,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   }
 
   /// An attacker who knew them could choose names of messages that make each search long.
-  SWARMTALK_ASIDE void draw_secret() {
+  void draw_secret() {
     uint64_t words[2] = {0, 0};
     for (uint64_t& word : words) {
       word = static_cast<uint64_t>(port_.random(port_.context)) << 32;
@@ -357,11 +349,11 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   // --- receiving ----------------------------------------------------------------------------
   /// Fills in what the packet holds of its message, and checks lengths and numbers against each
   /// other. @return false if they contradict
-  SWARMTALK_HOT bool read_fragment(Arrival& arrival, const uint8_t* packet) const;
+  bool read_fragment(Arrival& arrival, const uint8_t* packet) const;
   static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes);
 
   /// Our own packet come back, or somebody else under our id: neither is received.
-  SWARMTALK_HOT bool is_own(const Arrival& arrival);
+  bool is_own(const Arrival& arrival);
   /// Whether a packet under an id of ours is one that we have sent: others sent it on.
   bool is_echo(const Arrival& arrival) const {
     if (P::kEpochBits != 0) return arrival.epoch == identity_.epoch();
@@ -382,8 +374,8 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
                                    : Entry::kFlood | Entry::kRelayed;
   }
 
-  SWARMTALK_ASIDE Error receive_any(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
-    if (kUsualPathFirst && receive_usual<false>(bytes, size, sensing)) return Error::kOk;
+  /// A packet that has been counted.
+  Error take_packet(const uint8_t* bytes, uint16_t size, const Sensing& sensing) {
     const Error damage = W::check(bytes, size);
     if (damage != Error::kOk) {
       count(damage == Error::kBadChecksum ? counters_.bad_checksums : counters_.bad_packets);
@@ -405,44 +397,16 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     return Error::kOk;
   }
 
-  // --- the usual packet: defined in usual_path.hpp --------------------------------------------
-  /// Takes a sound packet of a one-hop message that goes its usual way: new and whole, or the next
-  /// of its message.
-  /// @tparam kQuickly  only if the record of the message is the first one looked at
-  /// @return false, and nothing changed, for all others
-  template <bool kQuickly>
-  SWARMTALK_HOT bool receive_usual(const uint8_t* bytes, uint16_t size, const Sensing& sensing);
-  /// The same for a flood that is whole in one packet, and comes from its sender itself, whose
-  /// messages have been heard for as long as their numbers last.
-  SWARMTALK_HOT bool receive_next_flood(Channel<P>& to, const uint8_t* bytes, uint16_t size,
-                                        const Sensing& sensing);
-  /// The same for any flood that is whole in one packet, new or a copy.
-  /// @return false, and nothing changed, for all others
-  SWARMTALK_ASIDE bool receive_usual_flood(Channel<P>& to, const uint8_t* bytes, uint16_t size,
-                                           const Sensing& sensing);
-  template <bool kQuickly>
-  SWARMTALK_HOT Entry* begin_one_hop(const Key& key, uint8_t how, bool insist);
-  SWARMTALK_HOT bool read_usual(Arrival& arrival, const uint8_t* bytes, uint16_t size);
-  template <bool kQuickly>
-  SWARMTALK_HOT bool assemble_usual(const Arrival& arrival, const uint8_t* bytes, uint16_t size,
-                                    const Sensing& sensing);
-  SWARMTALK_ASIDE void complete_usual(Channel<P>& to, const uint8_t* bytes, uint16_t size,
-                                      const Sensing& sensing, Entry& record);
-  SWARMTALK_HOT void deliver_usual(Reception<P>& reception, const Sensing& sensing, Channel<P>& to,
-                                   const uint8_t* bytes, uint16_t size);
-  SWARMTALK_HOT Channel<P>* find_channel_usual(ChannelId id);
-
   // --- what a received packet goes through: defined in receive_path.hpp -----------------------
-  SWARMTALK_HOT void receive(Arrival& arrival);
+  void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
-  SWARMTALK_HOT Entry* record_of(const Arrival& arrival, uint8_t kind, bool whole);
+  Entry* record_of(const Arrival& arrival, uint8_t kind, bool whole);
   /// DuplicateCache::begin; a message that its sender has passed is given up.
-  SWARMTALK_HOT Entry* begin_record(Entry* own, typename Key::Argument key, uint8_t kind,
-                                    bool insist);
-  SWARMTALK_HOT void assemble(Arrival& arrival, Entry& record);
+  Entry* begin_record(Entry* own, typename Key::Argument key, uint8_t kind, bool insist);
+  void assemble(Arrival& arrival, Entry& record);
   /// The message lies on the stack.
   void complete(Arrival& arrival, Entry& record, Ticks elapsed);
-  SWARMTALK_HOT void deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size);
+  void deliver(Arrival& arrival, const uint8_t* bytes, uint16_t size);
   /// An open message is delivered, or given up.
   /// @param heard  packets of it that have come beside those held, or 0
   void finish(Entry& record, Mask heard);
@@ -454,7 +418,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   /// one can tell, else more with each packet held. To finish what has come farthest takes the
   /// least memory for a message. (One hop means in order: a gap is a loss, and so is the sender's
   /// next.)
-  SWARMTALK_INLINE uint8_t worth(const Entry& record) const;
+  SWARMTALK_AVR_INLINED uint8_t worth(const Entry& record) const;
   static constexpr uint8_t kAnyWorth = 255;
   /// Gives up the open message that is worth least, other than `kept`, if that is less than
   /// `limit`; of any worth, one that holds few packets. Without buckets it is known from the last
@@ -496,4 +460,3 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 
 #include "swarmtalk/forward_path.hpp"
 #include "swarmtalk/receive_path.hpp"
-#include "swarmtalk/usual_path.hpp"

@@ -174,7 +174,7 @@ struct Wire {
   /// Bytes kByte to kEnd - 1 of an encoded header, each from the fields that are in it.
   template <uint16_t kByte, uint16_t kEnd>
   struct EncodedByte {
-    static SWARMTALK_INLINE void write(const Header& header, uint8_t* packet) {
+    static SWARMTALK_AVR_INLINED void write(const Header& header, uint8_t* packet) {
       packet[kByte] =
           static_cast<uint8_t>(NodeField::template part<kByte>(header.node) |
                                MessageField::template part<kByte>(header.message) |
@@ -196,7 +196,7 @@ struct Wire {
   };
 
   /// Reads the header at the start of `packet` (at least kHeaderBytes). Padding bits are ignored.
-  static SWARMTALK_INLINE void decode(const uint8_t* packet, Header& header) {
+  static SWARMTALK_AVR_INLINED void decode(const uint8_t* packet, Header& header) {
     header.node = NodeField::get(packet);
     header.message = MessageField::get(packet);
     header.sequence = SequenceField::get(packet);
@@ -216,7 +216,7 @@ struct Wire {
   }
 
   /// Writes kHeaderBytes at `packet`, padding bits 0. Values are cut to their width.
-  static SWARMTALK_INLINE void encode(const Header& header, uint8_t* packet) {
+  static SWARMTALK_AVR_INLINED void encode(const Header& header, uint8_t* packet) {
     EncodedByte<0, kHeaderBytes>::write(header, packet);
   }
 
@@ -249,14 +249,6 @@ struct Wire {
     }
   }
 
-  static void count_hop(uint8_t* packet) {
-    TtlField::decrease(packet);
-    const auto hops = HopsField::get(packet);
-    if (P::kHopsBits != 0 && hops != static_cast<uint8_t>(low_bits(P::kHopsBits))) {
-      HopsField::put(packet, static_cast<typename HopsField::Value>(hops + 1));
-    }
-  }
-
   static void set_hops(uint8_t* packet, uint8_t hops) {
     HopsField::put(packet, static_cast<typename HopsField::Value>(hops));
   }
@@ -276,14 +268,10 @@ struct Wire {
     return NodeField::is_same(a, b) && ChannelField::is_same(a, b) && EpochField::is_same(a, b);
   }
   static uint8_t ttl(const uint8_t* packet) { return TtlField::get(packet); }
-  /// Whether it is its message's only packet.
-  static bool is_alone(const uint8_t* packet) {
-    return bits::Field<kSequenceAt, P::kSequenceBits + 1>::get(packet) == 1;
-  }
 
   /// Timestamp in the last bytes of a body (little-endian) of `body_bytes` bytes.
   /// REQUIRES body_bytes >= kTimestampBytes.
-  static SWARMTALK_AVR_INLINE Timestamp timestamp(const uint8_t* body, PacketSize body_bytes) {
+  static SWARMTALK_AVR_INLINED Timestamp timestamp(const uint8_t* body, PacketSize body_bytes) {
     Timestamp ticks = 0;
     for (uint8_t i = kTimestampBytes; i-- > 0;) {
       ticks =
@@ -292,8 +280,8 @@ struct Wire {
     }
     return static_cast<Timestamp>(ticks & kTimestampMax);
   }
-  static SWARMTALK_AVR_INLINE void set_timestamp(uint8_t* body, PacketSize body_bytes,
-                                                 Timestamp ticks) {
+  static SWARMTALK_AVR_INLINED void set_timestamp(uint8_t* body, PacketSize body_bytes,
+                                                  Timestamp ticks) {
     for (uint8_t i = 0; i < kTimestampBytes; ++i) {
       body[body_bytes - kTimestampBytes + i] = static_cast<uint8_t>(ticks);
       ticks = static_cast<Timestamp>(ticks >> (kTimestampBytes > 1 ? 8 : 0));
@@ -301,14 +289,14 @@ struct Wire {
   }
 
   /// A delay `waited` ticks later; stays at kTimestampMax, which means "at least".
-  SWARMTALK_SHARED static Timestamp later(Timestamp delay, WaitTicks waited) {
+  SWARMTALK_AVR_CALLED static Timestamp later(Timestamp delay, WaitTicks waited) {
     return waited >= static_cast<WaitTicks>(kTimestampMax - delay)
                ? kTimestampMax
                : static_cast<Timestamp>(delay + waited);
   }
 
   /// Puts the checksum, if any, behind the first `size` bytes. @return bytes of the whole packet
-  static SWARMTALK_AVR_INLINE PacketSize seal(uint8_t* packet, PacketSize size) {
+  static SWARMTALK_AVR_INLINED PacketSize seal(uint8_t* packet, PacketSize size) {
     if (kChecksumBytes != 0) packet[size] = checksum<P::kChecksum>(packet, size);
     return static_cast<PacketSize>(size + kChecksumBytes);
   }

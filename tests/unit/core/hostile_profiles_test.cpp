@@ -45,7 +45,7 @@ template <uint32_t kBytes>
 struct ShortKilobot : Kilobot {
   static constexpr uint32_t kMaxMessageBytes = kBytes;
 };
-/// With buckets, packets take the usual path.
+/// With a table of buckets.
 template <class Base>
 struct WithBuckets : Base {
   static constexpr uint16_t kBuckets = 8;
