@@ -10,9 +10,7 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/monotonic_ns.hpp"
 #include "daemon/config/config_gateways.hpp"
-#include "daemon/config/memory_need.hpp"
 #include "daemon/config/node_id_rule.hpp"
-#include "daemon/host/memory_limit.hpp"
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/station_factory.hpp"
@@ -152,10 +150,6 @@ void Daemon::run() {
   log_of("daemon")->info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
                          socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
                          identity_.id(), identity_.is_fixed() ? "" : " (chosen at random)");
-  if (const auto limit_bytes = memory_limit_bytes()) {
-    const auto problem = memory_problem(parsed_.config, *limit_bytes);
-    if (problem) log_of("daemon")->warn("{}", *problem);
-  }
   ::malloc_trim(0);  // what reading the command line and the configuration needed
   service_manager_.ready();
   loop::Loop& loop = loop::Loop::of(io_);
