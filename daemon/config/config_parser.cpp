@@ -182,11 +182,12 @@ void apply(const ConfigOptions& options, ParsedConfig& parsed) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
-  if (const StrayCharacter stray = find_stray_character(text); stray.line != 0) {
-    throw ConfigError(file + ":" + std::to_string(stray.line) + ": not TOML: " + stray.what);
+  const AsciiToml ascii = to_ascii(text);
+  if (ascii.line != 0) {
+    throw ConfigError(file + ":" + std::to_string(ascii.line) + ": not TOML: " + ascii.what);
   }
   try {
-    return toml::parse(text, file);
+    return toml::parse(ascii.text, file);
   } catch (const toml::parse_error& error) {
     std::string what(error.description());
     what = printable(what.substr(0, what.find('\n')), 160);

@@ -1,62 +1,131 @@
 #include "daemon/config/toml_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "text/utf8.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr const char* kControl = "a control character; remove it (in a string write it as \\u0000)";
+constexpr const char* kNotUtf8 = "bytes that are not UTF-8; save the file as UTF-8";
 
 bool is_control(char c) {
   const auto byte = static_cast<unsigned char>(c);
   return (byte < 0x20 && c != '\t' && c != '\n' && c != '\r') || byte == 0x7F;
 }
 
-// First position after the string that begins at `at`; the end when it is not closed.
-std::size_t skip_quoted(std::string_view text, std::size_t at) {
-  const char quote = text[at];
-  const bool has_escapes = quote == '"';
-  const bool is_multiline = text.substr(at, 3) == std::string_view(quote == '"' ? "\"\"\"" : "'''");
-  const std::string_view closing = text.substr(at, is_multiline ? 3 : 1);
-  at += closing.size();
-  while (at < text.size()) {
-    if (text.substr(at, closing.size()) == closing) return at + closing.size();
-    if (!is_multiline && text[at] == '\n') return at;  // not closed: the parser will say so
-    at += has_escapes && text[at] == '\\' ? 2 : 1;
-  }
-  return text.size();
+bool is_ascii(char c) {
+  return static_cast<unsigned char>(c) < 0x80;
 }
+
+class Converter {
+ public:
+  explicit Converter(std::string_view text) : text_(text) {}
+
+  AsciiToml convert() {
+    if (text_.substr(0, kByteOrderMark.size()) == kByteOrderMark) at_ = kByteOrderMark.size();
+    while (at_ < text_.size() && result_.line == 0) {
+      const char c = text_[at_];
+      if (c == '"' || c == '\'') {
+        take_string();
+      } else if (c == '#') {
+        skip_comment();
+      } else if (is_ascii(c)) {
+        take();
+      } else {
+        fail(
+            "a character that is not ASCII stands outside quotes (a curly quote?); replace it, or "
+            "put \"...\" around it");
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  bool is_next(std::string_view expected) const {
+    return text_.substr(at_, expected.size()) == expected;
+  }
+
+  void fail(const char* what) {
+    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size()));
+    result_.line = 1 + static_cast<unsigned>(std::count(text_.begin(), end, '\n'));
+    result_.what = what;
+  }
+
+  /// One ASCII character.
+  void take() {
+    if (is_control(text_[at_])) return fail(kControl);
+    result_.text += text_[at_++];
+  }
+
+  /// One character of a string; one of a string in single quotes as double quotes have it.
+  void take_in_string(bool has_escapes) {
+    const char c = text_[at_];
+    if (is_ascii(c)) {
+      if (!has_escapes && (c == '\\' || c == '"')) result_.text += '\\';
+      return take();
+    }
+    const std::optional<std::uint32_t> code_point = text::next_code_point(text_, at_);
+    if (!code_point) return fail(kNotUtf8);
+    result_.text += fmt::format("\\U{:08X}", *code_point);
+  }
+
+  void skip_comment() {
+    while (at_ < text_.size() && text_[at_] != '\n') {
+      if (is_control(text_[at_])) return fail(kControl);
+      if (!text::next_code_point(text_, at_)) return fail(kNotUtf8);
+    }
+  }
+
+  /// The next character and what follows of the same, at most so many.
+  std::size_t skip_quotes(std::size_t most) {
+    const std::size_t begin = at_;
+    const char quote = text_[at_];
+    while (at_ < text_.size() && at_ < begin + most && text_[at_] == quote) ++at_;
+    return at_ - begin;
+  }
+
+  /// What is not closed, the parser will refuse.
+  void take_string() {
+    const char quote = text_[at_];
+    const bool has_escapes = quote == '"';
+    const std::string three(3, quote);
+    const std::size_t size = is_next(three) ? 3 : 1;
+    skip_quotes(size);
+    result_.text.append(size, '"');
+    const std::string_view mark = std::string_view(three).substr(0, size);
+    while (at_ < text_.size() && result_.line == 0 && !is_next(mark)) {
+      if (size == 1 && text_[at_] == '\n') return;
+      const bool is_escape = has_escapes && text_[at_] == '\\';
+      take_in_string(has_escapes);
+      if (!is_escape || at_ == text_.size()) continue;
+      if (!is_ascii(text_[at_])) {
+        return fail("a backslash stands before a character that is not ASCII; remove it");
+      }
+      take();
+    }
+    if (result_.line != 0 || at_ == text_.size()) return;
+    const std::size_t own = skip_quotes(size == 3 ? 5 : 1) - size;  // two may belong to the text
+    for (std::size_t i = 0; i < own; ++i) result_.text += has_escapes ? "\\\"" : "'";
+    result_.text.append(size, '"');
+    if (at_ < text_.size() && (text_[at_] == '"' || text_[at_] == '\'')) result_.text += ' ';
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  AsciiToml result_;
+};
 
 }  // namespace
 
-StrayCharacter find_stray_character(std::string_view text) {
-  const auto line_of = [&](std::size_t at) {
-    const auto lines =
-        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    return 1 + static_cast<unsigned>(lines);
-  };
-  const auto control = std::find_if(text.begin(), text.end(), is_control);
-  if (control != text.end()) {
-    return {line_of(static_cast<std::size_t>(control - text.begin())),
-            "a control character; remove it (in a string write it as \\u0000)"};
-  }
-  std::size_t at = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
-  while (at < text.size()) {
-    const char c = text[at];
-    if (c == '"' || c == '\'') {
-      at = skip_quoted(text, at);
-    } else if (c == '#') {
-      at = std::min(text.find('\n', at), text.size());
-    } else if (static_cast<unsigned char>(c) >= 0x80) {
-      return {
-          line_of(at),
-          "a character that is not ASCII stands outside quotes (a curly quote?); replace it, or "
-          "put \"...\" around it"};
-    } else {
-      ++at;
-    }
-  }
-  return {};
+AsciiToml to_ascii(std::string_view text) {
+  return Converter(text).convert();
 }
 
 }  // namespace swarmtalk::daemon

@@ -1,18 +1,20 @@
-// Looks at TOML before the parser does. TOML allows no control characters, and characters beyond
-// ASCII in strings and comments only; the parser of Debian 12 (toml++ 3.3) ends the program, or has
-// undefined behaviour, on some of them instead of refusing them.
+// Prepares TOML for the parser, toml++, whose tables of characters beyond ASCII have undefined
+// behaviour on some of them, and which ends the program on some control characters: it gets ASCII
+// only. TOML allows other characters in comments, which mean nothing, and in strings, where double
+// quotes have an escape for each.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace swarmtalk::daemon {
 
-struct StrayCharacter {
-  unsigned line = 0;      // from 1; 0: there is none
+struct AsciiToml {
+  std::string text;       // of the same meaning and lines, without comments
+  unsigned line = 0;      // from 1: of the first character that must not be there; 0: there is none
   const char* what = "";  // what it is, and the remedy
 };
 
-/// The first character that must not be where it is.
-StrayCharacter find_stray_character(std::string_view text);
+AsciiToml to_ascii(std::string_view text);
 
 }  // namespace swarmtalk::daemon

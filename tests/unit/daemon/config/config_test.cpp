@@ -197,6 +197,10 @@ const Wrong kWrong[] = {
     {"curly_quotes", std::string(kLink) + "[log]\nlevel = \u201Cinfo\u201D\n",
      "f.toml:4: not TOML: a character that is not ASCII stands outside quotes (a curly quote?); "
      "replace it, or put \"...\" around it"},
+    {"not_utf8", std::string(kLink) + "# caf\xe9\n",
+     "f.toml:3: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+    {"backslash_before_what_is_not_ascii", std::string(kLink) + "[log]\nlevel = \"\\\u00e9\"\n",
+     "f.toml:4: not TOML: a backslash stands before a character that is not ASCII; remove it"},
     {"control_character", std::string(kLink) + "[a\x01]\n",
      "f.toml:3: not TOML: a control character; remove it (in a string write it as \\u0000)"},
     {"unknown_log_level", std::string(kLink) + "[log]\nlevel = \"loud\"\n",

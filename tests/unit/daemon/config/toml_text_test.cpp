@@ -1,0 +1,57 @@
+#include "daemon/config/toml_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include "daemon/config/toml.hpp"
+
+namespace swarmtalk::daemon {
+namespace {
+
+std::string converted(std::string_view text) {
+  const AsciiToml ascii = to_ascii(text);
+  EXPECT_EQ(ascii.line, 0u) << ascii.what;
+  return ascii.text;
+}
+
+TEST(TomlText, HasEscapesForWhatIsNotAscii) {
+  EXPECT_EQ(converted("a = \"\u00e9\U0001F916\"\n"), "a = \"\\U000000E9\\U0001F916\"\n");
+  EXPECT_EQ(converted("a = \"\"\"\u00e9\n\u00e9\"\"\"\n"),
+            "a = \"\"\"\\U000000E9\n\\U000000E9\"\"\"\n");
+  EXPECT_EQ(converted("\"\u00e9\" = 'a\\\"\u00e9'"), "\"\\U000000E9\" = \"a\\\\\\\"\\U000000E9\"");
+}
+
+TEST(TomlText, LeavesOutCommentsAndTheByteOrderMark) {
+  EXPECT_EQ(converted("\xEF\xBB\xBF# \u00e9\na = '#' # \u00e9 \"\n"), "\na = \"#\" \n");
+}
+
+TEST(TomlText, KnowsWhereStringsEnd) {
+  EXPECT_EQ(converted("a = \"\\\\\" # \u00e9"), "a = \"\\\\\" ");
+  EXPECT_EQ(converted("a = \"\\\"\" # \u00e9"), "a = \"\\\"\" ");
+  EXPECT_EQ(converted("a = '\\' # \u00e9"), "a = \"\\\\\" ");
+  EXPECT_EQ(converted("a = \"\"\"\"\"x\"\"\"\"\" # \u00e9"), "a = \"\"\"\"\"x\\\"\\\"\"\"\" ");
+  EXPECT_EQ(converted("a = '''x'''' # \u00e9"), "a = \"\"\"x'\"\"\" ");
+  EXPECT_EQ(converted("a = \"\" # \u00e9"), "a = \"\" ");
+  EXPECT_EQ(converted("a = 'x'\"\""), "a = \"x\" \"\"") << "as wrong as it was";
+}
+
+TEST(TomlText, IsReadAsTheTextThatItWas) {
+  const toml::table table =
+      toml::parse(converted("a = \"\u20ac \\u20ac\"  # \u20ac\r\n"
+                            "b = \"\"\"\\\n  \u3000x\"\"\"\r\n"
+                            "\"\u00e9\" = 1\n"
+                            "c = '''\n\\ \" ''\u00e9'''''\n"));
+  EXPECT_EQ(table["a"].value_or(std::string()), "\u20ac \u20ac");
+  EXPECT_EQ(table["b"].value_or(std::string()), "\u3000x");
+  EXPECT_EQ(table["c"].value_or(std::string()), "\\ \" ''\u00e9''");
+  EXPECT_EQ(table["\u00e9"].value_or(0), 1);
+}
+
+TEST(TomlText, NamesTheLineOfWhatMustNotBeThere) {
+  EXPECT_EQ(to_ascii("a = 1\nb = \u00e9\n").line, 2u);
+  EXPECT_EQ(to_ascii("a = \"\"\"\n\n\x01\"\"\"\n").line, 3u);
+  EXPECT_EQ(to_ascii("a = \"\xff\"").line, 1u);
+  EXPECT_EQ(to_ascii("\n# \x7f").line, 2u);
+}
+
+}  // namespace
+}  // namespace swarmtalk::daemon
