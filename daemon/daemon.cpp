@@ -152,9 +152,7 @@ void Daemon::run() {
                          identity_.id(), identity_.is_fixed() ? "" : " (chosen at random)");
   ::malloc_trim(0);  // what reading the command line and the configuration needed
   service_manager_.ready();
-  loop::Loop& loop = loop::Loop::of(io_);
-  loop.set_busy_poll(std::chrono::microseconds(parsed_.config.loop.busy_poll_us));
-  loop.run();
+  loop::Loop::of(io_).run();
 }
 
 void Daemon::wait_signal() {

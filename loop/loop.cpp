@@ -12,8 +12,6 @@
 
 namespace swarmtalk::loop {
 
-using Clock = std::chrono::steady_clock;
-
 Loop::Drive::Drive(Loop& loop) : loop_(loop), work_(boost::asio::make_work_guard(loop.io_)) {
   loop_.nested_.reset();
   loop_.is_nested_ = false;
@@ -75,17 +73,10 @@ void Loop::turn(int timeout_ms) {
 }
 
 int Loop::wait(int timeout_ms) {
-  const bool spins = timeout_ms < 0 && busy_poll_.count() > 0;
-  const Clock::time_point end = spins ? Clock::now() + busy_poll_ : Clock::time_point{};
-  for (;;) {
-    const bool is_spinning = spins && Clock::now() < end;
-    const int count = epoll_wait(epoll_, events_.data(), kEvents, is_spinning ? 0 : timeout_ms);
-    if (count > 0 || (count == 0 && !is_spinning)) return count;
-    if (count < 0 && errno != EINTR) {
-      throw std::system_error(errno, std::system_category(), "the event loop cannot wait");
-    }
-    if (count < 0) return 0;  // a signal: whoever waits for it is told
-  }
+  const int count = epoll_wait(epoll_, events_.data(), kEvents, timeout_ms);
+  if (count >= 0) return count;
+  if (errno == EINTR) return 0;  // a signal: whoever waits for it is told
+  throw std::system_error(errno, std::system_category(), "the event loop cannot wait");
 }
 
 void Loop::dispatch(int count) {

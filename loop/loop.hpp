@@ -13,7 +13,6 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -61,9 +60,6 @@ class Loop final : public boost::asio::execution_context::service {
   /// All that is ready, and what follows from it. Waits for nothing.
   void poll();
 
-  /// Before it sleeps, the loop looks for events for so long. 0: it sleeps at once.
-  void set_busy_poll(std::chrono::microseconds most) { busy_poll_ = most; }
-
   /// Kept until the end of the turn: for an object that ends inside one of its own functions.
   void keep(std::shared_ptr<void> object);
 
@@ -98,7 +94,6 @@ class Loop final : public boost::asio::execution_context::service {
   bool is_posted_ = false;                                       // run_by_asio() is
   std::size_t watched_ = 0;
   unsigned turns_ = 0;
-  std::chrono::microseconds busy_poll_{0};
   std::array<epoll_event, kEvents> events_{};
   int at_ = 0;                   // event in hand
   int end_ = 0;                  // of events_

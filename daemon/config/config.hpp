@@ -28,7 +28,6 @@ struct IntegerLimits {
 inline constexpr IntegerLimits kNodeIdLimits{1, 65534};  // 0 and 65535 are never on the air
 inline constexpr IntegerLimits kNodeIdOffsetLimits{-65534, 65534};
 inline constexpr IntegerLimits kMetricsIntervalSLimits{1, 3600};
-inline constexpr IntegerLimits kBusyPollUsLimits{0, 1000};
 inline constexpr IntegerLimits kChannelLimits{0, 65535};
 inline constexpr IntegerLimits kPoseMaxAgeMsLimits{0, 3'600'000};
 inline constexpr IntegerLimits kEthertypeLimits{0x0600, 0xFFFF};  // below: a length, not a type
@@ -187,11 +186,6 @@ struct ReservedConfig {
   std::uint32_t burst = 20;    // at once after a pause
 };
 
-/// How the daemon waits.
-struct LoopConfig {
-  std::uint32_t busy_poll_us = 0;  // it looks for so long before it sleeps; 0: it sleeps at once
-};
-
 struct MetricsConfig {
   std::string file;  // Prometheus text for node_exporter; empty: none
   std::uint32_t interval_s = 15;
@@ -208,7 +202,6 @@ struct Config {
   std::map<std::string, std::string> log_levels;  // by subsystem, where it has its own
   MetricsConfig metrics;
   ReservedConfig reserved;
-  LoopConfig loop;
 };
 
 }  // namespace swarmtalk::daemon

@@ -158,11 +158,6 @@ void read_reserved(const TableReader& table, ReservedConfig& reserved) {
   table.read_integer("burst", {1, 10'000}, reserved.burst);
 }
 
-void read_loop(const TableReader& table, LoopConfig& loop) {
-  table.expect_keys({"busy_poll_us"});
-  table.read_integer("busy_poll_us", kBusyPollUsLimits, loop.busy_poll_us);
-}
-
 void apply(const ConfigOptions& options, ParsedConfig& parsed) {
   if (options.log_level) {
     parsed.config.log_level = *options.log_level;
@@ -214,8 +209,8 @@ ParsedConfig parse_config(std::string_view text, const std::string& file,
   ParsedConfig parsed{{}, KeyLines(file)};
   parsed.config.socket.path = ipc::kDefaultSocketPath;
   const TableReader root(table, "", parsed.lines);
-  root.expect_keys({"node", "socket", "links", "channels", "gateway", "limits", "log", "metrics",
-                    "reserved", "loop"});
+  root.expect_keys(
+      {"node", "socket", "links", "channels", "gateway", "limits", "log", "metrics", "reserved"});
   const auto section = [&](const char* name) {
     return TableReader(root.table(name), name, parsed.lines);
   };
@@ -226,7 +221,6 @@ ParsedConfig parse_config(std::string_view text, const std::string& file,
   read_log(section("log"), parsed.config);
   read_metrics(section("metrics"), parsed.config.metrics);
   read_reserved(section("reserved"), parsed.config.reserved);
-  read_loop(section("loop"), parsed.config.loop);
   read_links(root, parsed.lines, parsed.config.links);
   read_gateways(root, parsed.lines, parsed.config);
   const NodeIdRule rule_of_file = parsed.config.node.id_rule;

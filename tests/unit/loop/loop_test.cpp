@@ -1,7 +1,7 @@
 #include "loop/loop.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "loop/asio_poll.hpp"
 #include "tests/support/patience.hpp"
 
 namespace swarmtalk::loop {
@@ -266,32 +267,32 @@ TEST(Loop, WakesForADescriptorWhileItSleeps) {
   EXPECT_FALSE(is_late);
 }
 
-// Sleeping costs a context switch that looking does not.
-TEST(Loop, LooksForEventsBeforeItSleepsWhereItWasAskedTo) {
-  const auto sleeps = [] {  // of this thread
-    rusage usage{};
-    getrusage(RUSAGE_THREAD, &usage);
-    return usage.ru_nvcsw;
-  };
-  // Waits for a timer of a millisecond again and again. @return how often it slept
-  const auto sleeps_of = [&](std::chrono::microseconds busy_poll, int most_ticks) {
-    boost::asio::io_context io;
-    Loop& loop = Loop::of(io);
-    loop.set_busy_poll(busy_poll);
-    const long before = sleeps();
-    int ticks = 0;
-    boost::asio::steady_timer timer(io);
-    std::function<void()> tick = [&] {
-      if (++ticks == most_ticks || sleeps() - before > 25) return io.stop();
-      timer.expires_after(1ms);
-      timer.async_wait([&](const boost::system::error_code&) { tick(); });
-    };
-    tick();
-    loop.run();
-    return sleeps() - before;
-  };
-  EXPECT_GT(sleeps_of(0us, 50'000), 25) << "a minute of waits";
-  EXPECT_LT(sleeps_of(1h, 50), 10);
+bool is_readable(int descriptor) {
+  pollfd look{descriptor, POLLIN, 0};
+  return poll(&look, 1, 0) == 1;
+}
+
+TEST(AsioPoll, IsReadableWhenATimerOfThatIoContextHasExpired) {
+  boost::asio::io_context io;
+  boost::asio::io_context other;
+  Loop::of(io);  // has a descriptor of the same kind
+  Loop::of(other);
+  const int descriptor = poll_descriptor(io);
+  const int of_other = poll_descriptor(other);
+  EXPECT_NE(descriptor, of_other);
+  EXPECT_EQ(poll_descriptor(io), descriptor);
+  boost::asio::steady_timer never(other, 1h);
+  never.async_wait([](const boost::system::error_code&) {});
+  other.poll();  // takes what it told itself as it began
+  boost::asio::steady_timer timer(io, 0ms);
+  bool has_fired = false;
+  timer.async_wait([&](const boost::system::error_code&) { has_fired = true; });
+  pollfd look{descriptor, POLLIN, 0};
+  ASSERT_EQ(poll(&look, 1, 10'000), 1);
+  EXPECT_FALSE(is_readable(of_other));
+  io.poll();
+  EXPECT_TRUE(has_fired);
+  EXPECT_FALSE(is_readable(descriptor));
 }
 
 }  // namespace
