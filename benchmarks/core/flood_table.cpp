@@ -5,11 +5,10 @@
 #include <cstdio>
 #include <cstring>
 
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/everybody_floods.hpp"
 #include "tests/swarm/fast_flood.hpp"
-#include "tests/swarm/flood_profiles.hpp"
 #include "tests/swarm/ideal_robot.hpp"
-#include "tests/swarm/profiles.hpp"
 
 namespace {
 

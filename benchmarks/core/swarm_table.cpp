@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/flood.hpp"
 #include "tests/swarm/one_hop.hpp"
-#include "tests/swarm/profiles.hpp"
 #include "tests/swarm/splice_model.hpp"
 
 namespace {

@@ -7,7 +7,7 @@
 
 #include "swarmtalk/profiles/footbot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
-#include "tests/support/wide_fields.hpp"
+#include "tests/support/profiles.hpp"
 
 namespace swarmtalk::core::fuzz {
 
@@ -30,14 +30,6 @@ struct Shortened : Base {
   static constexpr uint16_t kBuckets = kWithBuckets;
   static constexpr uint16_t kRecords = 20;
   static constexpr uint16_t kFragmentSlots = 30;
-};
-
-/// Packets of every length, timestamps that nothing marks and that are longer than the header.
-struct UnmarkedLengths : ProfileDefaults {
-  using Sensing = DistanceSensing;
-  static constexpr bool kPadded = false;
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr uint8_t kClockBits = 32;
 };
 
 /// Eight packets are longer than 16 bits count.

@@ -19,7 +19,7 @@ struct HardOf<0> {
 };
 template <>
 struct HardOf<1> {
-  using Type = Hard<Shortened<Kilobot, 32, 16>, UnmarkedLengths>;
+  using Type = Hard<Shortened<Kilobot, 32, 16>, testing::UnmarkedLengths>;
 };
 template <>
 struct HardOf<2> {

@@ -9,7 +9,7 @@
 #include "swarmtalk/profiles/kilobot.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/property/random_air.hpp"
-#include "tests/swarm/profiles.hpp"
+#include "tests/support/profiles.hpp"
 
 namespace swarmtalk::core::testing {
 namespace {

@@ -4,11 +4,10 @@
 
 #include <ostream>
 
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/everybody_floods.hpp"
 #include "tests/swarm/fast_flood.hpp"
-#include "tests/swarm/flood_profiles.hpp"
 #include "tests/swarm/ideal_robot.hpp"
-#include "tests/swarm/profiles.hpp"
 
 namespace swarmtalk::core::testing {
 namespace {

@@ -9,8 +9,8 @@
 #include <ostream>
 
 #include "swarmtalk/profiles/classic2020.hpp"
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/everybody_floods.hpp"
-#include "tests/swarm/flood_profiles.hpp"
 #include "tests/swarm/old_sender.hpp"
 #include "tests/swarm/pauses.hpp"
 #include "tests/swarm/restart.hpp"

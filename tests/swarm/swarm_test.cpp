@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/cells.hpp"
 #include "tests/swarm/flood.hpp"
 #include "tests/swarm/one_hop.hpp"
-#include "tests/swarm/profiles.hpp"
 
 namespace swarmtalk::core::testing {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <ostream>
 
+#include "tests/support/profiles.hpp"
 #include "tests/swarm/everybody_floods.hpp"
 #include "tests/swarm/fast_flood.hpp"
-#include "tests/swarm/flood_profiles.hpp"
 #include "tests/swarm/restart.hpp"
 
 namespace swarmtalk::core::testing {

@@ -7,6 +7,7 @@
 
 #include "swarmtalk/profiles/footbot.hpp"
 #include "swarmtalk/profiles/kilobot.hpp"
+#include "tests/support/profiles.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {
@@ -14,7 +15,9 @@ namespace {
 
 using testing::Bytes;
 using testing::pattern;
+using testing::ShortUnmarked;
 using testing::TestNode;
+using testing::UnmarkedLengths;
 
 /// A packet as the wire of P has it, sealed. @param bytes  payload and timestamp
 template <class P>
@@ -53,13 +56,6 @@ struct WithBuckets : Base {
 template <uint32_t kBytes>
 struct ShortFootbot : Footbot {
   static constexpr uint32_t kMaxMessageBytes = kBytes;
-};
-/// The classic format: no mark on timestamped packets, which have one byte of payload.
-struct ShortUnmarked : Kilobot {
-  static constexpr uint32_t kTimestampedFrom = kNoTimestampedChannels;
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr uint8_t kClockBits = 32;
-  static constexpr uint32_t kMaxMessageBytes = 7;
 };
 /// Seven packets of 9000 bytes are the most that 65535 bytes hold.
 struct Large : ProfileDefaults {
@@ -197,14 +193,7 @@ TEST(HostileProfiles, SendOnTimestampedPacketsThatTheyCannotKnowForSuch) {
 
 // --- timestamps where there is no room for one -------------------------------------------------
 
-/// Packets of 3 bytes of header and more, timestamps of 4 bytes that nothing marks.
-struct UnmarkedLengths : ProfileDefaults {
-  using Sensing = DistanceSensing;
-  static constexpr bool kPadded = false;
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr uint8_t kClockBits = 32;
-};
-/// The same with timestamps of 2 bytes, and a checksum.
+/// UnmarkedLengths with timestamps of 2 bytes, and a checksum.
 struct UnmarkedShortTimestamps : UnmarkedLengths {
   static constexpr Checksum kChecksum = Checksum::kCrc8;
   static constexpr uint8_t kTimestampBits = 13;

@@ -8,6 +8,7 @@
 
 #include "swarmtalk/profiles/kilobot.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
+#include "tests/support/profiles.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {
@@ -107,16 +108,8 @@ TYPED_TEST(MixedTimestampsOf, AMessageInOrderAreAContradictionToo) {
   EXPECT_TRUE(node.received.empty());
 }
 
-/// Nothing marks timestamps, and with one a packet has a byte of five: places up to 7 are right.
-struct ShortUnmarked : Kilobot {
-  static constexpr uint32_t kTimestampedFrom = kNoTimestampedChannels;
-  static constexpr uint8_t kTimestampBits = 32;
-  static constexpr uint8_t kClockBits = 32;
-  static constexpr uint32_t kMaxMessageBytes = 7;
-};
-
 TEST(MixedTimestamps, OfAChannelOpenedAnewAreAContradiction) {
-  using P = ShortUnmarked;
+  using P = testing::ShortUnmarked;  // with a timestamp, places up to 7 are right
   TestNode<P> node(1);
   Channel<P>* channel = node.open(1, 0, true);
   for (uint16_t place = 1; place < 7; ++place) {

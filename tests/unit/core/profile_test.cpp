@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "swarmtalk/sensing.hpp"
-#include "tests/support/wide_fields.hpp"
+#include "tests/support/profiles.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {

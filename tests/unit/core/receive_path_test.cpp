@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "swarmtalk/profiles/kilobot.hpp"
+#include "tests/support/profiles.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {
@@ -13,16 +14,13 @@ using testing::Bytes;
 using testing::pattern;
 using testing::TestNode;
 
-struct Slots20 : Kilobot {
-  static constexpr uint16_t kFragmentSlots = 20;
-};
 /// Messages of 8 packets from several senders to a node with 20 slots.
 class TightNode {
  public:
   TightNode() { receiver_.open(0); }
   /// Packets first..last of a message, with no time between.
   void hear(uint16_t sender, uint8_t first, uint8_t last) {
-    TestNode<Slots20> node(sender);
+    TestNode<testing::RoomFor20> node(sender);
     node.open(0);
     node.publisher->send(pattern(40).data(), 40);
     const auto packets = node.pull_all();
@@ -32,7 +30,7 @@ class TightNode {
   int refused() const { return receiver_.node.counters().no_memory; }
 
  private:
-  TestNode<Slots20> receiver_{99};
+  TestNode<testing::RoomFor20> receiver_{99};
 };
 
 /// The first packet of a message from `sender`, or all of it if it has one.
