@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "sim/swarm.hpp"
+#include "tests/swarm/swarm.hpp"
 
 namespace swarmtalk::core::testing {
 
@@ -87,7 +87,7 @@ class Flood {
     swarm_.run_until(end_us);
     return result_;
   }
-  sim::Swarm<P>& swarm() { return swarm_; }
+  Swarm<P>& swarm() { return swarm_; }
 
  private:
   static constexpr uint32_t kRemembered = 8192;
@@ -105,8 +105,8 @@ class Flood {
     std::vector<Heard> heard = std::vector<Heard>(kRemembered);
   };
 
-  static sim::MediumConfig medium(const FloodConfig& config) {
-    sim::MediumConfig medium;
+  static MediumConfig medium(const FloodConfig& config) {
+    MediumConfig medium;
     medium.range = config.range;
     medium.loss = config.loss;
     medium.clock_start = config.clock_start;
@@ -183,7 +183,7 @@ class Flood {
   }
 
   FloodConfig config_;
-  sim::Swarm<P> swarm_;
+  Swarm<P> swarm_;
   std::vector<Member> members_;
   FloodResult result_;
 };

@@ -6,8 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "sim/swarm.hpp"
 #include "tests/swarm/best_policy.hpp"
+#include "tests/swarm/swarm.hpp"
 
 namespace swarmtalk::core::testing {
 
@@ -65,10 +65,10 @@ class OneHop {
 
   OneHopResult run() {
     swarm_.run_until(static_cast<uint64_t>(config_.seconds * 1e6));
-    result_.neighbours = swarm_.mean_neighbours();
+    result_.neighbours = swarm_.disk().mean_neighbours();
     return result_;
   }
-  sim::Swarm<P>& swarm() { return swarm_; }
+  Swarm<P>& swarm() { return swarm_; }
 
  private:
   static constexpr uint16_t kBlock = 5;
@@ -86,8 +86,8 @@ class OneHop {
     std::map<uint32_t, uint32_t> last_delivered;  // by sender
   };
 
-  static sim::MediumConfig medium(const OneHopConfig& config) {
-    sim::MediumConfig medium;
+  static MediumConfig medium(const OneHopConfig& config) {
+    MediumConfig medium;
     medium.range = config.range;
     medium.loss = config.loss;
     medium.clock_start = config.clock_start;
@@ -106,7 +106,7 @@ class OneHop {
   static void on_sent(void* self) {
     Sender& sender = *static_cast<Sender*>(self);
     sender.scenario->result_.intended +=
-        sender.scenario->swarm_.robot(sender.index).neighbours.size();
+        sender.scenario->swarm_.disk().neighbours(sender.index).size();
     publish(sender);
   }
   static void publish(Sender& sender) {
@@ -147,7 +147,7 @@ class OneHop {
   }
 
   OneHopConfig config_;
-  sim::Swarm<P> swarm_;
+  Swarm<P> swarm_;
   std::vector<Sender> senders_;
   std::vector<IdealReceiver> greedy_;
   std::vector<IdealReceiver> forecast_;

@@ -18,7 +18,7 @@ TEST(RandomIds, SettleSoThatNeighboursDiffer) {
   scenario.run();
   auto& swarm = scenario.swarm();
   for (uint32_t i = 0; i < swarm.size(); ++i) {
-    for (uint32_t j : swarm.robot(i).neighbours) {
+    for (uint32_t j : swarm.disk().neighbours(i)) {
       EXPECT_NE(swarm.robot(i).node.node_id(), swarm.robot(j).node.node_id());
     }
   }

@@ -1,11 +1,10 @@
 // Robots of one kind on a plane, one radio (unit disk, independent loss per receiver, no
-// collisions, no air time), virtual time in ticks. As sim/swarm.hpp, and beside that each robot has
+// collisions, no air time), virtual time in ticks. As swarm.hpp, and beside that each robot has
 // its own time between two packets and its own clock rate, may be paused, and need not be the
 // library's: an ideal node goes through the same scene. Everything follows from the seed;
 // single-threaded.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,6 +15,7 @@
 
 #include "tests/swarm/core_robot.hpp"
 #include "tests/swarm/ledger.hpp"
+#include "tests/swarm/unit_disk.hpp"
 
 namespace swarmtalk::core::testing {
 
@@ -35,7 +35,10 @@ class Scene {
   using Settings = typename Robot::Settings;
 
   Scene(const SceneConfig& config, const Settings& settings)
-      : config_(config), settings_(settings), random_(config.seed), seeds_(config.seed + 1000003) {
+      : config_(config),
+        disk_(config.range),
+        settings_(settings),
+        random_(config.seed), seeds_(config.seed + 1000003) {
     hooks_.message = [this](uint32_t robot, const uint8_t* bytes, uint16_t size) {
       ledger_.delivered(robot, bytes, size);
       if (on_message) on_message(robot, bytes, size);
@@ -50,8 +53,7 @@ class Scene {
   /// @param slot_ticks  between two of its packets; 0: it never sends
   void add(double x, double y, double slot_ticks) {
     auto member = std::make_unique<Member>();
-    member->x = x;
-    member->y = y;
+    disk_.add(x, y);
     member->clock = {&now_ticks_, 1 + config_.drift * symmetric()};
     member->slot_ticks = slot_ticks / member->clock.rate;
     const auto index = static_cast<uint32_t>(members_.size());
@@ -62,10 +64,8 @@ class Scene {
   }
   /// Once, after the last robot: finds who hears whom, gives each its first slot at random.
   void connect() {
+    disk_.connect();
     for (uint32_t i = 0; i < size(); ++i) {
-      for (uint32_t j = 0; j < size(); ++j) {
-        if (i != j && distance(i, j) <= config_.range) members_[i]->neighbours.push_back(j);
-      }
       const double slot = members_[i]->slot_ticks;
       if (slot > 0) slots_.push({uniform() * slot, i});
       if (slot > longest_slot_) longest_slot_ = slot;
@@ -123,7 +123,7 @@ class Scene {
   }
   Ledger& ledger() { return ledger_; }
   Robot& robot(uint32_t i) { return *members_[i]->robot; }
-  const std::vector<uint32_t>& neighbours(uint32_t i) const { return members_[i]->neighbours; }
+  const std::vector<uint32_t>& neighbours(uint32_t i) const { return disk_.neighbours(i); }
   uint32_t size() const { return static_cast<uint32_t>(members_.size()); }
   double now_ticks() const { return now_ticks_; }
   std::mt19937_64& random() { return random_; }
@@ -132,7 +132,7 @@ class Scene {
   /// Puts a packet on the air as if robot `from` had sent it.
   void broadcast(uint32_t from, const uint8_t* packet, uint16_t size) {
     ledger_.transmitted();
-    for (uint32_t to : members_[from]->neighbours) {
+    for (uint32_t to : disk_.neighbours(from)) {
       if (config_.loss > 0 && uniform() < config_.loss) continue;
       Member& member = *members_[to];
       if (member.is_paused) continue;
@@ -148,12 +148,9 @@ class Scene {
 
  private:
   struct Member {
-    double x = 0;
-    double y = 0;
     double slot_ticks = 0;
     bool is_paused = false;
     RobotClock clock;
-    std::vector<uint32_t> neighbours;
     std::unique_ptr<Robot> robot;
   };
   struct Slot {
@@ -165,9 +162,6 @@ class Scene {
   };
 
   double symmetric() { return 2 * uniform() - 1; }
-  double distance(uint32_t i, uint32_t j) const {
-    return std::hypot(members_[i]->x - members_[j]->x, members_[i]->y - members_[j]->y);
-  }
   void transmit(uint32_t from) {
     if (on_slot && on_slot(from)) return;
     uint8_t packet[W::kMtuBytes];
@@ -176,6 +170,7 @@ class Scene {
   }
 
   SceneConfig config_;
+  UnitDisk disk_;
   Settings settings_;
   RobotHooks hooks_;
   std::mt19937_64 random_;  // phases, jitter, losses

@@ -95,18 +95,14 @@ inline double predicted_splices(const OneHopConfig& config) {
     hidden_cost += twins.splices(config.seconds, UINT32_MAX);
     near_cost += twins.splices(config.seconds, 1);
   }
-  const auto is_near = [&config](uint32_t a, uint32_t b) {
-    return a != b &&
-           std::hypot(static_cast<double>(a % config.side) - b % config.side,
-                      static_cast<double>(a / config.side) - b / config.side) <= config.range;
-  };
-  const uint32_t robots = config.side * config.side;
+  const UnitDisk disk(config.side, config.range);
+  const uint32_t robots = disk.size();
   double expected = 0;
   for (uint32_t a = 0; a < robots; ++a) {
     for (uint32_t b = a + 1; b < robots; ++b) {
       double listeners = 0;
-      for (uint32_t c = 0; c < robots; ++c) listeners += is_near(a, c) && is_near(b, c);
-      const double cost = is_near(a, b) ? config.loss * near_cost : hidden_cost;
+      for (uint32_t c = 0; c < robots; ++c) listeners += disk.hears(a, c) && disk.hears(b, c);
+      const double cost = disk.hears(a, b) ? config.loss * near_cost : hidden_cost;
       expected += listeners / kIds * cost / kRuns;
     }
   }

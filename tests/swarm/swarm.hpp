@@ -1,6 +1,6 @@
 // A deterministic swarm in one process: many nodes, one virtual clock, one radio medium (unit disk,
 // independent loss per receiver, no collisions, no air time). Everything follows from the seed.
-// Used by tests, the suite's simulated platform and benchmarks; single-threaded.
+// Single-threaded.
 #pragma once
 
 #include <cmath>
@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "swarmtalk/swarmtalk.hpp"
+#include "tests/swarm/unit_disk.hpp"
 
-namespace swarmtalk::sim {
+namespace swarmtalk::core::testing {
 
 struct MediumConfig {
   double range = 1.5;          // in the unit of the positions
@@ -24,12 +25,12 @@ struct MediumConfig {
   uint32_t clock_start = 0;    // ticks at time 0, to bring a wrap near
 };
 
-/// One robot: its node, its port, its place.
+/// One robot: its node and its port.
 template <class P>
-class SimRobot {
+class SwarmRobot {
  public:
-  SimRobot(const uint64_t* now_us, const MediumConfig& config, uint64_t seed)
-      : now_us_(now_us), config_(config), random_(seed), node(core::Port{&clock, &draw, this}) {}
+  SwarmRobot(const uint64_t* now_us, const MediumConfig& config, uint64_t seed)
+      : now_us_(now_us), config_(config), random_(seed), node(Port{&clock, &draw, this}) {}
 
   uint32_t ticks() const {
     return static_cast<uint32_t>(config_.clock_start + *now_us_ / config_.tick_us);
@@ -37,41 +38,34 @@ class SimRobot {
   uint32_t random() { return static_cast<uint32_t>(random_()); }
 
  private:
-  static uint32_t clock(void* self) { return static_cast<SimRobot*>(self)->ticks(); }
-  static uint32_t draw(void* self) { return static_cast<SimRobot*>(self)->random(); }
+  static uint32_t clock(void* self) { return static_cast<SwarmRobot*>(self)->ticks(); }
+  static uint32_t draw(void* self) { return static_cast<SwarmRobot*>(self)->random(); }
   const uint64_t* now_us_;
   const MediumConfig& config_;
   std::mt19937 random_;
 
  public:
-  core::Swarmtalk<P> node;
-  double x = 0;
-  double y = 0;
-  std::vector<uint32_t> neighbours;
+  Swarmtalk<P> node;
 };
 
 template <class P>
 class Swarm {
  public:
-  using Robot = SimRobot<P>;
+  using Robot = SwarmRobot<P>;
 
-  Swarm(const MediumConfig& config, uint64_t seed) : config_(config), random_(seed) {}
+  Swarm(const MediumConfig& config, uint64_t seed) : config_(config), disk_(config.range), random_(seed) {}
 
   /// Adds a robot at (x, y). Call connect() after the last.
   Robot& add(double x, double y) {
     robots_.push_back(std::make_unique<Robot>(&now_us_, config_, random_()));
-    robots_.back()->x = x;
-    robots_.back()->y = y;
+    disk_.add(x, y);
     return *robots_.back();
   }
 
   /// Finds who hears whom, and gives each robot its first slot at random within one.
   void connect() {
+    disk_.connect();
     for (uint32_t i = 0; i < size(); ++i) {
-      robots_[i]->neighbours.clear();
-      for (uint32_t j = 0; j < size(); ++j) {
-        if (i != j && distance(i, j) <= config_.range) robots_[i]->neighbours.push_back(j);
-      }
       slots_.push({static_cast<uint64_t>(random_() % config_.slot_us), i});
     }
   }
@@ -92,14 +86,7 @@ class Swarm {
   uint64_t now_us() const { return now_us_; }
   uint32_t size() const { return static_cast<uint32_t>(robots_.size()); }
   Robot& robot(uint32_t i) { return *robots_[i]; }
-  double distance(uint32_t i, uint32_t j) const {
-    return std::hypot(robots_[i]->x - robots_[j]->x, robots_[i]->y - robots_[j]->y);
-  }
-  double mean_neighbours() const {
-    double sum = 0;
-    for (const auto& robot : robots_) sum += static_cast<double>(robot->neighbours.size());
-    return sum / size();
-  }
+  const UnitDisk& disk() const { return disk_; }
 
   /// Called with each packet that leaves a robot, and before each that arrives.
   std::function<void(uint32_t from, const uint8_t* packet, uint16_t size)> on_transmit;
@@ -121,7 +108,7 @@ class Swarm {
     const uint16_t size = robots_[from]->node.pull_packet(packet);
     if (size == 0) return;
     if (on_transmit) on_transmit(from, packet, size);
-    for (uint32_t to : robots_[from]->neighbours) {
+    for (uint32_t to : disk_.neighbours(from)) {
       if (uniform() < config_.loss) continue;
       if (on_arrive) on_arrive(to, from, packet, size);
       robots_[to]->node.on_packet(packet, size, sensing(to, from));
@@ -132,15 +119,16 @@ class Swarm {
   typename P::Sensing sensing(uint32_t to, uint32_t from) const {
     typename P::Sensing sensing{};
     sensing.distance =
-        static_cast<typename P::Sensing::Distance>(std::fmin(100 * distance(to, from), 32000));
+        static_cast<typename P::Sensing::Distance>(std::fmin(100 * disk_.distance(to, from), 32000));
     return sensing;
   }
 
   MediumConfig config_;
+  UnitDisk disk_;
   std::mt19937 random_;
   uint64_t now_us_ = 0;
   std::vector<std::unique_ptr<Robot>> robots_;
   std::priority_queue<Slot> slots_;
 };
 
-}  // namespace swarmtalk::sim
+}  // namespace swarmtalk::core::testing
