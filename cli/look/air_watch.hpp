@@ -33,8 +33,8 @@ struct AirChannel {
 
 class AirWatch {
  public:
-  static constexpr std::size_t kMaxPublishers =
-      4096;  // of all channels; what others send is not listed
+  /// Of all channels; what others send is not listed.
+  static constexpr std::size_t kMaxPublishers = 4096;
 
   explicit AirWatch(std::string socket_path) : socket_path_(std::move(socket_path)) {}
 

@@ -38,7 +38,8 @@ class Scene {
       : config_(config),
         disk_(config.range),
         settings_(settings),
-        random_(config.seed), seeds_(config.seed + 1000003) {
+        random_(config.seed),
+        seeds_(config.seed + 1000003) {
     hooks_.message = [this](uint32_t robot, const uint8_t* bytes, uint16_t size) {
       ledger_.delivered(robot, bytes, size);
       if (on_message) on_message(robot, bytes, size);

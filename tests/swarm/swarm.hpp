@@ -53,7 +53,8 @@ class Swarm {
  public:
   using Robot = SwarmRobot<P>;
 
-  Swarm(const MediumConfig& config, uint64_t seed) : config_(config), disk_(config.range), random_(seed) {}
+  Swarm(const MediumConfig& config, uint64_t seed)
+      : config_(config), disk_(config.range), random_(seed) {}
 
   /// Adds a robot at (x, y). Call connect() after the last.
   Robot& add(double x, double y) {
@@ -118,8 +119,8 @@ class Swarm {
   /// Distance in hundredths of the positions' unit, at most what the type holds.
   typename P::Sensing sensing(uint32_t to, uint32_t from) const {
     typename P::Sensing sensing{};
-    sensing.distance =
-        static_cast<typename P::Sensing::Distance>(std::fmin(100 * disk_.distance(to, from), 32000));
+    sensing.distance = static_cast<typename P::Sensing::Distance>(
+        std::fmin(100 * disk_.distance(to, from), 32000));
     return sensing;
   }
 

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "sim/wifi_air_config.hpp"
+
 namespace swarmtalk::wifi {
 namespace {
 
@@ -11,7 +13,8 @@ constexpr int kFirstOfdm = 4;
 constexpr std::uint32_t kAbove24GhzMhz = 3000;
 constexpr double kLossAtSensitivity = 0.1;
 constexpr double kDbForTenth = 1.5;
-constexpr double kDbForTenfoldDistance = 30;
+constexpr double kDbForTenfoldDistance = 10 * sim::WifiAirConfig{}.path_exponent;
+constexpr double kSlowestOfdmDbm = -82;
 constexpr double kReferenceBytes = 1000;
 
 }  // namespace
@@ -24,32 +27,10 @@ Rate rate_of(int index, std::uint32_t frequency_mhz) {
 }
 
 double sensitivity_dbm(Rate rate) {
-  switch (rate) {
-    case 10:
-      return -83;
-    case 20:
-      return -80;
-    case 55:
-      return -78;
-    case 110:
-      return -76;
-    case 60:
-      return -82;
-    case 90:
-      return -81;
-    case 120:
-      return -79;
-    case 180:
-      return -77;
-    case 240:
-      return -74;
-    case 360:
-      return -70;
-    case 480:
-      return -66;
-    default:
-      return -65;  // 54 Mbit/s
+  for (const sim::WifiRate& ofdm : sim::wifi_rates()) {
+    if (ofdm.mbps * 10 == rate) return kSlowestOfdmDbm + ofdm.more_db;
   }
+  return rate == 10 ? -83 : rate == 20 ? -80 : rate == 55 ? -78 : -76;
 }
 
 double signal_dbm(double power_dbm, double distance_m, std::uint32_t frequency_mhz) {

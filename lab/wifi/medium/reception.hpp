@@ -19,12 +19,12 @@ using Rate = std::uint16_t;
 Rate rate_of(int index, std::uint32_t frequency_mhz);
 
 /// Weakest signal, dBm, at which one frame of 1000 bytes in ten is lost. OFDM: IEEE 802.11-2020,
-/// table 17-18. DSSS: clauses 15.4.8.2 and 16.3.8.2; 1 and 5.5 Mbit/s, which those leave out, are
-/// placed 3 dB under and halfway between their neighbours.
+/// table 17-18 (sim::wifi_rates()). DSSS: clauses 15.4.8.2 and 16.3.8.2; 1 and 5.5 Mbit/s, which
+/// those leave out, are placed 3 dB under and halfway between their neighbours.
 double sensitivity_dbm(Rate rate);
 
 /// Signal at the receiver, dBm: free space to 1 m, from there on 30 dB for each tenfold distance,
-/// as indoors (ITU-R P.1238, office).
+/// as indoors (ITU-R P.1238, office) and on the Wi-Fi medium of `sim/`.
 /// @param power_dbm   of the transmitter; @param distance_m  0 or more
 double signal_dbm(double power_dbm, double distance_m, std::uint32_t frequency_mhz);
 

@@ -94,7 +94,7 @@ TEST_F(ObserverTest, KnowsTheDaemonAndItsNeighboursFromTheBeginning) {
 
 TEST_F(ObserverTest, SaysThatThereIsNoDaemon) {
   daemon_.kill();
-  EXPECT_FALSE(make().start());
+  EXPECT_EQ(make().start().code(), StatusCode::kDaemonDead);
 }
 
 TEST_F(ObserverTest, SaysWhichChannelItCannotListenTo) {
