@@ -23,19 +23,26 @@ RateFloodConfig config() {
   RateFloodConfig config;
   config.robots = robots();
   config.seed = kSeed;
-  // 120 kB/s of small messages is what was measured; the short test's are fewer and longer.
-  config.flood_bytes_hz = robots() > 40 ? 120e3 : 40e3;
-  config.payload_bytes = robots() > 40 ? 100 : 300;
   return config;
 }
 
 TEST(RateFlood, EndsWithinTwiceTheTimeInWhichEachRobotSendsEachMessageOnce) {
   const RateFloodResult result = RateFlood<Wifi>(config()).run();
-  EXPECT_GT(result.messages, 1000u);
+  EXPECT_GT(result.messages, 10'000u) << "more than a node has records for";
   EXPECT_LE(result.over_s, 2 * result.once_each_s) << "seed " << kSeed;
-  if (robots() <= 40) {
-    EXPECT_EQ(result.most_repeats, 1u) << "seed " << kSeed;
-  }
+  // A record is given away before the last copy has passed. Lower it when that gets rarer.
+  if (robots() == 40) EXPECT_LE(result.most_repeats, 6u) << "seed " << kSeed;
+}
+
+TEST(RateFlood, SendsEachMessageOnceWhereThereAreRecordsForAll) {
+  RateFloodConfig few = config();
+  few.robots = 40;
+  few.flood_bytes_hz = 40e3;
+  few.payload_bytes = 300;
+  const RateFloodResult result = RateFlood<Wifi>(few).run();
+  EXPECT_GT(result.messages, 1000u);
+  EXPECT_LT(result.messages, uint32_t{Wifi::kRecords});
+  EXPECT_EQ(result.most_repeats, 1u) << "seed " << kSeed;
 }
 
 TEST(RateFlood, EndsAfterATimeThatDoesNotDependOnTheNumberOfRobots) {

@@ -25,7 +25,7 @@ using Packets = std::vector<Bytes>;
 template <class P>
 class Sender {
  public:
-  Sender(uint16_t id, uint32_t ttl) : node_(id) { node_.open(0, ttl); }
+  Sender(uint16_t id, uint32_t ttl, uint32_t channel = 0) : node_(id) { node_.open(channel, ttl); }
   Packets next(size_t packets) {
     bytes_ = pattern(packets * Wire<P>::kPayloadBytes, ++seed_);
     node_.publisher->send(bytes_.data(), static_cast<uint16_t>(bytes_.size()));
@@ -44,17 +44,24 @@ class Sender {
   uint8_t seed_ = 0;
 };
 
-/// Of 20 senders' messages of two packets the first packets come, `pause` ticks before the second
-/// packets of later messages with the same numbers.
-/// @param call_every  ticks; the node is called meanwhile. 0: it is not
+constexpr uint16_t kSenders = 12;
+
+/// Of kSenders' messages of two packets the first packets come, `pause` ticks before the second
+/// packets of later messages with the same numbers. Before them, and while the time passes, one-hop
+/// messages of somebody else are heard: their records are over at once, and there before the
+/// others.
+/// @param call_every  ticks between those; 0: nothing is heard meanwhile
 /// @return messages put together
 template <class P>
 size_t joined(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_message) {
   TestNode<P> receiver(99);
   receiver.port.now = 5000;
+  receiver.open(1, 0);
   receiver.open(0, ttl);
+  Sender<P> other(98, 0, 1);
+  receiver.hear(other.next(1)[0]);
   std::vector<Bytes> last;
-  for (uint16_t id = 1; id <= 20; ++id) {
+  for (uint16_t id = 1; id <= kSenders; ++id) {
     Sender<P> sender(id, ttl);
     const Packets before = sender.next(2);
     receiver.hear(before[0]);
@@ -62,9 +69,13 @@ size_t joined(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_messa
   }
   const uint32_t end = receiver.port.now + pause;
   if (call_every != 0) {
-    for (; end - receiver.port.now > call_every; receiver.pull()) receiver.port.now += call_every;
+    while (end - receiver.port.now > call_every) {
+      receiver.port.now += call_every;
+      receiver.hear(other.next(1)[0]);
+    }
   }
   receiver.port.now = end;
+  receiver.received.clear();
   for (const Bytes& packet : last) receiver.hear(packet);
   return receiver.received.size();
 }
@@ -136,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithoutCalls, ValuesIn(pauses(3, {65600, 7
 
 class YoungFragments : public ::testing::TestWithParam<Pause> {};
 TEST_P(YoungFragments, AreJoined) {
-  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 10, true), 20u);
+  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 10, true), kSenders);
 }
 INSTANTIATE_TEST_SUITE_P(OneHop, YoungFragments, ValuesIn(pauses(0, {50})), name_of);
 INSTANTIATE_TEST_SUITE_P(Flood, YoungFragments, ValuesIn(pauses(3, {50})), name_of);
