@@ -11,8 +11,14 @@
 namespace swarmtalk::daemon {
 namespace {
 
+constexpr std::size_t kStartBytes = 8;  // UTF-16 and UTF-32, as Windows writes it, has zeros there
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-constexpr const char* kControl = "a control character; remove it (in a string write it as \\u0000)";
+constexpr const char* kControl =
+    "a control character; remove it (in double quotes write \\u and its four hexadecimal digits)";
+constexpr const char* kBareReturn =
+    "a carriage return without a line feed; save the file with line ends of Unix or Windows";
+constexpr const char* kTooDeep = "a key of more than 256 parts; use fewer dots";
+constexpr std::size_t kMostDots = 255;  // of a key: each is a level of recursion
 constexpr const char* kNotUtf8 = "bytes that are not UTF-8; save the file as UTF-8";
 
 bool is_control(char c) {
@@ -29,6 +35,10 @@ class Converter {
   explicit Converter(std::string_view text) : text_(text) {}
 
   AsciiToml convert() {
+    if (text_.find('\0') < kStartBytes || is_next("\xFF\xFE") || is_next("\xFE\xFF")) {
+      fail(kNotUtf8);
+      return std::move(result_);
+    }
     if (text_.substr(0, kByteOrderMark.size()) == kByteOrderMark) at_ = kByteOrderMark.size();
     while (at_ < text_.size() && result_.line == 0) {
       const char c = text_[at_];
@@ -37,7 +47,14 @@ class Converter {
       } else if (c == '#') {
         skip_comment();
       } else if (is_ascii(c)) {
-        take();
+        dots_ = c == '.' ? dots_ + 1 : c == '\n' || c == '=' || c == ',' ? 0 : dots_;
+        if (dots_ > kMostDots) {
+          fail(kTooDeep);
+        } else {
+          take();
+        }
+      } else if (std::size_t next = at_; !text::next_code_point(text_, next)) {
+        fail(kNotUtf8);
       } else {
         fail(
             "a character that is not ASCII stands outside quotes (a curly quote?); replace it, or "
@@ -52,6 +69,8 @@ class Converter {
     return text_.substr(at_, expected.size()) == expected;
   }
 
+  bool is_bare_return() const { return text_[at_] == '\r' && text_.substr(at_ + 1, 1) != "\n"; }
+
   void fail(const char* what) {
     const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size()));
     result_.line = 1 + static_cast<unsigned>(std::count(text_.begin(), end, '\n'));
@@ -61,6 +80,7 @@ class Converter {
   /// One ASCII character.
   void take() {
     if (is_control(text_[at_])) return fail(kControl);
+    if (is_bare_return()) return fail(kBareReturn);
     result_.text += text_[at_++];
   }
 
@@ -79,6 +99,7 @@ class Converter {
   void skip_comment() {
     while (at_ < text_.size() && text_[at_] != '\n') {
       if (is_control(text_[at_])) return fail(kControl);
+      if (is_bare_return()) return fail(kBareReturn);
       if (!text::next_code_point(text_, at_)) return fail(kNotUtf8);
     }
   }
@@ -119,6 +140,7 @@ class Converter {
 
   std::string_view text_;
   std::size_t at_ = 0;
+  std::size_t dots_ = 0;  // of this key, or number
   AsciiToml result_;
 };
 

@@ -42,6 +42,12 @@ TEST_P(WrongConfig, GetsExactlyThisLine) {
 
 const std::string k200(200, 'x');
 
+std::string many_parts() {
+  std::string text;
+  for (int i = 0; i < 40'000; ++i) text += "a.";
+  return text;
+}
+
 const Wrong kWrong[] = {
     {"unknown_key", std::string(kLink) + "[node]\nidd = 3\n",
      "f.toml:4: key 'node.idd': is not known; did you mean 'id'?"},
@@ -202,7 +208,17 @@ const Wrong kWrong[] = {
     {"backslash_before_what_is_not_ascii", std::string(kLink) + "[log]\nlevel = \"\\\u00e9\"\n",
      "f.toml:4: not TOML: a backslash stands before a character that is not ASCII; remove it"},
     {"control_character", std::string(kLink) + "[a\x01]\n",
-     "f.toml:3: not TOML: a control character; remove it (in a string write it as \\u0000)"},
+     "f.toml:3: not TOML: a control character; remove it (in double quotes write \\u and its four "
+     "hexadecimal digits)"},
+    {"old_mac_line_ends", std::string(kLink) + "a = 1 # comment\rb = 2\r",
+     "f.toml:3: not TOML: a carriage return without a line feed; save the file with line ends of "
+     "Unix or Windows"},
+    {"utf_16", std::string("\xFF\xFE[\0l\0", 6),
+     "f.toml:1: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+    {"latin_1_key", std::string(kLink) + "caf\xe9 = 1\n",
+     "f.toml:3: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+    {"key_of_many_parts", std::string(kLink) + many_parts() + "a = 1\n",
+     "f.toml:3: not TOML: a key of more than 256 parts; use fewer dots"},
     {"unknown_log_level", std::string(kLink) + "[log]\nlevel = \"loud\"\n",
      "f.toml:4: key 'log.level': \"loud\" is not known; use one of \"trace\", \"debug\", \"info\", "
      "\"warning\", \"error\""},
