@@ -102,8 +102,9 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     if (error == Error::kOk) fragmenter_.backdate(waited);
     return error;
   }
-  /// Sends the message that has left last once more, under its number: who has it drops the copy,
-  /// where the profile remembers messages. REQUIRES that one has left since the channel was opened.
+  /// Sends the message that has left last once more, under its number. A node that has it drops the
+  /// copy as long as it remembers the message: of one hop for kOneHopDuplicateTicks. REQUIRES that
+  /// one has left since the channel was opened.
   /// @return kOk; kBusy while a message has not left
   Error send_again() {
     if (fragmenter_.is_busy()) return Error::kBusy;

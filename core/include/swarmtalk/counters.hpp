@@ -1,4 +1,5 @@
-// What a node counts: everything it drops, by cause, and what went well, to compare with.
+// What a node counts: what it drops, by cause, and what went well, to compare with. Not counted is
+// what a pause ends, in which nothing was heard for as long as messages are remembered.
 #pragma once
 
 #include <string.h>
@@ -25,12 +26,12 @@ struct Counters {
   Counter bad_checksums;
   Counter unknown_channels;    // no subscriber here (it may have been forwarded all the same)
   Counter too_far;             // beyond every subscriber's distance (may have been forwarded)
-  Counter duplicates;          // copies of something delivered, held or given up
+  Counter duplicates;          // of something delivered, held or given up: copies, and late packets
   Counter own_echoes;          // our own packets, sent on by others
-  Counter forward_queue_full;  // not forwarded for want of a slot
+  Counter forward_queue_full;  // no slot was free: it, or one that waited there, is not sent on
   // Dropped messages, with the packets held of them:
   Counter no_memory;       // no room to begin or to go on
-  Counter aged_out;        // no further packet for kAssemblyTicks
+  Counter aged_out;        // not whole when its time was over, or its number came again
   Counter contradictions;  // packets that cannot be of one message: two senders with one id
   // Node ids:
   Counter id_collisions;  // packets of somebody else under our id

@@ -3,13 +3,19 @@
 // Owned by the node; the reassembler keeps its own part of a message in the same record.
 //
 // A record is *open* while its message is being put together and *closed* afterwards; only a closed
-// one is given away when room is short. It says "a copy" of a packet until its time is over:
+// one is given away when room is short. It says "a copy" of a packet until its time is over, which
+// counts from its stamp:
 //   one hop             kOneHopDuplicateTicks, for a link that repeats; while open kAssemblyTicks
 //   flooded             kFloodTicks, while copies may wander
 //   flooded, to packets from the message's sender itself: as one hop, or not at all if only
-//                       forwarders were heard. It sends a number again for another message only.
+//                       forwarders were heard: after that a packet under this name is of the
+//                       sender's next message of that number, or of this one, sent once more.
 // Small message numbers come back, so a record also ends when its sender has begun as many other
 // messages on the channel as half of the numbers (kLater counts them): the number is due again.
+//
+// Stamps have few bits. None wraps unseen: with buckets each packet looks at the next record or
+// records (sweep); without, each message that begins looks at all, and where none begins for as
+// long as records live, all are forgotten (has_ended).
 #pragma once
 
 #include <stdint.h>
@@ -18,7 +24,6 @@
 #include "swarmtalk/forecast.hpp"
 #include "swarmtalk/lifetimes.hpp"
 #include "swarmtalk/record_index.hpp"
-#include "swarmtalk/sweep_turn.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 
@@ -26,11 +31,8 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
-class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
-                       private SweepTurn<(P::kBuckets > 0)>,
-                       private Lifetimes<P> {
+class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifetimes<P> {
   using Lookup = RecordIndex<P, (P::kBuckets == 0)>;  // a base: without a table it takes no memory
-  using Turn = SweepTurn<(P::kBuckets > 0)>;
 
  public:
   using W = Wire<P>;
@@ -46,7 +48,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   SWARMTALK_PART(DuplicateCache)
   void start() {
     set_zero(now_);
-    set_zero(sweep_);
+    set_zero(looked_);
     young_.start();
     if (kScans) set_zero(records_);
     Lookup::start(records_);
@@ -56,13 +58,17 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
 
   /// The time of what follows, until the next call. REQUIRES forget_all() when has_ended(now)
   void set_now(uint32_t now) { now_ = now; }
-  /// Whether the time of everything remembered has ended since the last set_now().
-  bool has_ended(uint32_t now) const { return since_now(now) > kLongestLife; }
+  /// Whether the time of everything remembered has ended: no packet has come since, or, without
+  /// buckets, no message has begun.
+  bool has_ended(uint32_t now) const {
+    return since_now(now) > kLongestLife ||
+           (kScans && static_cast<uint8_t>(clock_step(now) - looked_) > kIdleSteps);
+  }
   uint32_t since_now(uint32_t now) const { return now - now_; }
   uint32_t now() const { return now_; }
   void forget_all() {
     Lookup::clear(records_);
-    sweep_ = 0;
+    looked_ = 0;
   }
 
   /// Before the first message, where hashing needs numbers that nobody else knows.
@@ -72,7 +78,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// The message's record, whether its time is over or not. @return null if there is none
   SWARMTALK_AVR_CALLED Entry* find(KeyArgument key) { return Lookup::find(records_, key); }
 
-  /// Ticks since the last packet that was no copy.
+  /// Ticks since the record's stamp.
   SWARMTALK_AVR_CALLED Ticks age(const Entry& record) const { return since(record); }
   /// Whether the time of a record is over, or it is free.
   SWARMTALK_AVR_INLINED bool is_over(const Entry& record) const {
@@ -99,8 +105,9 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   }
   /// Copies of a flooded message do not wander any more, as far as one can tell.
   bool is_stale(const Entry& record) const { return since(record) > young_.ticks(); }
-  /// A copy of a flooded message came by a forwarder: others may have more of them waiting. Where
-  /// its sender has gone on they are late, and the time that counts is its own.
+  /// A packet of a flooded message came by a forwarder: others may have copies waiting, so a closed
+  /// record's time begins anew. Not where its sender has begun other messages since, or has sent it
+  /// just now: there the time counts after which it may send that number again.
   void hear_copy(Entry& record) {
     if (record.is_open() || record.is_overtaken()) return;
     if ((record.flags & Entry::kDirect) == 0 || age(record) > 2 * kOneHopLife) {
@@ -116,23 +123,29 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   /// @param kind     0: one hop. Entry::kFlood: copies may come by other ways, for long; with
   ///                 Entry::kDirect or kRelayed, if it is known who sent the packet
   /// @param insist   take a younger flooded message's record if there is nothing better
-  /// @param node     its end(Entry&) is called with an open record whose message has been passed:
-  ///                 releases what it holds, at most once a call
+  /// @param node     its expire(Entry&) is called with each open record whose message has been
+  /// passed
+  ///                 or whose time is over: releases what it holds
   /// @return null if all records are open, or too precious when not insisting
   template <class Node>
-  Entry* begin(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
-    Choice choice = kScans ? look_at_all(own, key, insist, node) : look_at_chain(own, key, node);
-    bool is_linked = choice.score == kOver;  // in this chain, or there are none
-    if (!is_linked) {
+  Entry* begin_record(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
+    if (!kScans && kNumbersReturn) {
+      Lookup::for_stream(records_, key,
+                         [this, &key, &node](Entry& record) { note(record, key, node); });
+    }
+    Choice choice = kScans ? look_at_all(own, key, insist, node) : first_choice(own);
+    if (choice.score != kOver) {
       Entry* const fresh = Lookup::fresh(records_);
-      if (fresh != nullptr) choice.record = fresh;
-      if (fresh == nullptr && !kScans) {
-        choice.record = next_to_give_away(insist);
+      if (fresh != nullptr) {
+        choice.record = fresh;
+      } else if (!kScans) {
+        choice = look_at_some(insist, node);
         if (choice.record != nullptr) Lookup::unlink(records_, choice.record);
       }
     }
     if (choice.record == nullptr) return nullptr;
-    put(*choice.record, is_linked, key, kind, node);
+    renew(*choice.record, key, kind);
+    if (choice.record != own) Lookup::link(records_, choice.record);
     return choice.record;
   }
   /// The open messages other than `kept`: see node.look_ahead(). Only without buckets.
@@ -146,19 +159,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     kept.flags = flags;
   }
 
-  /// Makes a closed record one of another message.
-  template <class Node>
-  void replace(Entry& record, KeyArgument key, uint8_t kind, Node& node) {
+  /// Makes a closed record that of a message for which begin_record() has found none.
+  void replace(Entry& record, KeyArgument key, uint8_t kind) {
     Lookup::unlink(records_, &record);
-    put(record, false, key, kind, node);
+    renew(record, key, kind);
+    Lookup::link(records_, &record);
   }
 
-  /// The message is being put together, and a packet of it came.
-  void open(Entry& record) {
-    record.flags = static_cast<uint8_t>((record.flags & ~Entry::kDone) | Entry::kOpen);
-    renew_stamp(record);
-  }
-  /// A packet came that is no copy.
+  /// Its time begins anew.
   SWARMTALK_AVR_CALLED void renew_stamp(Entry& record) { record.stamp = static_cast<Ticks>(now_); }
   /// It is delivered, or not to be begun again.
   /// @param heard  its packets that have come: any other that comes is one more of it
@@ -168,29 +176,34 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     renew_stamp(record);
   }
 
-  /// Looks at the next few records and frees those past their time. @return an open one of them,
-  /// whose fragments are the caller's to release, or null. Called on every packet, so that every
-  /// record is looked at before its stamp wraps.
-  Entry* sweep() { return !kScans && Turn::is_turn() ? sweep_some() : nullptr; }
+  /// With buckets: frees the next record if its time is over, or as many more of them as time has
+  /// passed, so that each is looked at before its stamp wraps. Called on every packet.
+  /// @param passed  ticks since the call before
+  /// @param node    as in begin_record()
+  template <class Node>
+  void sweep(uint32_t passed, Node& node) {
+    if (kScans) return;
+    const auto used = static_cast<uint32_t>(Lookup::end(records_) - records_);
+    uint32_t left = 1;
+    if (P::kClockBits < 32) left += (passed * used) >> (P::kClockBits - 2);
+    if (used < left) left = used;
+    for (; left != 0; --left) {
+      if (++looked_ >= used) looked_ = 0;
+      Entry& record = records_[looked_];
+      if (!is_over(record)) continue;
+      if (record.is_open()) node.expire(record);
+      record.flags = 0;
+    }
+  }
 
-  /// Whether any record of the last minutes is of node `node`: an id to avoid.
+  /// Whether any record is of node `node`, however old: an id to avoid.
   bool knows_node(typename W::NodeId node) const {
-    const Entry* record = begin();
-    for (auto left = static_cast<Index>(end() - record); left != 0; --left) {
-      if (record->key.node() == node && record->flags != 0) return true;
+    const Entry* record = records_;
+    for (auto left = static_cast<Index>(Lookup::end(records_) - record); left != 0; --left) {
+      if (record->key.node() == node) return true;
       record = in_register(record + 1);
     }
     return false;
-  }
-
-  // The records that have been used; without buckets, all.
-  const Entry* begin() const { return records_; }
-  Entry* begin() { return records_; }
-  const Entry* end() const { return Lookup::end(records_); }
-  /// The next of them, round and round. REQUIRES one
-  Entry* next_after(Entry* record) {
-    ++record;
-    return record >= end() ? records_ : record;
   }
 
  private:
@@ -198,38 +211,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   SWARMTALK_AVR_INLINED Ticks since(const Entry& record) const {
     return static_cast<Ticks>(static_cast<Ticks>(now_) - record.stamp);
   }
-  /// Steps a hand to the next record.
-  Entry* step(Index& hand) {
-    Entry* const record = next_after(&records_[hand]);
-    hand = static_cast<Index>(record - records_);
-    return record;
-  }
-  Entry* sweep_some() {
-    Turn::next_turn_in(Turn::kTurn);
-    // All of them in a quarter of the clock's range, however seldom the calls are.
-    const auto used = static_cast<uint16_t>(end() - begin());
-    uint32_t left = Turn::kTurn;
-    if (P::kClockBits < 32) left += (Turn::since_last(now_) * used) >> (P::kClockBits - 2);
-    if (used < left) left = used;
-    Entry* record = &records_[sweep_];
-    Entry* open = nullptr;
-    const Entry* const stop = end();
-    const Ticks now = static_cast<Ticks>(now_);
-    for (; left != 0; --left) {
-      if (++record >= stop) record = records_;
-      const uint8_t flags = record->flags;
-      if (flags == 0 || !is_over(flags, static_cast<Ticks>(now - record->stamp))) continue;
-      if ((flags & Entry::kOpen) != 0) {
-        open = record;
-        Turn::next_turn_in(1);  // the rest of this turn
-        break;
-      }
-      record->flags = 0;
-    }
-    sweep_ = static_cast<Index>(record - records_);
-    return open;
-  }
-
   /// Small numbers are the next message's of the same sender soon.
   static constexpr bool kNumbersReturn = P::kMessageBits < 16;
   /// Messages that a record counts as one (see kMostLater).
@@ -237,16 +218,22 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
                                                     ? UINT32_C(1) << (P::kMessageBits - 4) % 16
                                                     : 1;
   static constexpr bool kHasSecret = Lookup::kHasSecret;
-  /// With more in one chain than chance would bring, a new one takes the place of the last.
-  static constexpr uint8_t kLongestChain = 16;
-  /// Records of a large table that are looked at to find one to give away.
-  static constexpr uint8_t kCompared = 8;
-
   using Lifetimes<P>::kAssemblyLife;
   using Lifetimes<P>::kFloodLife;
   using Lifetimes<P>::kLongestLife;
   using Lifetimes<P>::kOneHopLife;
   using Lifetimes<P>::kSurely;
+  /// The upper 8 bits of the clock that stamps are read from.
+  static uint8_t clock_step(uint32_t now) {
+    return static_cast<uint8_t>(static_cast<Ticks>(now) >> (P::kClockBits - 8));
+  }
+  /// Longer than any record lives, and short enough that none is as old as the clock counts.
+  static constexpr uint8_t kIdleSteps = kLongestLife >> (P::kClockBits - 8) < 125
+                                            ? (kLongestLife >> (P::kClockBits - 8)) + 1
+                                            : 125;
+  /// Records of a table with buckets that are looked at to find one to give away.
+  static constexpr uint8_t kCompared = 8;
+
   static SWARMTALK_AVR_INLINED bool is_over(uint8_t flags, Ticks passed) {
     return flags == 0 || passed > ((flags & Entry::kFlood) != 0  ? kFloodLife
                                    : (flags & Entry::kOpen) != 0 ? kAssemblyLife
@@ -262,19 +249,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
     Entry* record;
     Score score;
   };
+  static Choice first_choice(Entry* own) { return {own, own == nullptr ? Score{0} : kOver}; }
 
-  /// Makes a record a new message's, which is noted with its sender's others.
-  /// @param is_linked  it is in the message's chain already
-  template <class Node>
-  void put(Entry& record, bool is_linked, KeyArgument key, uint8_t kind, Node& node) {
-    if (kScans) return renew(record, key, kind);
-    if (kNumbersReturn) {
-      Lookup::for_stream(records_, key,
-                         [this, &key, &node](Entry& other) { note(other, key, node); });
-    }
-    renew(record, key, kind);
-    if (!is_linked) Lookup::link(records_, &record);
-  }
   /// Makes a record that is there new: nothing forwarded or delivered.
   SWARMTALK_AVR_CALLED void renew(Entry& record, KeyArgument key, uint8_t kind) {
     record.key = key;
@@ -298,24 +274,20 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
       record.flags = counted;
       return;
     }
-    pass(record, node);
-  }
-  /// As many have begun as half of the numbers.
-  template <class Node>
-  SWARMTALK_AVR_INLINED void pass(Entry& record, Node& node) {
-    const uint8_t flags = record.flags;
-    if ((flags & Entry::kOpen) != 0) node.end(record);
+    // As many have begun as half of the numbers.
+    if ((flags & Entry::kOpen) != 0) node.expire(record);
     if ((flags & Entry::kDirect) == 0) record.flags = 0;
   }
 
-  /// The record for a message that begins, which is noted with its sender's other messages; and
-  /// what the node wants to know of the open ones, all in one walk.
+  /// Without buckets: the best of all records for a message that begins, which is noted with its
+  /// sender's other messages; and what the node wants to know of the open ones, in one walk.
   template <class Node>
   SWARMTALK_AVR_CALLED Choice look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
-    Choice choice = {own, own == nullptr ? Score{0} : kOver};
+    Choice choice = first_choice(own);
+    looked_ = clock_step(now_);
     OpenMessages<P> open;
     const Ticks now = in_register(static_cast<Ticks>(now_));
-    const Entry* const stop = end();
+    const Entry* const stop = Lookup::end(records_);
     for (Entry* record = records_; record != stop; ++record) {
       record = in_register(record);
       if (kNumbersReturn && record->key.is_same_stream(key)) note(*record, key, node);
@@ -329,17 +301,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
   SWARMTALK_AVR_INLINED void consider(Entry* record, Ticks now, bool insist, Choice& choice,
                                       OpenMessages<P>& open, Node& node) {
     const uint8_t flags = record->flags;
-#ifndef __AVR__  // there the most that a walk may take counts, and that is with open ones
-    if (choice.score == kOver && (flags & Entry::kOpen) == 0) return;
-#endif
     const Ticks passed = static_cast<Ticks>(now - record->stamp);
     Score score = kOver;
     if ((flags & Entry::kOpen) != 0) {
       if (passed <= ((flags & Entry::kFlood) != 0 ? kFloodLife : kAssemblyLife)) {
-        return open.add(record, node.worth(*record));
+        if (kScans) open.add(record, node.worth(*record));
+        return;
       }
-      if (choice.score == kOver) return;  // one is enough for a call
-      node.end(*record);
+      node.expire(*record);
     } else if (flags != 0) {
       if ((flags & Entry::kFlood) == 0) {
         if (passed <= kOneHopLife) score = static_cast<Score>(passed + (kFloodLife + 1u));
@@ -348,50 +317,31 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>,
         score = static_cast<Score>(passed + 1u);
       }
     }
+    if (kScans && score == kOver) record->flags = 0;
     if (score > choice.score) {
       choice.record = record;
       choice.score = score;
     }
   }
-  /// A record of a chain that is over, for a message that begins there.
+  /// With buckets: the first of the next few records that is no flooded message's, or is over; else
+  /// the best of them. The next call goes on after it: they are given away in the order in which
+  /// they began.
   template <class Node>
-  Choice look_at_chain(Entry* own, KeyArgument key, Node& node) {
-    if (own != nullptr) return {own, kOver};
-    uint8_t looks = 0;
-    Entry* record = Lookup::first(records_, key);
-    for (; record != nullptr; record = Lookup::next(records_, record)) {
-      if (kNumbersReturn) {
-        if (!is_over(*record)) continue;
-        if (record->is_open()) node.end(*record);
-        return {record, kOver};
-      }
-      if (++looks >= kLongestChain && !record->is_open()) return {record, kOver};
+  Choice look_at_some(bool insist, Node& node) {
+    Choice choice = {nullptr, 0};
+    OpenMessages<P> open;
+    for (uint8_t left = kCompared; left != 0 && choice.score <= kFloodLife + 1u; --left) {
+      consider(Lookup::next_in_turn(records_), static_cast<Ticks>(now_), insist, choice, open,
+               node);
     }
-    return {nullptr, 0};
-  }
-
-  /// The next of a large table that is closed; a flooded message's only if the next few are all of
-  /// such, or open. The hand goes round, so it is about the oldest.
-  Entry* next_to_give_away(bool insist) {
-    Entry* chosen = nullptr;
-    Index at = Lookup::hand();
-    for (uint8_t n = 0; n < kCompared; ++n) {
-      Entry* const record = step(at);
-      if (record->is_open()) continue;
-      const bool is_precious = record->is_flood() && !is_over(*record);
-      if (is_precious && (chosen != nullptr || (!insist && age(*record) <= young_.ticks()))) {
-        continue;
-      }
-      chosen = record;
-      Lookup::hand() = at;
-      if (!is_precious) break;
-    }
-    if (chosen == nullptr) Lookup::hand() = at;  // the next time those behind
-    return chosen;
+    if (choice.record != nullptr) Lookup::turn_to(static_cast<Index>(choice.record - records_));
+    return choice;
   }
 
   uint32_t now_;
-  Index sweep_;  // the record looked at last for its age
+  /// With buckets the record whose age was looked at last; without, the clock_step() in which all
+  /// were.
+  Index looked_;
   WanderTime<P, kScans> young_;
   Entry records_[P::kRecords];
 };

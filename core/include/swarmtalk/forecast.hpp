@@ -33,11 +33,11 @@ struct OpenMessages {
   }
 };
 
-/// Whether memory will do for the message that begins: if all that are begun go on at one pace and
-/// have the usual number of packets, judged by the last one put together. Where nothing is lost
-/// that completes up to a fifth more than to begin whatever there is a slot for; where packets are
-/// lost, and many messages end early, it is less: one such message among those begun, and there is
-/// no forecast. Kept where a new message looks at all records anyway.
+/// Whether memory will do for the message that begins, if all that are begun go on at one pace and
+/// have as many packets as the last one that was put together. Where nothing is lost, up to a fifth
+/// more messages become whole than if each were begun for which there is a slot. Where one of those
+/// begun has lost packets, others will end early too: then it is begun (has_room_). Kept where a
+/// new message looks at all records anyway.
 template <class P, bool kPresent>
 class Forecast {
  protected:
@@ -59,7 +59,8 @@ class Forecast {
                     open.messages * static_cast<uint8_t>(packets - open.most) + open.held) <=
                     P::kFragmentSlots;
   }
-  bool has_room() const { return usual_packets_ < 2 || has_room_; }
+  /// REQUIRES knows_length()
+  bool has_room() const { return has_room_; }
   bool knows_length() const { return usual_packets_ >= 2; }
   /// The open message that was worth least at the last look, if that is less than `limit`: once.
   Record<P>* take_least_under(uint8_t limit) {
@@ -67,7 +68,6 @@ class Forecast {
     worth_ = 255;
     return least_;
   }
-  Record<P>*& hand() { return least_; }  // for code that is not reached
 
  private:
   uint8_t usual_packets_;  // 0: unknown
@@ -84,11 +84,6 @@ class Forecast<P, false> {
   bool has_room() const { return true; }
   bool knows_length() const { return false; }
   Record<P>* take_least_under(uint8_t) { return nullptr; }
-  /// The record that was looked at last for one to give up.
-  Record<P>*& hand() { return hand_; }
-
- private:
-  Record<P>* hand_ = nullptr;
 };
 
 }  // namespace core

@@ -93,7 +93,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
   void begin(Entry& record) {
     record.held = 0;
     record.first = kNoSlot;
-    record.flags = static_cast<uint8_t>(record.flags & ~Entry::kEndHeld);
+    record.flags = static_cast<uint8_t>((record.flags & ~Entry::kEndHeld) | Entry::kOpen);
   }
 
   /// Adds a packet to a message that has been begun. @param elapsed ticks since its last packet

@@ -71,7 +71,7 @@ bool Swarmtalk<P>::is_own(const Arrival& arrival) {
     draw_id();
     count(counters_.id_changes);
   }
-  return P::kEpochBits == 0 || arrival.epoch == identity_.epoch();
+  return P::kEpochBits == 0;
 }
 
 template <class P>
@@ -109,16 +109,15 @@ typename Swarmtalk<P>::Entry* Swarmtalk<P>::record_of(const Arrival& arrival, ui
   Entry* record = cache_.find(arrival.key);
   if (record != nullptr) {
     if (!cache_.is_of_later(*record, (kind & Entry::kDirect) != 0, arrival.bit)) return record;
-    if (record->is_open()) end(*record);
+    if (record->is_open()) expire(*record);
     record->flags = 0;
   }
   record = begin_record(record, arrival.key, kind, kind == 0 ? !whole : P::kMessageBits >= 16);
   if (record == nullptr) {
     // While all are open, one that cannot become whole makes place; for a flooded message that is
     // whole at once any does, because without a record its copies would be delivered again.
-    const uint8_t limit = Cache::kScans ? uint8_t{1} : newcomer_limit(arrival);
-    record = give_up_less_than(kind != 0 && whole ? kAnyWorth : limit, nullptr);
-    if (record != nullptr) cache_.replace(*record, arrival.key, kind, *this);
+    record = give_up_less_than(kind != 0 && whole ? kAnyWorth : limit_of(0, arrival), nullptr);
+    if (record != nullptr) cache_.replace(*record, arrival.key, kind);
   }
   return record;
 }
@@ -127,14 +126,14 @@ template <class P>
 typename Swarmtalk<P>::Entry* Swarmtalk<P>::begin_record(Entry* own, typename Key::Argument key,
                                                          uint8_t kind, bool insist) {
   if (cache_.needs_secret()) draw_secret();
-  return cache_.begin(own, key, kind, insist, *this);
+  return cache_.begin_record(own, key, kind, insist, *this);
 }
 
 template <class P>
 void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
   if (!record.is_open()) {
     reassembler_.begin(record);
-    cache_.open(record);
+    cache_.renew_stamp(record);
     if (!is_finishable(arrival, record)) {
       finish(record, arrival.bit);
       count(counters_.no_memory);
@@ -145,8 +144,7 @@ void Swarmtalk<P>::assemble(Arrival& arrival, Entry& record) {
   Outcome outcome;
   do {
     outcome = reassembler_.add(record, arrival, elapsed);
-  } while (outcome == Outcome::kNoSlot &&
-           (Cache::kScans ? make_slot(record, arrival.bit) : make_slot_in_pool(record, arrival)));
+  } while (outcome == Outcome::kNoSlot && make_slot(record, arrival));
   switch (outcome) {
     case Outcome::kHeld:
       cache_.renew_stamp(record);
@@ -203,21 +201,29 @@ uint8_t Swarmtalk<P>::worth(const Entry& record) const {
   return is_hopeless ? 0 : static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
 }
 
-// A packet of full length is more than a last one, which may have a byte: a message that begins
-// with it comes before those of which only the end has come, and before what has not moved for a
-// while. Last packets alone push out each other only, the oldest first. So who fills the pool with
-// packets of messages that never become whole, under however many names, has to send all that it
-// holds again in each kStall.
+// In a large table a packet of full length is more than a last one, which may have a byte: a
+// message that begins with it comes before those of which only the end has come, and before what
+// has not moved for a while. Last packets alone push out each other only, the oldest first. So who
+// fills the pool with packets of messages that never become whole, under however many names, has to
+// send all that it holds again in each kStall.
 template <class P>
-bool Swarmtalk<P>::make_slot_in_pool(Entry& record, const Arrival& arrival) {
+uint8_t Swarmtalk<P>::limit_of(Mask held, const Arrival& arrival) {
+  const uint8_t packets = Reassembler<P>::count(held);
+  if (Cache::kScans) return static_cast<uint8_t>(packets + 1);
+  if (packets == 0) return arrival.end ? kStalled : kStalled + 1;
+  return static_cast<uint8_t>(kStalled + packets);
+}
+
+template <class P>
+bool Swarmtalk<P>::make_slot(Entry& record, const Arrival& arrival) {
   const Mask held = record.held;
   if (!record.is_flood() &&
       (record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(held | arrival.bit)))) {
     return false;
   }
-  if (held == 0) return give_up_less_than(newcomer_limit(arrival), &record) != nullptr;
-  const auto limit = static_cast<uint8_t>(kStalled + Reassembler<P>::count(held));
-  return give_up_less_than(limit, &record) != nullptr;
+  // A message that begins now comes after a walk.
+  if (Cache::kScans && held != 0) cache_.look_at_others(record, *this);
+  return give_up_less_than(limit_of(held, arrival), &record) != nullptr;
 }
 
 template <class P>
@@ -230,19 +236,6 @@ uint8_t Swarmtalk<P>::standing(const Entry& record) const {
   const uint8_t packets = Reassembler<P>::count(held);
   const auto idle = static_cast<uint32_t>(cache_.age(record) / kStall);
   return static_cast<uint8_t>(kStalled + (idle < packets ? packets - idle : 0));
-}
-
-template <class P>
-bool Swarmtalk<P>::make_slot(Entry& record, Mask bit) {
-  const Mask held = record.held;
-  if (!record.is_flood() &&
-      (record.is_overtaken() || Reassembler<P>::has_gap(static_cast<Mask>(held | bit)))) {
-    return false;
-  }
-  // A message that begins now comes after a walk.
-  if (Cache::kScans && held != 0) cache_.look_at_others(record, *this);
-  const auto limit = static_cast<uint8_t>(Reassembler<P>::count(held) + 1);
-  return give_up_less_than(limit, &record) != nullptr;
 }
 
 template <class P>

@@ -167,7 +167,7 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
   RecordKey<P> key;
   Mask forwarded;  // one bit per packet
   Mask held;       // the same; of a closed one that is done: the packets heard. Else undefined
-  Stamp stamp;     // tick of the last packet that was no copy
+  Stamp stamp;     // tick from which its time counts: of the last packet of it that was new, mostly
   Slot first;      // list of fragments, highest sequence first; undefined while not open
 
   void close() { flags = static_cast<uint8_t>((flags & ~kOpen) | kDone); }
@@ -226,27 +226,25 @@ class RecordIndex : BucketOf<P, (P::kMessageBits >= 16)> {
   }
   /// Calls `count(Entry&)` with each record of a key's stream.
   template <class Count>
-  SWARMTALK_AVR_INLINED void for_stream(Entry* records, const RecordKey<P>& key,
-                                        const Count& count) {
-    for (Entry* record = first(records, key); record != nullptr; record = next(records, record)) {
+  void for_stream(Entry* records, const RecordKey<P>& key, const Count& count) {
+    const Index head = heads_[Hash::bucket(key)];
+    if (head == 0) return;
+    for (Entry* record = &records[head - 1];; record = &records[record->next_]) {
       if (record->key.is_same_stream(key)) count(*record);
+      if (record->next_ == kNone) return;
     }
   }
-  Entry* first(Entry* records, const RecordKey<P>& key) const {
-    const Index head = heads_[Hash::bucket(key)];
-    return head == 0 ? nullptr : &records[head - 1];
-  }
-  Entry* next(Entry* records, const Entry* record) const {
-    return record->next_ == kNone ? nullptr : &records[record->next_];
-  }
-  /// What follows the last one of a walk from first().
-  static const Entry* stop(const Entry*) { return nullptr; }
   const Entry* end(const Entry* records) const { return records + used_; }
   /// A record that has never been used, or null.
   Entry* fresh(Entry* records) { return used_ < P::kRecords ? &records[used_++] : nullptr; }
   bool is_unused() const { return used_ == 0; }
-  /// The record given away last: those after it are the oldest, roughly.
-  Index& hand() { return hand_; }
+  /// All that have been used, round and round: the oldest, roughly. REQUIRES that one has
+  Entry* next_in_turn(Entry* records) {
+    if (++hand_ >= used_) hand_ = 0;
+    return &records[hand_];
+  }
+  /// The last one that next_in_turn() gave, or one before it.
+  void turn_to(Index place) { hand_ = place; }
 
  private:
   Index heads_[P::kBuckets];
@@ -306,19 +304,10 @@ class RecordIndex<P, true> {
   void unlink(Entry*, Entry*) {}
   template <class Count>
   void for_stream(Entry*, const RecordKey<P>&, const Count&) {}
-  Entry* first(Entry* records, const RecordKey<P>&) const {
+  Entry* next_in_turn(Entry* records) {
     return records;
   }
-  Entry* next(Entry*, Entry* record) const {
-    return record + 1;
-  }
-  const Entry* stop(const Entry* records) const {
-    return end(records);
-  }
-  UintFor<bits_for(P::kRecords)>& hand() {  // for code that is not reached
-    static UintFor<bits_for(P::kRecords)> none;
-    return none;
-  }
+  void turn_to(uint32_t) {}
   static constexpr bool kHasSecret = false;
   bool is_unused() const {
     return false;

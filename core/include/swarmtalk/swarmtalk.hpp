@@ -71,7 +71,6 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
 #else
       : port_{port.clock, port.random, port.context}, last_error_(Error::kOk), used_channels_(0) {
     set_zero(ids_);
-    if (!Cache::kScans) this->hand() = cache_.begin();
   }
 #endif
   Swarmtalk(const Swarmtalk&) = delete;
@@ -217,10 +216,10 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   void begin_call() {
     const uint32_t now = time();
     if (cache_.has_ended(now)) forget_all(now);
+    const uint32_t passed = cache_.since_now(now);
     cache_.set_now(now);
     if (P::kBuckets == 0) cache_.set_waiting(forward_queue_.size());  // else told when it changes
-    Entry* const record = cache_.sweep();
-    if (record != nullptr) end(*record);
+    cache_.sweep(passed, *this);
   }
   /// After a pause in which nothing was heard.
   void forget_all(uint32_t now) {
@@ -236,10 +235,9 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
     if (P::kBuckets != 0) cache_.set_waiting(0);
     round_robin_.set_ready(0, false);
   }
-  /// An open message's time is over.
-  SWARMTALK_AVR_CALLED void end(Entry& record) {
+  /// An open message's time is over, or its number comes again.
+  SWARMTALK_AVR_CALLED void expire(Entry& record) {
     reassembler_.release(record);
-    record.held = 0;
     count(counters_.aged_out);
   }
 
@@ -352,7 +350,8 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   bool read_fragment(Arrival& arrival, const uint8_t* packet) const;
   static bool fits_size(const Arrival& arrival, bool timestamped, PacketSize payload_bytes);
 
-  /// Our own packet come back, or somebody else under our id: neither is received.
+  /// Our own packet come back, or somebody else's under our id that has no epoch to tell the two
+  /// apart: neither is received.
   bool is_own(const Arrival& arrival);
   /// Whether a packet under an id of ours is one that we have sent: others sent it on.
   bool is_echo(const Arrival& arrival) const {
@@ -401,7 +400,7 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   void receive(Arrival& arrival);
   /// The record of a packet's message, a new one if needed. Null: no room.
   Entry* record_of(const Arrival& arrival, uint8_t kind, bool whole);
-  /// DuplicateCache::begin; a message that its sender has passed is given up.
+  /// DuplicateCache::begin_record, with numbers for its table when the first one begins.
   Entry* begin_record(Entry* own, typename Key::Argument key, uint8_t kind, bool insist);
   void assemble(Arrival& arrival, Entry& record);
   /// The message lies on the stack.
@@ -426,20 +425,18 @@ class Swarmtalk : private Forecast<P, (P::kBuckets == 0)>,
   Entry* give_up_less_than(uint8_t limit, const Entry* kept);
   /// Finds it in a large table, by standing: of some that hold packets, the least, and the oldest.
   Entry* find_less_than(uint8_t limit, const Entry* kept);
-  /// Gives up a message that is worth less than this one, which needs a slot for packet `bit`.
+  /// Gives up a message that is worth less than this packet's, which needs a slot.
   /// @return whether there was one
-  bool make_slot(Entry& record, Mask bit);
-  /// The same in a large table, for this packet.
-  bool make_slot_in_pool(Entry& record, const Arrival& arrival);
-  /// There, how an open message stands among others: 0 if it is worth nothing; kEndAlone; kStalled,
-  /// and one more for each packet held, less one for each kStall in which none has come.
+  bool make_slot(Entry& record, const Arrival& arrival);
+  /// What a packet's message may push out, of which `held` are here: what is worth less than this.
+  static uint8_t limit_of(Mask held, const Arrival& arrival);
+  /// In a large table, how an open message stands among others: 0 if it is worth nothing;
+  /// kEndAlone; kStalled, and one more for each packet held, less one for each kStall in which none
+  /// has come.
   uint8_t standing(const Entry& record) const;
   static constexpr uint8_t kEndAlone = 1;
   static constexpr uint8_t kStalled = 2;
   static constexpr uint32_t kStall = P::kAssemblyTicks < 8 ? 1 : P::kAssemblyTicks / 8;
-  static uint8_t newcomer_limit(const Arrival& arrival) {
-    return arrival.end ? kStalled : kStalled + 1;
-  }
 
   // The small ones first: AVR reaches 64 bytes behind an address at no cost.
   Port port_;

@@ -46,58 +46,79 @@ class Sender {
 
 constexpr uint16_t kSenders = 12;
 
+/// What is heard while time passes: one-hop messages of somebody else.
+struct Meanwhile {
+  uint32_t every;    // ticks; 0: nothing is heard
+  uint32_t channel;  // kOpen, or one that the receiver does not have
+};
+constexpr uint32_t kOpen = 1;
+constexpr uint32_t kNotHere = 2;
+constexpr Meanwhile kSilence = {0, kOpen};
+
+/// A receiver on channel 0, and somebody else whom it hears.
+template <class P>
+class Place {
+ public:
+  Place(uint32_t ttl, const Meanwhile& meanwhile)
+      : meanwhile_(meanwhile), other_(98, 0, meanwhile.channel) {
+    receiver.port.now = 5000;
+    receiver.open(kOpen, 0);
+    receiver.open(0, ttl);
+  }
+  void hear_other() { receiver.hear(other_.next(1)[0]); }
+  void pass(uint32_t ticks) {
+    const uint32_t end = receiver.port.now + ticks;
+    while (meanwhile_.every != 0 && end - receiver.port.now > meanwhile_.every) {
+      receiver.port.now += meanwhile_.every;
+      hear_other();
+    }
+    receiver.port.now = end;
+    receiver.received.clear();
+  }
+  TestNode<P> receiver{99};
+
+ private:
+  Meanwhile meanwhile_;
+  Sender<P> other_;
+};
+
 /// Of kSenders' messages of two packets the first packets come, `pause` ticks before the second
-/// packets of later messages with the same numbers. Before them, and while the time passes, one-hop
-/// messages of somebody else are heard: their records are over at once, and there before the
-/// others.
-/// @param call_every  ticks between those; 0: nothing is heard meanwhile
+/// packets of later messages with the same numbers. One message of somebody else comes before them:
+/// its record is over at once, and there before the others.
 /// @return messages put together
 template <class P>
-size_t joined(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_message) {
-  TestNode<P> receiver(99);
-  receiver.port.now = 5000;
-  receiver.open(1, 0);
-  receiver.open(0, ttl);
-  Sender<P> other(98, 0, 1);
-  receiver.hear(other.next(1)[0]);
+size_t joined(uint32_t ttl, uint32_t pause, const Meanwhile& meanwhile, bool same_message) {
+  Place<P> place(ttl, meanwhile);
+  place.hear_other();
   std::vector<Bytes> last;
   for (uint16_t id = 1; id <= kSenders; ++id) {
     Sender<P> sender(id, ttl);
     const Packets before = sender.next(2);
-    receiver.hear(before[0]);
+    place.receiver.hear(before[0]);
     last.push_back(same_message ? before[1] : sender.next_of_same_number(2)[1]);
   }
-  const uint32_t end = receiver.port.now + pause;
-  if (call_every != 0) {
-    while (end - receiver.port.now > call_every) {
-      receiver.port.now += call_every;
-      receiver.hear(other.next(1)[0]);
-    }
-  }
-  receiver.port.now = end;
-  receiver.received.clear();
-  for (const Bytes& packet : last) receiver.hear(packet);
-  return receiver.received.size();
+  place.pass(pause);
+  for (const Bytes& packet : last) place.receiver.hear(packet);
+  return place.receiver.received.size();
 }
 
 /// Whether a message of one packet is delivered `pause` ticks after another one of the same name.
 template <class P>
-bool comes_through(uint32_t ttl, uint32_t pause) {
-  TestNode<P> receiver(99);
-  receiver.port.now = 5000;
-  receiver.open(0, ttl);
+bool comes_through(uint32_t ttl, uint32_t pause, const Meanwhile& meanwhile) {
+  Place<P> place(ttl, meanwhile);
+  place.hear_other();
   Sender<P> sender(1, ttl);
-  receiver.hear(sender.next(1)[0]);
-  receiver.port.now += pause;
-  receiver.hear(sender.next_of_same_number(1)[0]);
-  return receiver.received.size() == 2;
+  place.receiver.hear(sender.next(1)[0]);
+  place.pass(pause);
+  place.receiver.hear(sender.next_of_same_number(1)[0]);
+  return place.receiver.received.size() == 1;
 }
 
 /// What is tested with each profile.
 struct Node {
   const char* profile;
-  size_t (*joined)(uint32_t ttl, uint32_t pause, uint32_t call_every, bool same_message);
-  bool (*comes_through)(uint32_t ttl, uint32_t pause);
+  size_t (*joined)(uint32_t ttl, uint32_t pause, const Meanwhile& meanwhile, bool same_message);
+  bool (*comes_through)(uint32_t ttl, uint32_t pause, const Meanwhile& meanwhile);
 };
 template <class P>
 constexpr Node node_of(const char* profile) {
@@ -124,21 +145,31 @@ std::vector<Pause> pauses(uint32_t ttl, const std::vector<uint32_t>& ticks) {
   return all;
 }
 
+// 65,600 is 64 more than a clock of 16 bits can tell.
 class AgeingWithFewCalls : public ::testing::TestWithParam<Pause> {};
 TEST_P(AgeingWithFewCalls, JoinsNoFragmentsOfTwoMessages) {
-  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 100, false), 0u);
+  const Pause& pause = GetParam();
+  for (const uint32_t channel : {kOpen, kNotHere}) {
+    EXPECT_EQ(pause.node.joined(pause.ttl, pause.ticks, {100, channel}, false), 0u) << channel;
+  }
 }
-INSTANTIATE_TEST_SUITE_P(OneHop, AgeingWithFewCalls, ValuesIn(pauses(0, {256, 320, 512})), name_of);
-INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithFewCalls, ValuesIn(pauses(3, {4096, 4160, 8192})),
-                         name_of);
+TEST_P(AgeingWithFewCalls, TakesNoNewMessageForACopy) {
+  const Pause& pause = GetParam();
+  for (const uint32_t channel : {kOpen, kNotHere}) {
+    EXPECT_TRUE(pause.node.comes_through(pause.ttl, pause.ticks, {100, channel})) << channel;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(OneHop, AgeingWithFewCalls,
+                         ValuesIn(pauses(0, {256, 320, 512, 65536, 65540, 65600})), name_of);
+INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithFewCalls,
+                         ValuesIn(pauses(3, {4096, 4160, 8192, 65536, 65600, 67000})), name_of);
 
-// 65,600 is 64 more than a clock of 16 bits can tell.
 class AgeingWithoutCalls : public ::testing::TestWithParam<Pause> {};
 TEST_P(AgeingWithoutCalls, JoinsNoFragmentsOfTwoMessages) {
-  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 0, false), 0u);
+  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, kSilence, false), 0u);
 }
 TEST_P(AgeingWithoutCalls, TakesNoNewMessageForACopy) {
-  EXPECT_TRUE(GetParam().node.comes_through(GetParam().ttl, GetParam().ticks));
+  EXPECT_TRUE(GetParam().node.comes_through(GetParam().ttl, GetParam().ticks, kSilence));
 }
 INSTANTIATE_TEST_SUITE_P(OneHop, AgeingWithoutCalls, ValuesIn(pauses(0, {65600, 70000, 1000000})),
                          name_of);
@@ -147,7 +178,10 @@ INSTANTIATE_TEST_SUITE_P(Flood, AgeingWithoutCalls, ValuesIn(pauses(3, {65600, 7
 
 class YoungFragments : public ::testing::TestWithParam<Pause> {};
 TEST_P(YoungFragments, AreJoined) {
-  EXPECT_EQ(GetParam().node.joined(GetParam().ttl, GetParam().ticks, 10, true), kSenders);
+  const Pause& pause = GetParam();
+  for (const uint32_t channel : {kOpen, kNotHere}) {
+    EXPECT_EQ(pause.node.joined(pause.ttl, pause.ticks, {10, channel}, true), kSenders) << channel;
+  }
 }
 INSTANTIATE_TEST_SUITE_P(OneHop, YoungFragments, ValuesIn(pauses(0, {50})), name_of);
 INSTANTIATE_TEST_SUITE_P(Flood, YoungFragments, ValuesIn(pauses(3, {50})), name_of);

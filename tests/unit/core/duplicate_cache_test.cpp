@@ -33,10 +33,14 @@ struct Cache : DuplicateCache<Kilobot> {
     return *this;
   }
   Entry* insert(const Key& key, uint8_t kind, bool insist = true) {
-    return DuplicateCache<Kilobot>::begin(find(key), key, kind, insist, *this);
+    return begin_record(find(key), key, kind, insist, *this);
   }
   /// What the node does for the cache.
-  void end(Entry& passed) {
+  void open(Entry& record) {
+    record.flags = static_cast<uint8_t>((record.flags & ~Entry::kDone) | Entry::kOpen);
+    renew_stamp(record);
+  }
+  void expire(Entry& passed) {
     close(passed, kAll);
     ++given_up;
   }
