@@ -1,26 +1,34 @@
 #include "text/nearest.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <numeric>
-#include <utility>
+#include <string_view>
 
 namespace swarmtalk::text {
 namespace {
 
-constexpr std::size_t kShortNameBytes = 6;      // below: one letter
-constexpr std::size_t kLongestNameBytes = 256;  // a longer one is not looked at
+constexpr std::size_t kShortWordBytes = 6;      // below: one letter
+constexpr std::size_t kLongestWordBytes = 256;  // a longer one is not looked at
 
-std::string nearest_within(const std::string& word, const std::vector<std::string>& known,
-                           std::size_t most) {
-  std::string found;
-  std::size_t least = most + 1;
-  for (const std::string& each : known) {
-    const std::size_t distance = edit_distance(word, each);
-    if (distance >= least || distance >= each.size()) continue;
-    least = distance;
-    found = each;
+/// How many letters are to be changed, left out, added or swapped with the next to make one of the
+/// other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1);  // the row before the last
+  std::vector<std::size_t> last(b.size() + 1);
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    before.swap(last);
+    last.swap(row);
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      row[j + 1] = std::min({last[j] + (a[i] == b[j] ? 0 : 1), row[j] + 1, last[j + 1] + 1});
+      const bool is_swapped = i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j];
+      if (is_swapped) row[j + 1] = std::min(row[j + 1], before[j - 1] + 1);
+    }
   }
-  return found;
+  return row.back();
 }
 
 /// "robot" of "robot_12" and "robot3".
@@ -43,33 +51,29 @@ std::string without_numbers(const std::string& name) {
 
 }  // namespace
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 std::string nearest(const std::string& word, const std::vector<std::string>& known) {
-  return nearest_within(word, known, std::max<std::size_t>(2, word.size() / 4));
+  if (word.size() > kLongestWordBytes) return {};
+  const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
+  std::size_t least = 1 + std::min<std::size_t>(letters < kShortWordBytes ? 1 : 2,
+                                                letters < 3 ? 0 : (letters - 1) / 2);
+  std::string found;
+  for (const std::string& each : known) {
+    if (each.size() >= word.size() + least || word.size() >= each.size() + least) continue;
+    const std::size_t distance = edit_distance(word, each);
+    if (distance >= least) continue;
+    least = distance;
+    found = each;
+  }
+  return found;
 }
 
 std::string nearest_channel(const std::string& name, const std::vector<std::string>& known) {
-  if (name.size() > kLongestNameBytes) return {};
   std::vector<std::string> others;
   const std::string unnumbered = without_numbers(name);
   for (const std::string& each : known) {
-    const bool is_other = each.size() <= kLongestNameBytes && without_numbers(each) != unnumbered;
-    if (is_other) others.push_back(each);
+    if (without_numbers(each) != unnumbered) others.push_back(each);
   }
-  return nearest_within(name, others, name.size() < kShortNameBytes ? 1 : 2);
+  return nearest(name, others);
 }
 
 }  // namespace swarmtalk::text

@@ -17,16 +17,9 @@ std::string listed(const std::vector<std::string>& words) {
 }
 
 // The nearest known key, or all of them when none is near.
-std::string suggestion(std::string_view key, const std::vector<std::string>& known) {
-  key = key.substr(0, kMaxNameBytes);
-  using text::edit_distance;
-  const auto nearest =
-      std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-        return edit_distance(key, a) < edit_distance(key, b);
-      });
-  const std::size_t near_enough = std::max<std::size_t>(2, nearest->size() / 3);
-  if (edit_distance(key, *nearest) <= near_enough) return "did you mean '" + *nearest + "'?";
-  return "known here: " + listed(known);
+std::string suggestion(const std::string& key, const std::vector<std::string>& known) {
+  const std::string near = text::nearest(key, known);
+  return near.empty() ? "known here: " + listed(known) : "did you mean '" + near + "'?";
 }
 
 std::string shown(const toml::node& node) {
@@ -101,7 +94,7 @@ void TableReader::expect_keys(const std::vector<std::string>& known) const {
     if (first == nullptr || key.source().begin < first->source().begin) first = &key;
   }
   if (first == nullptr) return;
-  fail(std::string(first->str()), "is not known; " + suggestion(first->str(), known));
+  fail(std::string(first->str()), "is not known; " + suggestion(std::string(first->str()), known));
 }
 
 bool TableReader::integer(const std::string& key, IntegerLimits limits, std::int64_t& value) const {

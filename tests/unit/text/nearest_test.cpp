@@ -12,6 +12,21 @@ TEST(Nearest, IsTheWordWithTheFewestChanges) {
   EXPECT_EQ(nearest("a", {"b"}), "") << "all of it would change";
 }
 
+TEST(Nearest, IsNoneThatIsFar) {
+  EXPECT_EQ(nearest("loop", {"log", "node"}), "");
+  EXPECT_EQ(nearest("foo", {"log"}), "");
+  EXPECT_EQ(nearest("--loop", {"--log"}), "") << "dashes are no letters";
+  EXPECT_EQ(nearest("zz", {"id", "z"}), "");
+  EXPECT_EQ(nearest("gateways", {"gate"}), "");
+  EXPECT_EQ(nearest("---", {"--"}), "");
+  EXPECT_EQ(nearest("", {"a"}), "");
+}
+
+TEST(Nearest, IsOneWithTwoLettersSwapped) {
+  EXPECT_EQ(nearest("sbu", {"pub", "sub"}), "sub");
+  EXPECT_EQ(nearest("ndoe", {"log", "node"}), "node");
+}
+
 TEST(Nearest, OfAChannelIsNearerForAShortName) {
   EXPECT_EQ(nearest_channel("chater", {"alarm", "chatter"}), "chatter");
   EXPECT_EQ(nearest_channel("hallo", {"hello"}), "hello");

@@ -56,7 +56,11 @@ const Wrong kWrong[] = {
     {"unknown_section", std::string(kLink) + "[chanels]\na = 1\n",
      "f.toml:3: key 'chanels': is not known; did you mean 'channels'?"},
     {"first_of_two_unknown_keys", std::string(kLink) + "[node]\nzz = 1\naa = 2\n",
-     "f.toml:4: key 'node.zz': is not known; did you mean 'id'?"},
+     "f.toml:4: key 'node.zz': is not known; known here: id, id_offset, id_interface, name, pose, "
+     "pose_socket, pose_max_age_ms"},
+    {"unknown_section_far_from_all", std::string(kLink) + "[loop]\na = 1\n",
+     "f.toml:3: key 'loop': is not known; known here: node, socket, links, channels, gateway, "
+     "limits, log, metrics, reserved"},
     {"bad_type", std::string(kLink) + "[node]\nid = true\n",
      "f.toml:4: key 'node.id': is true; it must be \"auto\", \"hostname\", \"ip\" or 1 to 65534"},
     {"bad_type_of_text", "[links.w]\ntype = \"raw_l2\"\ninterface = 3\n",
