@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <numbers>
+#include <sstream>
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/names.hpp"
@@ -27,6 +28,10 @@ constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 constexpr std::size_t kMaxChannelNames = 1024;
 constexpr std::size_t kMaxNodeNameBytes = 20;
+
+// What toml++ says that it parsed when text has no quotes.
+constexpr const char* kScopesOfValues[] = {"value", "boolean", "floating", "hexadecimal", "decimal",
+                                           "octal", "binary",  "date",     "time"};
 
 void read_node_id(const TableReader& table, NodeConfig& node) {
   table.read_integer("id_offset", kNodeIdOffsetLimits, node.id_offset);
@@ -176,18 +181,43 @@ void apply(const ConfigOptions& options, ParsedConfig& parsed) {
   }
 }
 
+/// toml++ looks at the names of a header at times when it has read the end of its line.
+unsigned line_of(const toml::parse_error& error, const std::string& text) {
+  const unsigned line = error.source().begin.line;
+  if (!error.description().starts_with("Error while parsing table header")) return line;
+  std::istringstream lines(text);
+  std::string found;
+  for (unsigned i = 0; i < line; ++i) std::getline(lines, found);
+  const std::size_t begin = std::min(found.find_first_not_of(" \t"), found.size());
+  return found.substr(begin, 1) == "[" ? line : line - 1;
+}
+
+/// What is wrong in the words of toml++, with a remedy; in ours where its own are garbled.
+std::string what_of(const toml::parse_error& error) {
+  const std::string_view what = error.description();
+  for (const char* twice : {"cannot redefine", "cannot insert"}) {
+    if (what.find(twice) == std::string_view::npos) continue;
+    return "the key or section of this line is there twice; keep one of the two";
+  }
+  constexpr std::string_view kStart = "Error while parsing ";
+  const std::string_view scope = what.substr(std::min(kStart.size(), what.size()));
+  const bool is_value = std::any_of(std::begin(kScopesOfValues), std::end(kScopesOfValues),
+                                    [&](const char* each) { return scope.starts_with(each); });
+  return printable(what.substr(0, what.find('\n')), 160) +
+         (is_value ? "; if it is text, put it in double quotes"
+                   : "; see https://toml.io for the format");
+}
+
 toml::table parse_toml(std::string_view text, const std::string& file) {
   const AsciiToml ascii = to_ascii(text);
-  if (ascii.line != 0) {
-    throw ConfigError(file + ":" + std::to_string(ascii.line) + ": not TOML: " + ascii.what);
-  }
+  const auto error_at = [&](unsigned line, const std::string& what) {
+    return ConfigError(file + ":" + std::to_string(line) + ": not TOML: " + what);
+  };
+  if (ascii.line != 0) throw error_at(ascii.line, ascii.what);
   try {
     return toml::parse(ascii.text, file);
   } catch (const toml::parse_error& error) {
-    std::string what(error.description());
-    what = printable(what.substr(0, what.find('\n')), 160);
-    throw ConfigError(file + ":" + std::to_string(error.source().begin.line) + ": not TOML: " +
-                      what + "; put text in double quotes, and see https://toml.io for the format");
+    throw error_at(line_of(error, ascii.text), what_of(error));
   } catch (const std::logic_error&) {  // an assertion of the parser
     throw ConfigError(file + ": not TOML; see https://toml.io for the format");
   }

@@ -20,6 +20,20 @@ constexpr const char* kBareReturn =
 constexpr const char* kTooDeep = "a key of more than 256 parts; use fewer dots";
 constexpr std::size_t kMostDots = 255;  // of a key: each is a level of recursion
 constexpr const char* kNotUtf8 = "bytes that are not UTF-8; save the file as UTF-8";
+constexpr const char* kNoEscape = "a backslash that begins no escape; write two of them for one";
+constexpr std::string_view kEscapes = "\"\\bfnrtuU";
+
+/// Instead of a character outside quotes that is not ASCII. Those are left from word processors and
+/// web pages.
+const char* remedy_for(std::uint32_t code_point) {
+  const bool is_quote = (code_point >= 0x2018 && code_point <= 0x201F) || code_point == 0xAB ||
+                        code_point == 0xBB || (code_point >= 0x2032 && code_point <= 0x2036);
+  const bool is_blank = code_point == 0xA0 || (code_point >= 0x2000 && code_point <= 0x200A) ||
+                        code_point == 0x202F || code_point == 0x3000;
+  return is_quote   ? "type a plain quote (\") instead"
+         : is_blank ? "type a plain blank instead"
+                    : "remove it, or put the whole name or text in double quotes";
+}
 
 bool is_control(char c) {
   const auto byte = static_cast<unsigned char>(c);
@@ -28,6 +42,10 @@ bool is_control(char c) {
 
 bool is_ascii(char c) {
   return static_cast<unsigned char>(c) < 0x80;
+}
+
+bool begins_character(char c) {
+  return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
 }
 
 class Converter {
@@ -39,7 +57,8 @@ class Converter {
       fail(kNotUtf8);
       return std::move(result_);
     }
-    if (text_.substr(0, kByteOrderMark.size()) == kByteOrderMark) at_ = kByteOrderMark.size();
+    if (text_.substr(0, kByteOrderMark.size()) == kByteOrderMark)
+      text_.remove_prefix(kByteOrderMark.size());
     while (at_ < text_.size() && result_.line == 0) {
       const char c = text_[at_];
       if (c == '"' || c == '\'') {
@@ -53,12 +72,8 @@ class Converter {
         } else {
           take();
         }
-      } else if (std::size_t next = at_; !text::next_code_point(text_, next)) {
-        fail(kNotUtf8);
       } else {
-        fail(
-            "a character that is not ASCII stands outside quotes (a curly quote?); replace it, or "
-            "put \"...\" around it");
+        refuse_character();
       }
     }
     return std::move(result_);
@@ -71,10 +86,22 @@ class Converter {
 
   bool is_bare_return() const { return text_[at_] == '\r' && text_.substr(at_ + 1, 1) != "\n"; }
 
-  void fail(const char* what) {
-    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size()));
-    result_.line = 1 + static_cast<unsigned>(std::count(text_.begin(), end, '\n'));
-    result_.what = what;
+  void fail(const std::string& what) { fail_at(at_, what); }
+
+  void fail_at(std::size_t at, const std::string& what) {
+    const std::string_view before = text_.substr(0, at);
+    result_.line = 1 + static_cast<unsigned>(std::count(before.begin(), before.end(), '\n'));
+    const auto in_line = before.substr(before.find_last_of('\n') + 1);
+    const auto column = 1 + std::count_if(in_line.begin(), in_line.end(), begins_character);
+    result_.what = fmt::format("column {}: {}", column, what);
+  }
+
+  void refuse_character() {
+    std::size_t next = at_;
+    const std::optional<std::uint32_t> code_point = text::next_code_point(text_, next);
+    if (!code_point) return fail(kNotUtf8);
+    fail(fmt::format("the character U+{:04X} stands outside quotes; {}", *code_point,
+                     remedy_for(*code_point)));
   }
 
   /// One ASCII character.
@@ -112,8 +139,18 @@ class Converter {
     return at_ - begin;
   }
 
-  /// What is not closed, the parser will refuse.
+  /// A backslash and what it stands before; between three quotes that may be the end of the line.
+  void take_escape(bool is_long) {
+    const char next = at_ + 1 < text_.size() ? text_[at_ + 1] : '\n';
+    const bool is_end = next == '\n' || next == '\r';
+    const bool is_blank = is_end || (is_long && (next == ' ' || next == '\t'));
+    if (!is_blank && kEscapes.find(next) == std::string_view::npos) return fail(kNoEscape);
+    take();
+    if (!is_end) take();
+  }
+
   void take_string() {
+    const std::size_t begin = at_;
     const char quote = text_[at_];
     const bool has_escapes = quote == '"';
     const std::string three(3, quote);
@@ -122,16 +159,19 @@ class Converter {
     result_.text.append(size, '"');
     const std::string_view mark = std::string_view(three).substr(0, size);
     while (at_ < text_.size() && result_.line == 0 && !is_next(mark)) {
-      if (size == 1 && text_[at_] == '\n') return;
-      const bool is_escape = has_escapes && text_[at_] == '\\';
-      take_in_string(has_escapes);
-      if (!is_escape || at_ == text_.size()) continue;
-      if (!is_ascii(text_[at_])) {
-        return fail("a backslash stands before a character that is not ASCII; remove it");
+      if (size == 1 && text_[at_] == '\n') break;
+      if (has_escapes && text_[at_] == '\\') {
+        take_escape(size == 3);
+      } else {
+        take_in_string(has_escapes);
       }
-      take();
     }
-    if (result_.line != 0 || at_ == text_.size()) return;
+    if (result_.line != 0) return;
+    if (!is_next(mark)) {
+      return fail_at(begin, fmt::format("a text begins here with {0} and has no second {0}{1}; "
+                                        "add it at its end",
+                                        mark, size == 1 ? " in its line" : ""));
+    }
     const std::size_t own = skip_quotes(size == 3 ? 5 : 1) - size;  // two may belong to the text
     for (std::size_t i = 0; i < own; ++i) result_.text += has_escapes ? "\\\"" : "'";
     result_.text.append(size, '"');

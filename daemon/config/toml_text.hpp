@@ -10,9 +10,9 @@
 namespace swarmtalk::daemon {
 
 struct AsciiToml {
-  std::string text;       // of the same meaning and lines, without comments
-  unsigned line = 0;      // from 1: of the first character that must not be there; 0: there is none
-  const char* what = "";  // what it is, and the remedy
+  std::string text;   // of the same meaning and lines, without comments
+  unsigned line = 0;  // from 1: of the first character that must not be there; 0: there is none
+  std::string what;   // its column, what it is, and the remedy
 };
 
 AsciiToml to_ascii(std::string_view text);

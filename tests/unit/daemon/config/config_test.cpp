@@ -118,8 +118,31 @@ const Wrong kWrong[] = {
      "own, "
      "such as [links.wifi]"},
     {"text_without_quotes", "[links.w]\ntype = udp\n",
-     "f.toml:2: not TOML: Error while parsing value: could not determine value type; put text in "
-     "double quotes, and see https://toml.io for the format"},
+     "f.toml:2: not TOML: Error while parsing value: could not determine value type; if it is "
+     "text, put it in double quotes"},
+    {"number_of_text_without_quotes", "[links.w]\naddress = 239.255.83.84\n",
+     "f.toml:2: not TOML: Error while parsing floating-point: expected decimal digit or exponent, "
+     "saw '.'; if it is text, put it in double quotes"},
+    {"value_is_missing", "[links.w]\nport =\n",
+     "f.toml:2: not TOML: Error while parsing key-value pair: expected value, saw '\\n'; see "
+     "https://toml.io for the format"},
+    {"unknown_escape", std::string(kLink) + "[metrics]\nfile = \"C:\\kilo\"\n",
+     "f.toml:4: not TOML: column 11: a backslash that begins no escape; write two of them for one"},
+    {"text_without_its_second_quote", std::string(kLink) + "[log]\nlevel = \"info\n\n",
+     "f.toml:4: not TOML: column 9: a text begins here with \" and has no second \" in its line; "
+     "add it at its end"},
+    {"backslash_before_the_end_of_a_line", std::string(kLink) + "[log]\nlevel = \"info\\\n\"\n",
+     "f.toml:4: not TOML: column 9: a text begins here with \" and has no second \" in its line; "
+     "add it at its end"},
+    {"long_text_without_its_second_quotes", std::string(kLink) + "[log]\nlevel = '''info\n\n\n",
+     "f.toml:4: not TOML: column 9: a text begins here with ''' and has no second '''; add it at "
+     "its end"},
+    {"key_twice", std::string(kLink) + "port = 3\nport = 4\n",
+     "f.toml:4: not TOML: the key or section of this line is there twice; keep one of the two"},
+    {"section_twice", std::string(kLink) + "[node]\n[log]\n[node]\n",
+     "f.toml:5: not TOML: the key or section of this line is there twice; keep one of the two"},
+    {"section_of_a_key", "links = 3\n[links.w]\n\n\n",
+     "f.toml:2: not TOML: the key or section of this line is there twice; keep one of the two"},
     {"long_node_name", std::string(kLink) + "[node]\nname = \"a name of 21 letters!\"\n",
      "f.toml:4: key 'node.name': has 21 bytes; a robot's name has 1 to 20"},
     {"relative_pose_socket", std::string(kLink) + "[node]\npose_socket = \"pose\"\n",
@@ -205,24 +228,32 @@ const Wrong kWrong[] = {
      std::string(kLink) + "[limits]\nqueue_messages = 50\nqueue_messages_max = 40\n",
      "f.toml:4: key 'limits.queue_messages': 50 is out of range; use 1 to 40"},
     {"curly_quotes", std::string(kLink) + "[log]\nlevel = \u201Cinfo\u201D\n",
-     "f.toml:4: not TOML: a character that is not ASCII stands outside quotes (a curly quote?); "
-     "replace it, or put \"...\" around it"},
+     "f.toml:4: not TOML: column 9: the character U+201C stands outside quotes; type a plain quote "
+     "(\") instead"},
+    {"no_break_space", std::string(kLink) + "[log]\n\u00A0level = \"info\"\n",
+     "f.toml:4: not TOML: column 1: the character U+00A0 stands outside quotes; type a plain blank "
+     "instead"},
+    {"letter_outside_quotes", "\uFEFF[links.\u00E9\u00E9]\n",
+     "f.toml:1: not TOML: column 8: the character U+00E9 stands outside quotes; remove it, or put "
+     "the whole name or text in double quotes"},
     {"not_utf8", std::string(kLink) + "# caf\xe9\n",
-     "f.toml:3: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+     "f.toml:3: not TOML: column 6: bytes that are not UTF-8; save the file as UTF-8"},
     {"backslash_before_what_is_not_ascii", std::string(kLink) + "[log]\nlevel = \"\\\u00e9\"\n",
-     "f.toml:4: not TOML: a backslash stands before a character that is not ASCII; remove it"},
+     "f.toml:4: not TOML: column 10: a backslash that begins no escape; write two of them for one"},
     {"control_character", std::string(kLink) + "[a\x01]\n",
-     "f.toml:3: not TOML: a control character; remove it (in double quotes write \\u and its four "
+     "f.toml:3: not TOML: column 3: a control character; remove it (in double quotes write \\u and "
+     "its four "
      "hexadecimal digits)"},
     {"old_mac_line_ends", std::string(kLink) + "a = 1 # comment\rb = 2\r",
-     "f.toml:3: not TOML: a carriage return without a line feed; save the file with line ends of "
+     "f.toml:3: not TOML: column 16: a carriage return without a line feed; save the file with "
+     "line ends of "
      "Unix or Windows"},
     {"utf_16", std::string("\xFF\xFE[\0l\0", 6),
-     "f.toml:1: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+     "f.toml:1: not TOML: column 1: bytes that are not UTF-8; save the file as UTF-8"},
     {"latin_1_key", std::string(kLink) + "caf\xe9 = 1\n",
-     "f.toml:3: not TOML: bytes that are not UTF-8; save the file as UTF-8"},
+     "f.toml:3: not TOML: column 4: bytes that are not UTF-8; save the file as UTF-8"},
     {"key_of_many_parts", std::string(kLink) + many_parts() + "a = 1\n",
-     "f.toml:3: not TOML: a key of more than 256 parts; use fewer dots"},
+     "f.toml:3: not TOML: column 512: a key of more than 256 parts; use fewer dots"},
     {"unknown_log_level", std::string(kLink) + "[log]\nlevel = \"loud\"\n",
      "f.toml:4: key 'log.level': \"loud\" is not known; use one of \"trace\", \"debug\", \"info\", "
      "\"warning\", \"error\""},
