@@ -1,44 +1,30 @@
 #include "loop/asio_poll.hpp"
 
+#include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <cerrno>
-#include <filesystem>
-#include <fstream>
-#include <string>
 #include <system_error>
 
 namespace swarmtalk::loop {
-namespace {
 
-constexpr const char* kDescriptors = "/proc/self/fdinfo";
-
-/// Whether the kernel says of a descriptor of ours that it is an epoll which watches `watched`: a
-/// line "tfd: N ..." for each that it does (proc(5)).
-bool is_epoll_of(const std::filesystem::path& info, int watched) {
-  std::ifstream lines(info);
-  for (std::string word; lines >> word;) {
-    if (int number = -1; word == "tfd:" && lines >> number && number == watched) return true;
-  }
-  return false;
+int opened(int descriptor) {
+  if (descriptor < 0) throw std::system_error(errno, std::system_category(), "no event loop");
+  return descriptor;
 }
 
-}  // namespace
-
 int poll_descriptor(boost::asio::io_context& io) {
-  boost::asio::posix::stream_descriptor mark(io, eventfd(0, EFD_CLOEXEC));
-  std::error_code error;
-  for (std::filesystem::directory_iterator each(kDescriptors, error), end; !error && each != end;
-       each.increment(error)) {
-    if (is_epoll_of(each->path(), mark.native_handle())) {
-      return std::stoi(each->path().filename().string());
-    }
+  boost::asio::posix::stream_descriptor mark(io);  // has io open what it waits on
+  mark.assign(opened(eventfd(0, EFD_CLOEXEC)));
+  epoll_event none{};
+  const long end = sysconf(_SC_OPEN_MAX);
+  // Refused by all that are no epoll or watch something else: nobody's events change.
+  for (int each = 0; each < end; ++each) {
+    if (epoll_ctl(each, EPOLL_CTL_MOD, mark.native_handle(), &none) == 0) return each;
   }
-  throw std::system_error(
-      error ? error : std::make_error_code(std::errc::no_such_file_or_directory),
-      "the event loop does not find its descriptors in " + std::string(kDescriptors) +
-          "; is /proc mounted?");
+  throw std::system_error(EBADF, std::system_category(), "no event loop");
 }
 
 }  // namespace swarmtalk::loop

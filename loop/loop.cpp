@@ -16,15 +16,14 @@ Loop::Drive::Drive(Loop& loop) : loop_(loop), work_(boost::asio::make_work_guard
   loop_.nested_.reset();
   loop_.is_nested_ = false;
   loop_.is_driven_ = true;
-  asio_ = poll_descriptor(loop_.io_);
   epoll_event event{};
   event.events = EPOLLIN;
   event.data.ptr = &loop_;
-  epoll_ctl(loop_.epoll_, EPOLL_CTL_ADD, asio_, &event);
+  epoll_ctl(loop_.epoll_, EPOLL_CTL_ADD, loop_.asio_, &event);
 }
 
 Loop::Drive::~Drive() {
-  epoll_ctl(loop_.epoll_, EPOLL_CTL_DEL, asio_, nullptr);
+  epoll_ctl(loop_.epoll_, EPOLL_CTL_DEL, loop_.asio_, nullptr);
   loop_.is_driven_ = false;
   loop_.wait_by_asio();
   loop_.run_by_asio();
@@ -41,9 +40,8 @@ void Loop::Drive::poll() {
 Loop::Loop(boost::asio::execution_context& context)
     : boost::asio::execution_context::service(context),
       io_(static_cast<boost::asio::io_context&>(context)),
-      epoll_(epoll_create1(EPOLL_CLOEXEC)) {
-  if (epoll_ < 0) throw std::system_error(errno, std::system_category(), "no event loop");
-}
+      asio_(poll_descriptor(io_)),
+      epoll_(opened(epoll_create1(EPOLL_CLOEXEC))) {}
 
 Loop::~Loop() {
   ::close(epoll_);
@@ -160,7 +158,7 @@ void Loop::wait_by_asio() {
     return;
   }
   if (std::exchange(is_nested_, true)) return;
-  if (!nested_) nested_.emplace(io_, dup(epoll_));
+  if (!nested_) nested_.emplace(io_, opened(dup(epoll_)));
   nested_->async_wait(boost::asio::posix::stream_descriptor::wait_read,
                       [this](const boost::system::error_code& error) {
                         if (error || is_driven_) return;

@@ -52,7 +52,6 @@ class Loop final : public boost::asio::execution_context::service {
    private:
     Loop& loop_;
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
-    int asio_ = -1;
   };
 
   /// Until io.stop().
@@ -87,6 +86,7 @@ class Loop final : public boost::asio::execution_context::service {
   void run_by_asio();
 
   boost::asio::io_context& io_;
+  int asio_ = -1;  // the descriptor on which io_ waits
   int epoll_ = -1;
   std::optional<boost::asio::posix::stream_descriptor> nested_;  // epoll_, while not driven
   bool is_driven_ = false;                                       // run() or poll() is on the stack

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -9,9 +10,11 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <chrono>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "loop/asio_poll.hpp"
@@ -293,6 +296,23 @@ TEST(AsioPoll, IsReadableWhenATimerOfThatIoContextHasExpired) {
   io.poll();
   EXPECT_TRUE(has_fired);
   EXPECT_FALSE(is_readable(descriptor));
+}
+
+TEST(AsioPoll, SaysThatNoDescriptorIsLeft) {
+  boost::asio::io_context io;
+  Loop::of(io);
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  int code = 0;
+  try {
+    poll_descriptor(io);
+  } catch (const std::system_error& error) {
+    code = error.code().value();
+  }
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(code, EMFILE);
 }
 
 }  // namespace
