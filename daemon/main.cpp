@@ -1,6 +1,11 @@
 // swarmtalkd: command line, exit codes, and nothing else.
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <optional>
 #include <string>
@@ -18,6 +23,7 @@ namespace {
 constexpr int kExitError = 1;
 constexpr int kExitUsage = 2;
 constexpr std::size_t kMaxUsageBytes = 200;
+constexpr rlim_t kEnoughDescriptors = 1024;
 
 using namespace swarmtalk::daemon;
 
@@ -45,6 +51,18 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option_function<std::string>("--log-level", into(options.instead.log_level),
                                        "instead of log.level")
       ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
+}
+
+/// What ended the daemon; when that was its limit of descriptors, wherever it met that, the limit.
+std::string reason(const std::string& what) {
+  const std::string at_limit = std::strerror(EMFILE);
+  const std::size_t found = what.find(at_limit);
+  if (found == std::string::npos || what.find(std::strerror(ENFILE)) == found) return what;
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  const std::string enough = std::to_string(std::max(kEnoughDescriptors, 2 * limit.rlim_cur));
+  return "too many open files: the limit is " + std::to_string(limit.rlim_cur) +
+         "; raise it with `ulimit -n " + enough + "` (systemd: LimitNOFILE=" + enough + ")";
 }
 
 }  // namespace
@@ -77,7 +95,7 @@ int main(int argc, char** argv) {
     Daemon(std::move(parsed), load).run();
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    std::fprintf(stderr, "%s\n", reason(error.what()).c_str());
     return kExitError;
   }
 }

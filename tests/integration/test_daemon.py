@@ -129,6 +129,16 @@ def test_a_socket_of_the_command_line_is_no_other_paths_place(tmp_path):
 
 
 @pytest.mark.logic
+@pytest.mark.parametrize("limit", (5, 8, 11))
+def test_a_limit_of_descriptors_that_is_too_low_is_named(tmp_path, limit):
+    done = run("bash", "-c", 'ulimit -n "$1"; exec "$2" --config "$3"', "bash", str(limit),
+               program("swarmtalkd"), write_config(tmp_path))
+    one_line(done.stderr, f"^too many open files: the limit is {limit}; raise it with `ulimit -n "
+             r"1024` \(systemd: LimitNOFILE=1024\)$")
+    assert done.returncode == 1
+
+
+@pytest.mark.logic
 @needs_root
 def test_a_missing_interface_is_named_with_those_there_are(tmp_path):
     config = write_config(tmp_path, link='[links.w]\ntype = "raw_l2"\ninterface = "wlan7"\n')
