@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -263,6 +264,11 @@ ParsedConfig parse_config(std::string_view text, const std::string& file,
 }
 
 ParsedConfig load_config(const std::string& file, const ConfigOptions& options) {
+  if (file.empty()) throw ConfigError("--config: is empty; give the path of a file");
+  std::error_code unknown;  // what is no file is told below
+  if (std::filesystem::is_fifo(file, unknown) && !file.starts_with("/dev/")) {  // of <(...)
+    throw ConfigError(file + ": is a pipe, not a file; name a file, or /dev/stdin");
+  }
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   std::string text;

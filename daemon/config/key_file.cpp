@@ -40,7 +40,11 @@ std::string user_name(uid_t uid) {
 }
 
 void check_owner_and_mode(const std::string& path, const struct stat& status) {
-  if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + " is not a file");
+  if (!S_ISREG(status.st_mode)) {
+    throw std::runtime_error(path +
+                             " is not a file; give the path of one, which `swarmtalk-cli keygen "
+                             "FILE` makes");
+  }
   if (status.st_uid != 0 && status.st_uid != geteuid()) {
     throw std::runtime_error(path + " belongs to " + user_name(status.st_uid) +
                              ", who could change the key; run: chown " + user_name(geteuid()) +

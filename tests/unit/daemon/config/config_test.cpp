@@ -2,9 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -280,15 +285,42 @@ TEST(Config, UnicodeIsFineInStringsAndComments) {
   EXPECT_EQ(config.channels.at("\u03E8"), 2);
 }
 
-TEST(Config, MissingFileIsNamedWithTheReason) {
+std::string load_error(const std::string& file) {
   try {
-    load_config("/nonexistent/f.toml");
-    FAIL();
+    load_config(file);
   } catch (const ConfigError& error) {
-    EXPECT_STREQ(error.what(),
-                 "/nonexistent/f.toml: cannot be read: No such file or directory; name a readable "
-                 "file with --config FILE");
+    return error.what();
   }
+  return "";
+}
+
+TEST(Config, MissingFileIsNamedWithTheReason) {
+  EXPECT_EQ(load_error("/nonexistent/f.toml"),
+            "/nonexistent/f.toml: cannot be read: No such file or directory; name a readable file "
+            "with --config FILE");
+}
+
+TEST(Config, EmptyPathIsNamedAsTheOption) {
+  EXPECT_EQ(load_error(""), "--config: is empty; give the path of a file");
+}
+
+TEST(Config, PipeThatNobodyWritesToIsNotWaitedFor) {
+  std::string folder = std::filesystem::temp_directory_path() / "swarmtalk-config-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const std::string pipe = folder + "/f.toml";
+  EXPECT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(load_error(pipe), pipe + ": is a pipe, not a file; name a file, or /dev/stdin");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Config, PipeOfAShellIsRead) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const std::string text = kLink;
+  EXPECT_EQ(write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  close(ends[1]);
+  EXPECT_EQ(load_error("/dev/fd/" + std::to_string(ends[0])), "");
+  close(ends[0]);
 }
 
 TEST(Config, FolderIsNoFile) {

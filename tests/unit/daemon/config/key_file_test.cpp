@@ -82,7 +82,7 @@ TEST_F(KeyFile, OfOneByteAgainAndAgainIsRefused) {
 
 TEST_F(KeyFile, ThatIsNoFileIsRefused) {
   ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
-  EXPECT_THAT(problem(), HasSubstr("is not a file"));
+  EXPECT_THAT(problem(), HasSubstr("is not a file; give the path of one"));
 }
 
 }  // namespace
