@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "lab/medium.hpp"
+#include "text/toml_text.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -17,7 +18,7 @@ constexpr int kJitterOnAirUs = 5000;  // as the installed file has it: docs/radi
 toml::table read_base(const std::string& path) {
   if (path.empty()) return {};
   try {
-    return toml::parse_file(path);
+    return toml::parse(text::ascii_of_file(path), path);
   } catch (const toml::parse_error& error) {
     std::ostringstream text;
     text << path << ":" << error.source().begin.line << ": " << error.description();

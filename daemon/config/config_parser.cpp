@@ -19,8 +19,8 @@
 #include "daemon/config/config_links.hpp"
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/config/table_reader.hpp"
-#include "daemon/config/toml_text.hpp"
 #include "ipc/framing.hpp"
+#include "text/toml_text.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -210,7 +210,7 @@ std::string what_of(const toml::parse_error& error) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
-  const AsciiToml ascii = to_ascii(text);
+  const text::AsciiToml ascii = text::to_ascii(text);
   const auto error_at = [&](unsigned line, const std::string& what) {
     return ConfigError(file + ":" + std::to_string(line) + ": not TOML: " + what);
   };

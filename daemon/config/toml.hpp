@@ -1,7 +1,7 @@
 // The one way to include toml++. Debian's shared library is built with its assertions turned into
 // promises to the compiler, and version 3.3 breaks some of them on malformed input (found by
 // fuzzing). So the parser is compiled here, in toml.cpp, and an assertion that fails throws. What
-// it calls unreachable is reached by characters beyond ASCII alone: config/toml_text.hpp.
+// it calls unreachable is reached by characters beyond ASCII alone: text/toml_text.hpp.
 #pragma once
 
 #include <cassert>

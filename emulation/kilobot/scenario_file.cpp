@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "emulation/kilobot/scenario.hpp"
+#include "text/toml_text.hpp"
 
 namespace swarmtalk::emulator {
 namespace {
@@ -176,7 +177,7 @@ void take_medium(Section section, MediumSettings& medium) {
 Scenario load_scenario(const std::string& path) {
   toml::table table;
   try {
-    table = toml::parse_file(path);
+    table = toml::parse(text::ascii_of_file(path), path);
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(path + ":" + std::to_string(error.source().begin.line) + ": " +
                              std::string(error.description()));

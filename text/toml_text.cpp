@@ -1,14 +1,20 @@
-#include "daemon/config/toml_text.hpp"
-
-#include <fmt/format.h>
+#include "text/toml_text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <optional>
+#include <stdexcept>
+#include <system_error>
 
 #include "text/utf8.hpp"
 
-namespace swarmtalk::daemon {
+namespace swarmtalk::text {
 namespace {
 
 constexpr std::size_t kStartBytes = 8;  // UTF-16 and UTF-32, as Windows writes it, has zeros there
@@ -42,6 +48,12 @@ bool is_control(char c) {
 
 bool is_ascii(char c) {
   return static_cast<unsigned char>(c) < 0x80;
+}
+
+std::string formatted(const char* format, std::uint32_t code_point) {
+  std::array<char, 16> text;
+  std::snprintf(text.data(), text.size(), format, code_point);
+  return text.data();
 }
 
 bool begins_character(char c) {
@@ -93,15 +105,15 @@ class Converter {
     result_.line = 1 + static_cast<unsigned>(std::count(before.begin(), before.end(), '\n'));
     const auto in_line = before.substr(before.find_last_of('\n') + 1);
     const auto column = 1 + std::count_if(in_line.begin(), in_line.end(), begins_character);
-    result_.what = fmt::format("column {}: {}", column, what);
+    result_.what = "column " + std::to_string(column) + ": " + what;
   }
 
   void refuse_character() {
     std::size_t next = at_;
     const std::optional<std::uint32_t> code_point = text::next_code_point(text_, next);
     if (!code_point) return fail(kNotUtf8);
-    fail(fmt::format("the character U+{:04X} stands outside quotes; {}", *code_point,
-                     remedy_for(*code_point)));
+    fail("the character " + formatted("U+%04X", *code_point) + " stands outside quotes; " +
+         remedy_for(*code_point));
   }
 
   /// One ASCII character.
@@ -120,7 +132,7 @@ class Converter {
     }
     const std::optional<std::uint32_t> code_point = text::next_code_point(text_, at_);
     if (!code_point) return fail(kNotUtf8);
-    result_.text += fmt::format("\\U{:08X}", *code_point);
+    result_.text += formatted("\\U%08X", *code_point);
   }
 
   void skip_comment() {
@@ -168,9 +180,9 @@ class Converter {
     }
     if (result_.line != 0) return;
     if (!is_next(mark)) {
-      return fail_at(begin, fmt::format("a text begins here with {0} and has no second {0}{1}; "
-                                        "add it at its end",
-                                        mark, size == 1 ? " in its line" : ""));
+      const std::string shown(mark);
+      return fail_at(begin, "a text begins here with " + shown + " and has no second " + shown +
+                                (size == 1 ? " in its line" : "") + "; add it at its end");
     }
     const std::size_t own = skip_quotes(size == 3 ? 5 : 1) - size;  // two may belong to the text
     for (std::size_t i = 0; i < own; ++i) result_.text += has_escapes ? "\\\"" : "'";
@@ -190,4 +202,19 @@ AsciiToml to_ascii(std::string_view text) {
   return Converter(text).convert();
 }
 
-}  // namespace swarmtalk::daemon
+std::string ascii_of_file(const std::string& path) {
+  std::error_code error;
+  std::string text;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw std::runtime_error(path + ": " + error.message());
+  text.resize(size);
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(text.data(), static_cast<std::streamsize>(size))) {
+    throw std::runtime_error(path + ": " + std::strerror(errno));
+  }
+  AsciiToml ascii = to_ascii(text);
+  if (ascii.line == 0) return std::move(ascii.text);
+  throw std::runtime_error(path + ":" + std::to_string(ascii.line) + ": " + ascii.what);
+}
+
+}  // namespace swarmtalk::text

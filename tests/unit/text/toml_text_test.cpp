@@ -1,10 +1,14 @@
-#include "daemon/config/toml_text.hpp"
+#include "text/toml_text.hpp"
 
 #include <gtest/gtest.h>
+#include <toml++/toml.h>
+#include <unistd.h>
 
-#include "daemon/config/toml.hpp"
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
 
-namespace swarmtalk::daemon {
+namespace swarmtalk::text {
 namespace {
 
 std::string converted(std::string_view text) {
@@ -53,5 +57,26 @@ TEST(TomlText, NamesTheLineOfWhatMustNotBeThere) {
   EXPECT_EQ(to_ascii("\n# \x7f").line, 2u);
 }
 
+TEST(TomlText, OfAFileNamesItWithTheLine) {
+  const std::string path = testing::TempDir() + "swarmtalk-toml-" + std::to_string(::getpid());
+  const auto error_of = [&](const std::string& file) {
+    try {
+      ascii_of_file(file);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  std::ofstream(path) << "a = 1 # one\n";
+  EXPECT_EQ(ascii_of_file(path), "a = 1 \n");
+  std::ofstream(path) << "a = 1\nb = \"\n";
+  EXPECT_EQ(error_of(path), path +
+                                ":2: column 5: a text begins here with \" and has no second \" in "
+                                "its line; add it at its end");
+  std::filesystem::remove(path);
+  EXPECT_EQ(error_of(path), path + ": No such file or directory");
+  EXPECT_EQ(error_of("/proc"), "/proc: Is a directory");
+}
+
 }  // namespace
-}  // namespace swarmtalk::daemon
+}  // namespace swarmtalk::text

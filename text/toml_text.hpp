@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace swarmtalk::daemon {
+namespace swarmtalk::text {
 
 struct AsciiToml {
   std::string text;   // of the same meaning and lines, without comments
@@ -17,4 +17,8 @@ struct AsciiToml {
 
 AsciiToml to_ascii(std::string_view text);
 
-}  // namespace swarmtalk::daemon
+/// The text of a file as to_ascii() has it.
+/// @throws std::runtime_error  one line: it cannot be read, or what must not be there
+std::string ascii_of_file(const std::string& path);
+
+}  // namespace swarmtalk::text
