@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/names.hpp"
@@ -182,15 +181,19 @@ void apply(const ConfigOptions& options, ParsedConfig& parsed) {
   }
 }
 
-/// toml++ looks at the names of a header at times when it has read the end of its line.
-unsigned line_of(const toml::parse_error& error, const std::string& text) {
+/// toml++ looks at the names of a header at times when it has read the end of its line: then the
+/// lines before the one that it tells are wrong already.
+unsigned line_of(const toml::parse_error& error, std::string_view text) {
   const unsigned line = error.source().begin.line;
   if (!error.description().starts_with("Error while parsing table header")) return line;
-  std::istringstream lines(text);
-  std::string found;
-  for (unsigned i = 0; i < line; ++i) std::getline(lines, found);
-  const std::size_t begin = std::min(found.find_first_not_of(" \t"), found.size());
-  return found.substr(begin, 1) == "[" ? line : line - 1;
+  std::size_t begin = 0;
+  for (unsigned i = 1; i < line; ++i) begin = text.find('\n', begin) + 1;
+  try {
+    static_cast<void>(toml::parse(text.substr(0, begin)));
+  } catch (const toml::parse_error&) {
+    return line - 1;
+  }
+  return line;
 }
 
 /// What is wrong in the words of toml++, with a remedy; in ours where its own are garbled.
