@@ -12,6 +12,8 @@ namespace swarmtalk {
 namespace core {
 
 template <class P>
+class ChannelList;
+template <class P>
 class Swarmtalk;
 
 /// Which of several publishers is told first that a message has left.
@@ -65,7 +67,8 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     return &publishers_[place];
   }
 
-  /// @param max_distance  messages whose last transmitter was this far or farther are not for it
+  /// @param max_distance  packets from this far or farther are not for it: where they are for no
+  ///                      subscriber, they are no part of a message
   /// @return null if all P::kSubscribers are taken
   SWARMTALK_AVR_CALLED Subscriber<P>* new_subscriber(Distance max_distance, ReceiveFn<P> receive,
                                                      void* context) {
@@ -103,8 +106,8 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     return error;
   }
   /// Sends the message that has left last once more, under its number. A node that has it drops the
-  /// copy as long as it remembers the message: of one hop for kOneHopDuplicateTicks. REQUIRES that
-  /// one has left since the channel was opened.
+  /// copy for kOneHopDuplicateTicks; of a flooded message for longer only where numbers are wide.
+  /// REQUIRES that one has left since the channel was opened.
   /// @return kOk; kBusy while a message has not left
   Error send_again() {
     if (fragmenter_.is_busy()) return Error::kBusy;
@@ -119,6 +122,7 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
 
  private:
   friend class Swarmtalk<P>;
+  friend class ChannelList<P>;
   using MessageNumber = typename W::MessageNumber;
   using Ticks = typename W::Ticks;
   using Index = UintFor<bits_for(P::kChannels)>;

@@ -1,5 +1,5 @@
 // What a node counts: what it drops, by cause, and what went well, to compare with. Not counted is
-// what a pause ends, in which nothing was heard for as long as messages are remembered.
+// what a pause ends that is longer than messages are remembered (DuplicateCache::has_ended).
 #pragma once
 
 #include <string.h>
@@ -30,7 +30,7 @@ struct Counters {
   Counter own_echoes;          // our own packets, sent on by others
   Counter forward_queue_full;  // no slot was free: it, or one that waited there, is not sent on
   // Dropped messages, with the packets held of them:
-  Counter no_memory;       // no room to begin or to go on
+  Counter no_memory;       // no room to begin or to go on, or so it looked (Forecast)
   Counter aged_out;        // not whole when its time was over, or its number came again
   Counter contradictions;  // packets that cannot be of one message: two senders with one id
   // Node ids:

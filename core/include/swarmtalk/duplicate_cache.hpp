@@ -2,16 +2,17 @@
 // delivered them, and when. One record per message, found by (node, message, channel, epoch).
 // Owned by the node; the reassembler keeps its own part of a message in the same record.
 //
-// A record is *open* while its message is being put together and *closed* afterwards; only a closed
-// one is given away when room is short. It says "a copy" of a packet until its time is over, which
-// counts from its stamp:
+// A record is *open* while its message is being put together and *closed* afterwards; when room is
+// short a closed one is given away (HeardMessages chooses which open one is closed for it). It says
+// "a copy" of a packet until its time is over, which counts from its stamp:
 //   one hop             kOneHopDuplicateTicks, for a link that repeats; while open kAssemblyTicks
 //   flooded             kFloodTicks, while copies may wander
 //   flooded, to packets from the message's sender itself: as one hop, or not at all if only
 //                       forwarders were heard: after that a packet under this name is of the
 //                       sender's next message of that number, or of this one, sent once more.
-// Small message numbers come back, so a record also ends when its sender has begun as many other
-// messages on the channel as half of the numbers (kLater counts them): the number is due again.
+// Small message numbers come back: once its sender has begun as many other messages on the channel
+// as half of the numbers (kLater counts them), the number is due again. Then a record ends; one
+// that began with its sender's own packet stays, closed, for its copies.
 //
 // Stamps have few bits. None wraps unseen: with buckets each packet looks at the next record or
 // records (sweep); without, each message that begins looks at all, and where none begins for as
@@ -105,9 +106,10 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   }
   /// Copies of a flooded message do not wander any more, as far as one can tell.
   bool is_stale(const Entry& record) const { return since(record) > young_.ticks(); }
-  /// A packet of a flooded message came by a forwarder: others may have copies waiting, so a closed
-  /// record's time begins anew. Not where its sender has begun other messages since, or has sent it
-  /// just now: there the time counts after which it may send that number again.
+  /// A packet of a flooded message came that is not known to be its sender's own: forwarders may
+  /// have copies waiting, so a closed record's time begins anew. Not where its sender has begun
+  /// other messages since, or has sent it just now: there the time counts after which it may send
+  /// that number again.
   void hear_copy(Entry& record) {
     if (record.is_open() || record.is_overtaken()) return;
     if ((record.flags & Entry::kDirect) == 0 || age(record) > 2 * kOneHopLife) {
@@ -123,10 +125,10 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   /// @param kind     0: one hop. Entry::kFlood: copies may come by other ways, for long; with
   ///                 Entry::kDirect or kRelayed, if it is known who sent the packet
   /// @param insist   take a younger flooded message's record if there is nothing better
-  /// @param node     its expire(Entry&) is called with each open record whose message has been
-  /// passed
-  ///                 or whose time is over: releases what it holds
-  /// @return null if all records are open, or too precious when not insisting
+  /// @param node     its expire(Entry&) is called with each open record whose time is over, or
+  /// whose
+  ///                 number is due again: releases what it holds
+  /// @return null if all records are open, or too young to be given away when not insisting
   template <class Node>
   Entry* begin_record(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
     if (!kScans && kNumbersReturn) {
@@ -227,7 +229,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   static uint8_t clock_step(uint32_t now) {
     return static_cast<uint8_t>(static_cast<Ticks>(now) >> (P::kClockBits - 8));
   }
-  /// Longer than any record lives, and short enough that none is as old as the clock counts.
+  /// Longer than records live, or as long as none can be as old as the clock counts.
   static constexpr uint8_t kIdleSteps = kLongestLife >> (P::kClockBits - 8) < 125
                                             ? (kLongestLife >> (P::kClockBits - 8)) + 1
                                             : 125;

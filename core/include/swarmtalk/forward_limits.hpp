@@ -22,7 +22,7 @@ class ForwardLimits {
   typename P::Counter forwards_too_late() const { return too_late_; }
 
  protected:
-  /// @param max_ttl   a packet that allows more hops is sent on as if it allowed so many. 0: none
+  /// @param max_ttl   a packet that allows more hops is sent on as if it allowed so many; 0: none
   /// is
   /// @param max_wait  ticks; what has waited for longer is not sent on; 0: no limit
   void set_limits(uint8_t max_ttl, Ticks max_wait) {

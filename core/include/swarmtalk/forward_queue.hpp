@@ -128,7 +128,8 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   }
 
   /// Takes out the packet that waits longest, and repeats it kForwardRepeats times.
-  /// @param timestamped  its timestamp gets the time it waited here
+  /// @param timestamped  its timestamp gets the time it waited here, if it has room for one (it may
+  ///                     have come before its channel was opened with timestamps)
   /// @return bytes written to `out` (W::kMtuBytes at most)
   PacketSize pull(bool timestamped, Ticks now, uint8_t* out) {
     Queued& queued = slot(0);

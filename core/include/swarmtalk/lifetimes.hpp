@@ -12,13 +12,10 @@ template <class P>
 struct Lifetimes {
   using Ticks = UintFor<P::kClockBits>;
 
-  // Lifetimes are whole steps, so that a record's age in steps fits a byte on a small robot.
+  // With a clock of 16 bits lives are rounded up to 8 ticks.
   static constexpr uint8_t kStepTicks = P::kClockBits == 16 ? 8 : 1;
-  static constexpr uint32_t in_steps(uint32_t ticks) {
-    return (ticks + kStepTicks - 1) / kStepTicks;
-  }
   static constexpr Ticks whole_steps(uint32_t ticks) {
-    return static_cast<Ticks>(in_steps(ticks) * kStepTicks);
+    return static_cast<Ticks>((ticks + kStepTicks - 1) / kStepTicks * kStepTicks);
   }
   static constexpr Ticks kOneHopLife = whole_steps(P::kOneHopDuplicateTicks);
   static constexpr Ticks kAssemblyLife = whole_steps(P::kAssemblyTicks);

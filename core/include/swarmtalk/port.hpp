@@ -15,8 +15,8 @@ struct Port {
   /// Wi-Fi 1 us).
   uint32_t (*clock)(void* context);
   /// Uniform random bits, all 32 used. Called for a node id, for the first message number and, in
-  /// profiles with buckets, for the secret of their table, so it need not be fast; it must differ
-  /// from robot to robot, or equal robots draw equal ids.
+  /// profiles with buckets and wide message numbers, for the secret of their table, so it need not
+  /// be fast; it must differ from robot to robot, or equal robots draw equal ids.
   uint32_t (*random)(void* context);
   void* context;
 };

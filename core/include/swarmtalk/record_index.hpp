@@ -94,7 +94,7 @@ class BucketOf<P, false> {
   static constexpr bool kHasSecret = false;
   void set_secret(uint64_t, uint64_t) {}
   static uint16_t bucket(const RecordKey<P>& key) {
-    constexpr uint8_t kBucketBits = P::kBuckets < 2 ? 1 : bits_for(P::kBuckets - 1u);
+    constexpr uint8_t kBucketBits = bits_for(P::kBuckets - 1u);
     if (sizeof(key.bits) <= 4 && P::kEpochBits == 0) {  // 2^32, or 2^64, / golden ratio
       return static_cast<uint16_t>(
           static_cast<uint32_t>(static_cast<uint32_t>(key.hashed()) * UINT32_C(0x9E3779B1)) >>
@@ -153,7 +153,7 @@ struct Record : RecordLink<P, (P::kBuckets > 0)>,
   enum : uint8_t {
     kRelayed = 1,  // of a flooded message, begun with a packet that a forwarder had sent
     kOpen = 2,
-    kDone = 4,     // of a closed one: delivered, or given up and not to be begun again
+    kDone = 4,     // of a closed one: delivered or given up, and not begun again while it lives
     kEndHeld = 4,  // of an open one: the highest packet held is the message's last
     kFlood = 8,
     kDirect = 16,  // of a flooded message, begun with a packet that its sender itself had sent

@@ -71,7 +71,9 @@ class RoundRobin {
   SWARMTALK_PART(RoundRobin)
   void start() { last_ = kSources - 1; }
 
-  void set_ready(Source source, bool is_ready) { ready_.set(source, is_ready); }
+  SWARMTALK_AVR_CALLED void set_ready(Source source, bool is_ready) {
+    ready_.set(source, is_ready);
+  }
   bool is_any_ready() const { return !ready_.is_empty(); }
 
   /// The next ready source after the last one given, which becomes the last. kNone: none is ready.

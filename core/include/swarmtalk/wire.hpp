@@ -1,5 +1,5 @@
-// The packet format of a profile, and the only file that knows bit positions. Pure functions over
-// bytes; called by the fragmenter (encode), the node (decode) and the forward queue (set_ttl).
+// The packet format of a profile: where each field stands. Pure functions over bytes; called by the
+// fragmenter (encode), the node (decode) and the forward queue (TTL, timestamp, checksum).
 //
 //   header | payload | timestamp (timestamped packets) | checksum (if the profile has one)
 //
@@ -131,7 +131,6 @@ struct Wire {
       kBufferBytes <= P::kBufferBudgetBytes,
       "this profile's buffers exceed its RAM budget: lower kForwardSlots, kFragmentSlots, "
       "kChannels or kRecords, or raise kBufferBudgetBytes");
-  using PacketIndex = UintFor<bits_for(kMaxPackets)>;  // of a packet in its message, or their count
 
   struct Header {
     NodeId node;            // origin of the message

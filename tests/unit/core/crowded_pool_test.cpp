@@ -4,8 +4,8 @@
 
 #include <ostream>
 
+#include "swarmtalk/heard_messages.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
-#include "swarmtalk/receive_path.hpp"
 #include "tests/unit/core/test_node.hpp"
 
 namespace swarmtalk::core {

@@ -1,5 +1,5 @@
 // What becomes of packets when memory is short. (swarmtalk_test.cpp has the rest of their way.)
-#include "swarmtalk/receive_path.hpp"
+#include "swarmtalk/heard_messages.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ Bytes packet_of(uint16_t sender, size_t size, uint32_t ttl) {
   return node.pull();
 }
 
-TEST(ReceivePath, DeliversAFloodedMessageOnceWhileEveryRecordIsOpen) {
+TEST(HeardMessages, DeliversAFloodedMessageOnceWhileEveryRecordIsOpen) {
   TestNode<Kilobot> sut(99);
   sut.open(0);
   for (uint16_t sender = 1; sender <= Kilobot::kRecords; ++sender) {
@@ -56,7 +56,7 @@ TEST(ReceivePath, DeliversAFloodedMessageOnceWhileEveryRecordIsOpen) {
   EXPECT_EQ(sut.pull_all().size(), 1u) << "and it is sent on, once";
 }
 
-TEST(ReceivePath, DeliversAOneHopMessageWithoutARecordWhileEveryRecordIsOpen) {
+TEST(HeardMessages, DeliversAOneHopMessageWithoutARecordWhileEveryRecordIsOpen) {
   TestNode<Kilobot> sut(99);
   sut.open(0);
   for (uint16_t sender = 1; sender <= Kilobot::kRecords; ++sender) {
@@ -69,7 +69,7 @@ TEST(ReceivePath, DeliversAOneHopMessageWithoutARecordWhileEveryRecordIsOpen) {
 
 /// The bound of docs/decisions/0033: copies are known of as many flooded messages as there are
 /// records that are not open, and of no more at a time: the next ones are not taken up.
-TEST(ReceivePath, TakesUpAsManyFloodsAsItCanTellCopiesOf) {
+TEST(HeardMessages, TakesUpAsManyFloodsAsItCanTellCopiesOf) {
   for (uint16_t open : {uint16_t{0}, uint16_t{5}, uint16_t{19}}) {
     const uint16_t closed = static_cast<uint16_t>(Kilobot::kRecords - open);
     TestNode<Kilobot> sut(99);
@@ -94,13 +94,13 @@ TEST(ReceivePath, TakesUpAsManyFloodsAsItCanTellCopiesOf) {
   }
 }
 
-TEST(ReceivePath, BeginsWhateverFitsWhileLengthsAreUnknown) {
+TEST(HeardMessages, BeginsWhateverFitsWhileLengthsAreUnknown) {
   TightNode sut;
   for (uint16_t sender = 1; sender <= 4; ++sender) sut.hear(sender, 0, 0);
   EXPECT_EQ(sut.refused(), 0);
 }
 
-TEST(ReceivePath, BeginsNoThirdMessageThatWouldNotFitBesideTwoThatJustBegan) {
+TEST(HeardMessages, BeginsNoThirdMessageThatWouldNotFitBesideTwoThatJustBegan) {
   TightNode sut;
   sut.hear(50, 0, 7);
   ASSERT_EQ(sut.delivered(), 1u);
@@ -112,7 +112,7 @@ TEST(ReceivePath, BeginsNoThirdMessageThatWouldNotFitBesideTwoThatJustBegan) {
   EXPECT_EQ(sut.delivered(), 3u);
 }
 
-TEST(ReceivePath, BeginsAThirdMessageThatWillFitWhenTheFirstEnds) {
+TEST(HeardMessages, BeginsAThirdMessageThatWillFitWhenTheFirstEnds) {
   TightNode sut;
   sut.hear(50, 0, 7);
   sut.hear(1, 0, 1);
@@ -135,7 +135,7 @@ struct ManyRecords : Kilobot {
   static constexpr uint16_t kMtuBytes = 10;
   static constexpr uint32_t kBufferBudgetBytes = 32768;
 };
-TEST(ReceivePath, ForecastsWithMoreMessagesThanEightBitsCount) {
+TEST(HeardMessages, ForecastsWithMoreMessagesThanEightBitsCount) {
   TestNode<ManyRecords> sut(999);
   sut.open(0);
   for (uint16_t sender = 1; sender <= 400; ++sender) {
@@ -150,7 +150,7 @@ TEST(ReceivePath, ForecastsWithMoreMessagesThanEightBitsCount) {
   }
 }
 
-TEST(ReceivePath, MakesNoForecastWhilePacketsAreLost) {
+TEST(HeardMessages, MakesNoForecastWhilePacketsAreLost) {
   TightNode sut;
   sut.hear(50, 0, 7);
   sut.hear(1, 0, 0);
