@@ -134,7 +134,6 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     index_ = index;
     ttl_ = ttl & W::kTtlMax;
     top_ttl_ = 0;
-    has_begun_ = false;
     timestamped_ = timestamped;
     is_open_ = true;
     for (uint8_t i = 0; i < P::kPublishers; ++i) publishers_[i].clear();

@@ -77,12 +77,14 @@ class ChannelList : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMe
     if (last_error_ != Error::kOk) return nullptr;
     Channel<P>& channel = *in_register(&channels_[place]);
     typename W::MessageNumber number = channel.fragmenter_.number();
-    if (place == used_) {
-      ++used_;
+    if (place == used_ || ids_[place] != id) {
+      if (place == used_) {
+        ++used_;
+      } else {
+        this->raise_floor(number);
+      }
       number = this->floor();
-    } else if (ids_[place] != id) {
-      this->raise_floor(number);
-      number = this->floor();
+      channel.has_begun_ = false;
     }
     ids_[place] = id;
     channel.init(&node, place, id, ttl, timestamped, number);

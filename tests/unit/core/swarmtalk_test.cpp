@@ -69,6 +69,23 @@ TEST(SwarmtalkWifi, GoesOnNumberingWhenAChannelIsOpenedAgain) {
   EXPECT_EQ(b->received.back().reception.message, 3u);
 }
 
+TEST(SwarmtalkKilobot, GoesOnNumberingWhereItStartedAtRandomWhenAChannelIsOpenedAgain) {
+  TestNode<Kilobot> a;
+  a.port.next_random = UINT32_C(0xE0000) + 1;  // its id is 1, and 14 is added to its first number
+  TestNode<Kilobot> b(2);
+  b.open(3);
+  for (int i = 0; i < 3; ++i) {
+    auto* channel = a.open(3);
+    a.publisher->send(pattern(4).data(), 4);
+    b.hear(a.pull());
+    a.node.remove_channel(channel);
+  }
+  ASSERT_EQ(b.received.size(), 3u);
+  EXPECT_EQ(b.received[0].reception.message, 15);
+  EXPECT_EQ(b.received[1].reception.message, 0);
+  EXPECT_EQ(b.received[2].reception.message, 1);
+}
+
 TEST(SwarmtalkWifi, ReusesChannelsThatWereRemoved) {
   auto a = make<Wifi>(1);
   for (uint32_t id = 0; id < 1000; ++id) {
