@@ -2,7 +2,7 @@
 """What a message costs, in counts that a busy machine hardly changes.
 
 usage: benchmarks/daemon/counts.py [--build build-test] [--receivers 1,8,35] [--no-instructions]
-                                   [--functions 12]
+                                   [--functions 12] [--gap-us 5000] [--config FILE]
 
 Needs root (network namespaces on a bridge), strace and valgrind. One robot sends 64 B, one message
 at a time and 16 at once, to 1, 8 and 35 others; one daemon, one program a robot. Then as many
@@ -51,6 +51,8 @@ def parse():
     parser.add_argument("--no-instructions", action="store_true")
     parser.add_argument("--functions", type=int, default=12,
                         help="of each process, with one receiver")
+    parser.add_argument("--gap-us", type=int, default=5000, help="between messages, one at a time")
+    parser.add_argument("--config", type=pathlib.Path, help="what the daemons have in addition")
     return parser.parse_args()
 
 
@@ -98,7 +100,8 @@ class Swarm:
             self.socket(index).unlink(missing_ok=True)
             config = folder / f"{index}.toml"
             config.write_text(f'[node]\nid = {index + 1}\n[socket]\npath = "{self.socket(index)}"\n'
-                              '[links.wire]\ntype = "raw_l2"\ninterface = "wlan0"\n',
+                              '[links.wire]\ntype = "raw_l2"\ninterface = "wlan0"\n'
+                              + (options.config.read_text() if options.config else ""),
                               encoding="utf-8")
             program = options.daemon or options.build / "daemon/swarmtalkd"
             before = self.valgrind(f"daemon{index}", index in counted)
@@ -146,6 +149,7 @@ class Swarm:
 
     def sender_words(self, count, scene):
         burst, gap_us = SCENES[scene][:2]
+        gap_us = self.options.gap_us if burst == 1 else gap_us
         return [self.options.build / "benchmarks/latency", "send", count, BYTES, gap_us, burst]
 
     def stop(self):
