@@ -6,7 +6,7 @@
 
 #include "swarmtalk/channel.hpp"
 #include "swarmtalk/reassembler.hpp"
-#include "swarmtalk/record_index.hpp"
+#include "swarmtalk/record.hpp"
 #include "swarmtalk/wire.hpp"
 
 namespace swarmtalk {

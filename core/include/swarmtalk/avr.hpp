@@ -29,6 +29,13 @@
 namespace swarmtalk {
 namespace core {
 
+/// See SWARMTALK_PART.
+#ifdef __AVR__
+constexpr bool kNodeStartsParts = true;
+#else
+constexpr bool kNodeStartsParts = false;
+#endif
+
 /// `pointer` (not null), kept in a register: avr-g++ would work out the address of a table's
 /// element again at each use, with a multiplication.
 template <class T>

@@ -24,6 +24,7 @@
 
 #include "swarmtalk/forecast.hpp"
 #include "swarmtalk/lifetimes.hpp"
+#include "swarmtalk/record.hpp"
 #include "swarmtalk/record_index.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
@@ -54,8 +55,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     if (kScans) set_zero(records_);
     Lookup::start(records_);
   }
-  DuplicateCache(const DuplicateCache&) = delete;
-  DuplicateCache& operator=(const DuplicateCache&) = delete;
 
   /// The time of what follows, until the next call. REQUIRES forget_all() when has_ended(now)
   void set_now(uint32_t now) { now_ = now; }
@@ -72,37 +71,18 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     looked_ = 0;
   }
 
-  /// Before the first message, where hashing needs numbers that nobody else knows.
-  bool needs_secret() const { return kHasSecret && Lookup::is_unused(); }
-  void set_secret(uint64_t a, uint64_t b) { Lookup::set_secret(a, b); }
+  /// To be called before each message that may begin; does it before the first.
+  using Lookup::draw_secret;
 
-  /// The message's record, whether its time is over or not. @return null if there is none
+  /// The message's record, whether its time is over or not, or free. @return null: there is none
   SWARMTALK_AVR_CALLED Entry* find(KeyArgument key) { return Lookup::find(records_, key); }
 
   /// Ticks since the record's stamp.
   SWARMTALK_AVR_CALLED Ticks age(const Entry& record) const { return since(record); }
-  /// Whether the time of a record is over, or it is free.
-  SWARMTALK_AVR_INLINED bool is_over(const Entry& record) const {
-    return is_over(record.flags, since(record));
-  }
   /// Whether a packet that belongs to this record by its key is of a later message all the same.
   /// @param direct  the packet comes from the message's sender itself, not from a forwarder
-  bool is_of_later(const Entry& record, bool direct, Mask bit) {
-    if (is_over(record)) return true;
-    const uint8_t flags = record.flags;
-    if (!kNumbersReturn || (flags & Entry::kFlood) == 0) return false;
-    if (!direct) {
-      return (flags & Entry::kDirect) != 0 && age(record) > kSurely && record.is_passed();
-    }
-    if ((flags & Entry::kOpen) != 0) {  // it sends a message in one piece
-      return (flags & Entry::kDirect) != 0 && (record.is_overtaken() || age(record) > kSurely);
-    }
-    if (!record.is_overtaken() &&
-        ((record.is_done() ? record.held : record.forwarded) & bit) == 0) {
-      return false;  // a packet more of a message that was not put together
-    }
-    return (flags & Entry::kDirect) != 0 ? age(record) > kOneHopLife
-                                         : (flags & Entry::kRelayed) != 0;
+  bool is_of_later(const Entry& record, bool direct, Mask bit) const {
+    return record.is_of_later(since(record), direct, bit);
   }
   /// Copies of a flooded message do not wander any more, as far as one can tell.
   bool is_stale(const Entry& record) const { return since(record) > young_.ticks(); }
@@ -125,30 +105,28 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   /// @param kind     0: one hop. Entry::kFlood: copies may come by other ways, for long; with
   ///                 Entry::kDirect or kRelayed, if it is known who sent the packet
   /// @param insist   take a younger flooded message's record if there is nothing better
-  /// @param node     its expire(Entry&) is called with each open record whose time is over, or
-  /// whose
+  /// @param node     its expire(Entry&) is called with each open record whose time is over or whose
   ///                 number is due again: releases what it holds
   /// @return null if all records are open, or too young to be given away when not insisting
   template <class Node>
   Entry* begin_record(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
-    if (!kScans && kNumbersReturn) {
-      Lookup::for_stream(records_, key,
-                         [this, &key, &node](Entry& record) { note(record, key, node); });
-    }
-    Choice choice = kScans ? look_at_all(own, key, insist, node) : first_choice(own);
-    if (choice.score != kOver) {
-      Entry* const fresh = Lookup::fresh(records_);
-      if (fresh != nullptr) {
-        choice.record = fresh;
-      } else if (!kScans) {
-        choice = look_at_some(insist, node);
-        if (choice.record != nullptr) Lookup::unlink(records_, choice.record);
+    Entry* record = own;
+    if (kScans) {
+      record = look_at_all(own, key, insist, node);
+    } else {
+      if (kNumbersReturn) {
+        Lookup::for_stream(records_, key, [&](Entry& other) { note(other, key, node); });
+      }
+      if (record == nullptr) record = Lookup::fresh(records_);
+      if (record == nullptr) {
+        record = look_at_some(insist, node);
+        if (record != nullptr) Lookup::unlink(records_, record);
       }
     }
-    if (choice.record == nullptr) return nullptr;
-    renew(*choice.record, key, kind);
-    if (choice.record != own) Lookup::link(records_, choice.record);
-    return choice.record;
+    if (record == nullptr) return nullptr;
+    renew(*record, key, kind);
+    if (record != own) Lookup::link(records_, record);
+    return record;
   }
   /// The open messages other than `kept`: see node.look_ahead(). Only without buckets.
   template <class Node>
@@ -192,13 +170,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     for (; left != 0; --left) {
       if (++looked_ >= used) looked_ = 0;
       Entry& record = records_[looked_];
-      if (!is_over(record)) continue;
+      if (!record.is_over(since(record))) continue;
       if (record.is_open()) node.expire(record);
       record.flags = 0;
     }
   }
 
-  /// Whether any record is of node `node`, however old: an id to avoid.
+  /// Whether any record is of node `node`, however old: an id to avoid. (Without buckets one that
+  /// was never used counts as node 0's.)
   bool knows_node(typename W::NodeId node) const {
     const Entry* record = records_;
     for (auto left = static_cast<Index>(Lookup::end(records_) - record); left != 0; --left) {
@@ -213,13 +192,11 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   SWARMTALK_AVR_INLINED Ticks since(const Entry& record) const {
     return static_cast<Ticks>(static_cast<Ticks>(now_) - record.stamp);
   }
-  /// Small numbers are the next message's of the same sender soon.
-  static constexpr bool kNumbersReturn = P::kMessageBits < 16;
+  static constexpr bool kNumbersReturn = Entry::kNumbersReturn;
   /// Messages that a record counts as one (see kMostLater).
   static constexpr uint32_t kMessagesPerCount = kNumbersReturn && P::kMessageBits > 4
                                                     ? UINT32_C(1) << (P::kMessageBits - 4) % 16
                                                     : 1;
-  static constexpr bool kHasSecret = Lookup::kHasSecret;
   using Lifetimes<P>::kAssemblyLife;
   using Lifetimes<P>::kFloodLife;
   using Lifetimes<P>::kLongestLife;
@@ -236,12 +213,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   /// Records of a table with buckets that are looked at to find one to give away.
   static constexpr uint8_t kCompared = 8;
 
-  static SWARMTALK_AVR_INLINED bool is_over(uint8_t flags, Ticks passed) {
-    return flags == 0 || passed > ((flags & Entry::kFlood) != 0  ? kFloodLife
-                                   : (flags & Entry::kOpen) != 0 ? kAssemblyLife
-                                                                 : kOneHopLife);
-  }
-
   /// How willingly a record is given away: expired ones first, then one-hop ones by age, then
   /// flooded ones by age; 0: none.
   using Score = UintFor<bits_for(UINT32_C(3) + kFloodLife + kOneHopLife)>;
@@ -251,7 +222,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     Entry* record;
     Score score;
   };
-  static Choice first_choice(Entry* own) { return {own, own == nullptr ? Score{0} : kOver}; }
 
   /// Makes a record that is there new: nothing forwarded or delivered.
   SWARMTALK_AVR_CALLED void renew(Entry& record, KeyArgument key, uint8_t kind) {
@@ -277,15 +247,18 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
       return;
     }
     // As many have begun as half of the numbers.
-    if ((flags & Entry::kOpen) != 0) node.expire(record);
+    if ((flags & Entry::kOpen) != 0) {
+      node.expire(record);
+      record.close();
+    }
     if ((flags & Entry::kDirect) == 0) record.flags = 0;
   }
 
   /// Without buckets: the best of all records for a message that begins, which is noted with its
   /// sender's other messages; and what the node wants to know of the open ones, in one walk.
   template <class Node>
-  SWARMTALK_AVR_CALLED Choice look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
-    Choice choice = first_choice(own);
+  SWARMTALK_AVR_CALLED Entry* look_at_all(Entry* own, KeyArgument key, bool insist, Node& node) {
+    Choice choice = {own, own == nullptr ? Score{0} : kOver};
     looked_ = clock_step(now_);
     OpenMessages<P> open;
     const Ticks now = in_register(static_cast<Ticks>(now_));
@@ -296,7 +269,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
       consider(record, now, insist, choice, open, node);
     }
     node.look_ahead(open);
-    return choice;
+    return choice.record;
   }
   /// Takes it if it is the best until now, or counts it if it is open.
   template <class Node>
@@ -319,7 +292,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
         score = static_cast<Score>(passed + 1u);
       }
     }
-    if (kScans && score == kOver) record->flags = 0;
+    if (score == kOver) record->flags = 0;
     if (score > choice.score) {
       choice.record = record;
       choice.score = score;
@@ -329,7 +302,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   /// the best of them. The next call goes on after it: they are given away in the order in which
   /// they began.
   template <class Node>
-  Choice look_at_some(bool insist, Node& node) {
+  Entry* look_at_some(bool insist, Node& node) {
     Choice choice = {nullptr, 0};
     OpenMessages<P> open;
     for (uint8_t left = kCompared; left != 0 && choice.score <= kFloodLife + 1u; --left) {
@@ -337,14 +310,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
                node);
     }
     if (choice.record != nullptr) Lookup::turn_to(static_cast<Index>(choice.record - records_));
-    return choice;
+    return choice.record;
   }
 
   uint32_t now_;
   /// With buckets the record whose age was looked at last; without, the clock_step() in which all
   /// were.
   Index looked_;
-  WanderTime<P, kScans> young_;
+  WanderTime<P> young_;
   Entry records_[P::kRecords];
 };
 

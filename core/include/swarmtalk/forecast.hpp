@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "swarmtalk/record_index.hpp"
+#include "swarmtalk/record.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
 

@@ -22,8 +22,14 @@ class ForwardLimits {
   typename P::Counter forwards_too_late() const { return too_late_; }
 
  protected:
-  /// @param max_ttl   a packet that allows more hops is sent on as if it allowed so many; 0: none
-  /// is
+  SWARMTALK_PART(ForwardLimits)
+  void start() {
+    max_ttl_ = 255;
+    set_zero(max_wait_);
+    set_zero(too_late_);
+  }
+  /// @param max_ttl   a packet that allows more hops is sent on as if it allowed so many; 0: no
+  ///                  packet is sent on
   /// @param max_wait  ticks; what has waited for longer is not sent on; 0: no limit
   void set_limits(uint8_t max_ttl, Ticks max_wait) {
     max_ttl_ = max_ttl;
@@ -37,9 +43,9 @@ class ForwardLimits {
   }
 
  private:
-  uint8_t max_ttl_ = 255;
-  Ticks max_wait_ = 0;
-  typename P::Counter too_late_ = 0;
+  uint8_t max_ttl_;
+  Ticks max_wait_;
+  typename P::Counter too_late_;
 };
 
 /// No code and no memory.
@@ -47,6 +53,7 @@ template <class P>
 class ForwardLimits<P, false> {
  protected:
   using Ticks = UintFor<P::kClockBits>;
+  static void start() {}
   static bool is_sent_on(uint8_t ttl) { return ttl != 0; }
   static uint8_t allowed_ttl(uint8_t ttl) { return ttl; }
   static constexpr Ticks max_wait() { return 0; }

@@ -36,7 +36,7 @@ class RepeatsLeft {
     return again;
   }
   void begin_repeats() { left_ = kRepeats; }
-  uint8_t left_ = kRepeats;
+  uint8_t left_;
 };
 template <>
 class RepeatsLeft<0> {
@@ -63,6 +63,7 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
   SWARMTALK_PART(ForwardQueue)
   SWARMTALK_AVR_CALLED void start() {
     set_zero(count_);
+    this->begin_repeats();
     for (Slot n = 0; n != P::kForwardSlots; ++n) order_[n] = n;
   }
 

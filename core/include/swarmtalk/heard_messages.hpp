@@ -47,8 +47,7 @@ class HeardMessages : private Forecast<P, (P::kBuckets == 0)> {
   /// @param packets  that wait to be sent on here
   SWARMTALK_AVR_INLINED void set_waiting(uint16_t packets) { cache_.set_waiting(packets); }
 
-  bool needs_secret() const { return cache_.needs_secret(); }
-  void set_secret(uint64_t a, uint64_t b) { cache_.set_secret(a, b); }
+  void draw_secret(const Port& port) { cache_.draw_secret(port); }
   bool knows_node(typename W::NodeId node) const { return cache_.knows_node(node); }
 
   /// The record of a packet's message, a new one if needed. @return null: no room
@@ -192,10 +191,9 @@ SWARMTALK_AVR_INLINED uint16_t HeardMessages<P>::add(Arrival<P>& arrival, Entry&
 
 // In a large table a packet of full length is more than a last one, which may have a byte: a
 // message that begins with it comes before those of which only the end has come, and before what
-// has not moved for a while. Last packets alone push out each other, the oldest first, and
-// what cannot become whole. So who
-// fills the pool with packets of messages that never become whole, under however many names, has to
-// send all that it holds again in each kStall.
+// has not moved for a while. Last packets alone push out each other, the oldest first, and what
+// cannot become whole. So whatever fills the pool with packets of messages that never become whole,
+// under however many names, has to send all that it holds again in each kStall.
 template <class P>
 uint8_t HeardMessages<P>::limit_of(Mask held, const Arrival<P>& arrival) {
   const uint8_t packets = Reassembler<P>::count(held);

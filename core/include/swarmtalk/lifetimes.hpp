@@ -1,4 +1,5 @@
-// For how long a node remembers a message, from a profile's ticks. Used by DuplicateCache.
+// For how long a node remembers a message, from a profile's ticks. Used by Record and
+// DuplicateCache.
 #pragma once
 
 #include <stdint.h>
@@ -33,39 +34,20 @@ struct Lifetimes {
 /// For how long copies of a flooded message wander, as far as one can tell: the longer, the more
 /// packets wait to be sent on here, since about as many wait at our neighbours.
 template <class P>
-struct Wandering : Lifetimes<P> {
-  using Ticks = typename Lifetimes<P>::Ticks;
-  static Ticks ticks(uint16_t packets) {
-    using L = Lifetimes<P>;
-    return L::kWanderEnds && packets > (L::kFloodLife - L::kSurely) / L::kWander
-               ? L::kFloodLife
-               : static_cast<Ticks>(L::kSurely + packets * L::kWander);
-  }
-};
-/// The same, worked out when it is told how many wait, for who asks often.
-template <class P, bool kAtOnce>
-class WanderTime {
+class WanderTime : Lifetimes<P> {
+  using L = Lifetimes<P>;
+
  public:
-  using Ticks = typename Lifetimes<P>::Ticks;
-  void start() { ticks_ = Lifetimes<P>::kSurely; }
-  void set_waiting(uint16_t packets) { ticks_ = Wandering<P>::ticks(packets); }
+  using typename L::Ticks;
+  void start() { ticks_ = L::kSurely; }
+  void set_waiting(uint16_t packets) {
+    const bool is_all = L::kWanderEnds && packets > (L::kFloodLife - L::kSurely) / L::kWander;
+    ticks_ = is_all ? L::kFloodLife : static_cast<Ticks>(L::kSurely + packets * L::kWander);
+  }
   Ticks ticks() const { return ticks_; }
 
  private:
   Ticks ticks_;
-};
-/// Or when it is asked, for who is told often.
-template <class P>
-class WanderTime<P, false> {
- public:
-  using Ticks = typename Lifetimes<P>::Ticks;
-  using Packets = UintFor<bits_for(P::kForwardSlots)>;
-  void start() { packets_ = 0; }
-  void set_waiting(uint16_t packets) { packets_ = static_cast<Packets>(packets); }
-  Ticks ticks() const { return Wandering<P>::ticks(packets_); }
-
- private:
-  Packets packets_;
 };
 
 }  // namespace core

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "swarmtalk/port.hpp"
-#include "swarmtalk/record_index.hpp"
+#include "swarmtalk/record.hpp"
 #include "swarmtalk/wire.hpp"
 
 namespace swarmtalk {

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "swarmtalk/record_index.hpp"
+#include "swarmtalk/record.hpp"
 #include "swarmtalk/sensing.hpp"
 #include "swarmtalk/types.hpp"
 #include "swarmtalk/wire.hpp"
@@ -142,9 +142,8 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     return total;
   }
 
-  /// Gives back what an open message holds, and closes it: it is done.
+  /// Gives back what an open message holds. REQUIRES that its record is closed, or freed
   void release(Entry& record) {
-    record.close();
     if (kKeepsLists) {
       if (record.first != kNoSlot) give_back(record.first);
       return;

@@ -32,22 +32,19 @@ class Swarmtalk : public ForwardLimits<P> {
   using Ticks = UintFor<P::kClockBits>;
 
   /// Touches little of its memory: a large profile stays cheap until its buffers are used.
-  explicit Swarmtalk(const Port& port)
-#ifdef __AVR__
-  {
-    memset(static_cast<void*>(this), 0, sizeof(*this));
+  explicit Swarmtalk(const Port& port) {
+    if (kNodeStartsParts) memset(static_cast<void*>(this), 0, sizeof(*this));
     port_.clock = port.clock;
     port_.random = port.random;
     port_.context = port.context;
-    identity_.start();
-    round_robin_.start();
-    heard_.start();
-    forward_queue_.start();
+    if (kNodeStartsParts) {
+      ForwardLimits<P>::start();
+      identity_.start();
+      round_robin_.start();
+      heard_.start();
+      forward_queue_.start();
+    }
   }
-#else
-      : port_{port.clock, port.random, port.context} {
-  }
-#endif
   Swarmtalk(const Swarmtalk&) = delete;
   Swarmtalk& operator=(const Swarmtalk&) = delete;
 
@@ -67,9 +64,7 @@ class Swarmtalk : public ForwardLimits<P> {
   }
 
   /// Why the last new_channel failed, or kOk.
-  Error last_error() const {
-    return channels_.last_error();
-  }
+  Error last_error() const { return channels_.last_error(); }
 
   /// The next packet to send, if the link can take one now. Calls `sent` callbacks.
   /// @param out  W::kMtuBytes
@@ -101,9 +96,7 @@ class Swarmtalk : public ForwardLimits<P> {
   }
 
   /// Something waits to be pulled.
-  bool has_packet() const {
-    return round_robin_.is_any_ready();
-  }
+  bool has_packet() const { return round_robin_.is_any_ready(); }
 
   /// Sends on packets of others as if they allowed at most `max_ttl` hops, and only if they have
   /// waited here for at most `max_wait` ticks: see ForwardLimits. Until this is called there is no
@@ -142,20 +135,12 @@ class Swarmtalk : public ForwardLimits<P> {
   }
   /// Fixes the id: it does not change by itself any more; collisions are still counted. W::kNoNode
   /// is nobody's: the node draws an id when it is first needed, and may change it.
-  void set_node_id(NodeId id) {
-    identity_.fix(id, port_);
-  }
+  void set_node_id(NodeId id) { identity_.fix(id, port_); }
   /// Distinguishes this start of the program from earlier ones (profiles with epoch bits).
-  void set_epoch(uint16_t epoch) {
-    identity_.set_epoch(static_cast<Epoch>(epoch));
-  }
+  void set_epoch(uint16_t epoch) { identity_.set_epoch(static_cast<Epoch>(epoch)); }
 
-  const Counters<P>& counters() const {
-    return heard_.counters;
-  }
-  Ticks now() const {
-    return static_cast<Ticks>(time());
-  }
+  const Counters<P>& counters() const { return heard_.counters; }
+  Ticks now() const { return static_cast<Ticks>(time()); }
 
  private:
   friend class Channel<P>;
@@ -170,15 +155,9 @@ class Swarmtalk : public ForwardLimits<P> {
   using Arrival = core::Arrival<P>;
 
   /// Since when something waits.
-  typename W::WaitTicks wait_now() const {
-    return static_cast<typename W::WaitTicks>(time());
-  }
-  SWARMTALK_AVR_CALLED uint32_t time() const {
-    return port_.clock(port_.context);
-  }
-  SWARMTALK_AVR_INLINED void count(typename P::Counter& counter) {
-    heard_.counters.count(counter);
-  }
+  typename W::WaitTicks wait_now() const { return static_cast<typename W::WaitTicks>(time()); }
+  SWARMTALK_AVR_CALLED uint32_t time() const { return port_.clock(port_.context); }
+  SWARMTALK_AVR_INLINED void count(typename P::Counter& counter) { heard_.counters.count(counter); }
 
   /// What is over by now is given up.
   void begin_call() {
@@ -201,9 +180,7 @@ class Swarmtalk : public ForwardLimits<P> {
     round_robin_.set_ready(0, false);
   }
 
-  ChannelId channel_id(ChannelIndex index) const {
-    return channels_.id(index);
-  }
+  ChannelId channel_id(ChannelIndex index) const { return channels_.id(index); }
   void set_waiting(ChannelIndex index) {
     round_robin_.set_ready(static_cast<Source>(index + 1u), true);
   }
@@ -269,19 +246,7 @@ class Swarmtalk : public ForwardLimits<P> {
   void ensure_id() const {
     if (!identity_.is_drawn()) draw_id();
   }
-  void draw_id() const {
-    identity_.draw(port_, heard_);
-  }
-
-  /// An attacker who knew them could choose names of messages that make each search long.
-  void draw_secret() {
-    uint64_t words[2] = {0, 0};
-    for (uint64_t& word : words) {
-      word = static_cast<uint64_t>(port_.random(port_.context)) << 32;
-      word |= port_.random(port_.context);
-    }
-    heard_.set_secret(words[0], words[1]);
-  }
+  void draw_id() const { identity_.draw(port_, heard_); }
 
   // --- receiving ----------------------------------------------------------------------------
   /// Whether a packet is not received because it is under our id: our own, sent on by others
@@ -339,7 +304,7 @@ class Swarmtalk : public ForwardLimits<P> {
     if (!wanted && arrival.ttl == 0) return;
     const uint8_t kind = arrival.ttl != 0 || arrival.to->ttl_ != 0 ? arrival.kind() : uint8_t{0};
     const bool whole = arrival.is_whole();
-    if (heard_.needs_secret()) draw_secret();
+    heard_.draw_secret(port_);
     Entry* const record = heard_.record_of(arrival, kind, whole);
     // Without a record the copies of a flooded message could not be told from it.
     if (record == nullptr && (kind != 0 || !whole)) return count(heard_.counters.no_memory);

@@ -1,6 +1,7 @@
 #include "swarmtalk/forward_queue.hpp"
 
 #include <gtest/gtest.h>
+#include <string.h>
 
 #include <utility>
 
@@ -96,6 +97,8 @@ struct Repeating : Kilobot {
 };
 TEST(ForwardQueue, RepeatsWhereTheProfileAsksForIt) {
   ForwardQueue<Repeating> sut;
+  memset(static_cast<void*>(&sut), 0, sizeof(sut));  // as a node does on AVR
+  sut.start();
   for (uint8_t node = 1; node <= 2; ++node) {
     const Packet packet(node, 3);
     sut.push(packet.bytes, 9, Wire<Repeating>::decode(packet.bytes), 0);

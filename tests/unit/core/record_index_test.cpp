@@ -62,17 +62,35 @@ TEST(RecordIndex, FindsWhatIsLinkedAndNothingElse) {
   EXPECT_EQ(sut.find(records.data(), key<FewBuckets>(99, 1, 1)), nullptr);
 }
 
-TEST(RecordIndex, WithoutATableLooksAtUsedRecordsOnly) {
-  std::vector<Record<Kilobot>> records(20);
-  RecordIndex<Kilobot, true> sut;
+/// Of all messages in a chain, those of one sender and channel: each once, and no other's.
+TEST(RecordIndex, GivesEachRecordOfAStreamOnce) {
+  std::vector<Record<FewBuckets>> records(20);
+  RecordIndex<FewBuckets, false> sut;
   sut.start(records.data());
-  for (uint32_t i = 0; i < 20; ++i) records[i].key = key<Kilobot>(i, 1, 1);
-  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(0, 1, 1)), nullptr);
-  for (uint32_t i = 0; i < 3; ++i) EXPECT_EQ(sut.fresh(records.data()), &records[i]);
-  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(2, 1, 1)), &records[2]);
-  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(3, 1, 1)), nullptr);
-  for (uint32_t i = 3; i < 20; ++i) EXPECT_NE(sut.fresh(records.data()), nullptr);
-  EXPECT_EQ(sut.fresh(records.data()), nullptr);
+  for (uint32_t i = 0; i < 20; ++i) {
+    records[i].key = key<FewBuckets>(i % 4, i / 4, 1);
+    records[i].flags = 0;
+    sut.link(records.data(), &records[i]);
+  }
+  sut.unlink(records.data(), &records[6]);
+  sut.for_stream(records.data(), key<FewBuckets>(2, 15, 1), [](auto& record) { ++record.flags; });
+  for (uint32_t i = 0; i < 20; ++i) {
+    EXPECT_EQ(records[i].flags, i % 4 == 2 && i != 6 ? 1 : 0) << i;
+  }
+  sut.for_stream(records.data(), key<FewBuckets>(9, 0, 1), [](auto&) { FAIL(); });
+}
+
+TEST(RecordIndex, WithoutATableLooksAtAllRecords) {
+  std::vector<Record<Kilobot>> records(Kilobot::kRecords);
+  RecordIndex<Kilobot, true> sut;
+  for (uint32_t i = 0; i < records.size(); ++i) records[i].key = key<Kilobot>(i, 1, 1);
+  for (uint32_t i = 0; i < records.size(); ++i) {
+    EXPECT_EQ(sut.find(records.data(), key<Kilobot>(i, 1, 1)), &records[i]) << i;
+  }
+  EXPECT_EQ(sut.find(records.data(), key<Kilobot>(99, 1, 1)), nullptr);
+  for (auto& record : records) record.flags = 1;
+  sut.clear(records.data());
+  for (const auto& record : records) EXPECT_EQ(record.flags, 0);
 }
 
 }  // namespace
