@@ -2,6 +2,7 @@
 // the constructor, removed in the destructor, under names that no other test has. Needs root.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <sys/socket.h>
 
 #include <exception>
@@ -72,6 +73,39 @@ class WireProbe {
 
  private:
   int socket_ = -1;
+};
+
+/// Two links on the ends of a network of the test's own.
+template <typename LinkType, typename Config>
+class LinkPair : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    SWARMTALK_SKIP_WITHOUT_ROOT();
+    network_.emplace();
+  }
+
+  /// A new pair of links: nothing was counted or heard so far.
+  void open(const std::function<void(Config&)>& change = {}) {
+    a_.reset();
+    b_.reset();
+    user_a_ = TestLinkUser(1);
+    user_b_ = TestLinkUser(2);
+    config_ = Config{};
+    config_.interface = "air0";
+    if (change) change(config_);
+    a_ = network_->link<LinkType>('a', io_, config_);
+    b_ = network_->link<LinkType>('b', io_, config_);
+    a_->start(user_a_);
+    b_->start(user_b_);
+  }
+
+  std::optional<TestNetwork> network_;
+  boost::asio::io_context io_;
+  Config config_;
+  TestLinkUser user_a_{1};
+  TestLinkUser user_b_{2};
+  std::unique_ptr<LinkType> a_;
+  std::unique_ptr<LinkType> b_;
 };
 
 }  // namespace swarmtalk::drivers

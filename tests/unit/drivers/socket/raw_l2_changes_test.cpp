@@ -13,17 +13,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class RawL2Changes : public ::testing::Test {
+class RawL2Changes : public LinkPair<RawL2Link, RawL2Config> {
  protected:
   void SetUp() override {
-    SWARMTALK_SKIP_WITHOUT_ROOT();
-    network_.emplace();
-    RawL2Config config;
-    config.interface = "air0";
-    a_ = network_->link<RawL2Link>('a', io_, config);
-    b_ = network_->link<RawL2Link>('b', io_, config);
-    a_->start(user_a_);
-    b_->start(user_b_);
+    LinkPair::SetUp();
+    if (!network_) return;
+    open();
     expect_exchange();
   }
 
@@ -68,13 +63,6 @@ class RawL2Changes : public ::testing::Test {
   void say_what_an_mtu_is_too_small_for();
   void follow_a_renamed_interface();
   void prefer_another_interface_of_its_name_to_the_renamed_one();
-
-  std::optional<TestNetwork> network_;
-  boost::asio::io_context io_;
-  TestLinkUser user_a_{1};
-  TestLinkUser user_b_{2};
-  std::unique_ptr<RawL2Link> a_;
-  std::unique_ptr<RawL2Link> b_;
 };
 
 void RawL2Changes::survive_down_and_up() {

@@ -11,26 +11,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class RawL2Exchange : public ::testing::Test {
+class RawL2Exchange : public LinkPair<RawL2Link, RawL2Config> {
  protected:
-  void SetUp() override {
-    SWARMTALK_SKIP_WITHOUT_ROOT();
-    network_.emplace();
-  }
-
-  /// A new pair of links: nothing was counted or heard so far.
   void open(const std::function<void(RawL2Config&)>& change = {}) {
-    a_.reset();
-    b_.reset();
-    user_a_ = TestLinkUser(1);
-    user_b_ = TestLinkUser(2);
-    config_ = RawL2Config{};
-    config_.interface = "air0";
-    if (change) change(config_);
-    a_ = network_->link<RawL2Link>('a', io_, config_);
-    b_ = network_->link<RawL2Link>('b', io_, config_);
-    a_->start(user_a_);
-    b_->start(user_b_);
+    LinkPair::open(change);
     ASSERT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); })) << a_->state();
   }
 
@@ -61,14 +45,6 @@ class RawL2Exchange : public ::testing::Test {
   void retry_what_the_interfaces_queue_drops();
   void wait_until_the_socket_is_writable();
   void give_up_a_frame_after_a_second_and_count_it();
-
-  std::optional<TestNetwork> network_;
-  boost::asio::io_context io_;
-  RawL2Config config_;
-  TestLinkUser user_a_{1};
-  TestLinkUser user_b_{2};
-  std::unique_ptr<RawL2Link> a_;
-  std::unique_ptr<RawL2Link> b_;
 };
 
 void RawL2Exchange::carry_packets_of_every_size_in_both_directions() {

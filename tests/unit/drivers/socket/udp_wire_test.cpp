@@ -9,12 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class UdpWire : public ::testing::Test {
+class UdpWire : public LinkPair<UdpLink, UdpConfig> {
  protected:
   void SetUp() override {
-    SWARMTALK_SKIP_WITHOUT_ROOT();
-    network_.emplace();
-    add_addresses();
+    LinkPair::SetUp();
+    if (network_) add_addresses();
   }
 
   void add_addresses() {
@@ -35,21 +34,6 @@ class UdpWire : public ::testing::Test {
     EXPECT_EQ(user_b_.received.back(), numbered_packet(1, 1400));
   }
 
-  /// A new pair of links: nothing was counted or heard so far.
-  void open(const std::function<void(UdpConfig&)>& change = {}) {
-    a_.reset();
-    b_.reset();
-    user_a_ = TestLinkUser(1);
-    user_b_ = TestLinkUser(2);
-    config_ = UdpConfig{};
-    config_.interface = "air0";
-    if (change) change(config_);
-    a_ = network_->link<UdpLink>('a', io_, config_);
-    b_ = network_->link<UdpLink>('b', io_, config_);
-    a_->start(user_a_);
-    b_->start(user_b_);
-  }
-
   // Steps of the stories below.
   void send_whole_datagrams_with_ttl_one();
   void not_hear_its_group_on_another_interface();
@@ -57,14 +41,6 @@ class UdpWire : public ::testing::Test {
   void use_the_networks_broadcast_address();
   void use_the_broadcast_address_of_all_networks_without_a_route();
   void never_fragment_on_a_small_mtu();
-
-  std::optional<TestNetwork> network_;
-  boost::asio::io_context io_;
-  UdpConfig config_;
-  TestLinkUser user_a_{1};
-  TestLinkUser user_b_{2};
-  std::unique_ptr<UdpLink> a_;
-  std::unique_ptr<UdpLink> b_;
 };
 
 void UdpWire::send_whole_datagrams_with_ttl_one() {
