@@ -47,6 +47,30 @@ def test_lintian_finds_no_error(packages):
     assert not found, "\n".join(found)
 
 
+@pytest.mark.parametrize("compiled_for,machine,code", [
+    ("7", "armv6l", 1), ("7", "armv7l", 0), ("7", "aarch64", 0), ("6", "armv6l", 0)])
+def test_apt_refuses_what_an_older_arm_cannot_run(tmp_path, compiled_for, machine, code):
+    script = tmp_path / "preinst"
+    text = (ROOT / "debian/swarmtalk-cli.preinst").read_text()
+    script.write_text(text.replace("#ARM#", compiled_for))
+    (tmp_path / "uname").write_text(f"#!/bin/sh\necho {machine}\n")
+    (tmp_path / "uname").chmod(0o755)
+    for action in ("install", "upgrade"):
+        done = run("/bin/sh", script, action,
+                   env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"})
+        assert done.returncode == code, done.stderr
+        assert done.stderr.count("\n") == code and (not code or "an ARMv6" in done.stderr)
+
+
+def test_the_packages_know_what_they_were_compiled_for(tmp_path, packages):
+    needs("dpkg-deb")
+    for name in ("swarmtalk-cli", "libswarmtalk-c0", "swarmtalk-view"):
+        run("dpkg-deb", "--control", packages[name], tmp_path / name)
+        text = (tmp_path / name / "preinst").read_text()
+        assert re.search(r'^compiled_for="[0-9]+"$', text, re.M), text
+        assert "DEBHELPER" not in text
+
+
 @pytest.fixture
 def wire():
     """Two network namespaces, each with one end of a wire, named wire0."""
