@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "lab/process.hpp"
+
 namespace swarmtalk::lab {
 namespace {
 
@@ -12,7 +14,7 @@ namespace fs = std::filesystem;
 
 /// Beside this program in the build tree, or where it is installed; empty: not there.
 std::string find_beside(const std::vector<std::string>& places) {
-  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+  const fs::path here = own_folder();
   for (const std::string& place : places) {
     if (access((here / place).c_str(), X_OK) == 0) return fs::weakly_canonical(here / place);
   }
