@@ -133,7 +133,6 @@ class Channel : private SentTurn<(P::kPublishers > 1)> {
     node_ = node;
     index_ = index;
     ttl_ = ttl & W::kTtlMax;
-    top_ttl_ = 0;
     timestamped_ = timestamped;
     is_open_ = true;
     for (uint8_t i = 0; i < P::kPublishers; ++i) publishers_[i].clear();

@@ -85,6 +85,7 @@ class ChannelList : private NumberFloor<typename Wire<P>::MessageNumber, (P::kMe
       }
       number = this->floor();
       channel.has_begun_ = false;
+      channel.top_ttl_ = 0;
     }
     ids_[place] = id;
     channel.init(&node, place, id, ttl, timestamped, number);

@@ -86,6 +86,20 @@ TEST(SwarmtalkKilobot, GoesOnNumberingWhereItStartedAtRandomWhenAChannelIsOpened
   EXPECT_EQ(b.received[2].reception.message, 1);
 }
 
+TEST(SwarmtalkKilobot, KnowsItsOwnMessagesWhenTheirChannelIsOpenedAgain) {
+  TestNode<Kilobot> a;
+  auto* channel = a.open(3, 3);
+  a.publisher->send(pattern(4).data(), 4);
+  TestNode<Kilobot> b(2);
+  b.hear(a.pull());
+  a.node.remove_channel(channel);
+  a.open(3, 3);
+  const auto id = a.node.node_id();
+  a.hear(b.pull());
+  EXPECT_EQ(a.node.node_id(), id);
+  EXPECT_EQ(a.node.counters().own_echoes, 1);
+}
+
 TEST(SwarmtalkWifi, ReusesChannelsThatWereRemoved) {
   auto a = make<Wifi>(1);
   for (uint32_t id = 0; id < 1000; ++id) {
