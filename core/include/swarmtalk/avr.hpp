@@ -13,8 +13,8 @@
 /// A function in an inner loop that -Os would call.
 #define SWARMTALK_AVR_INLINED inline __attribute__((always_inline))
 /// The parts of a node begin with start(), called by their constructors; on AVR by the node's own,
-/// in memory that it has set to zero all at once. There set_zero() costs nothing: a third of the
-/// code.
+/// in memory that it has set to zero all at once. set_zero() costs nothing there, which saves a
+/// third of the code.
 #define SWARMTALK_PART(Name) \
   Name() {}
 #else

@@ -7,16 +7,17 @@
 // "a copy" of a packet until its time is over, which counts from its stamp:
 //   one hop             kOneHopDuplicateTicks, for a link that repeats; while open kAssemblyTicks
 //   flooded             kFloodTicks, while copies may wander
-//   flooded, to packets from the message's sender itself: as one hop, or not at all if only
-//                       forwarders were heard: after that a packet under this name is of the
-//                       sender's next message of that number, or of this one, sent once more.
-// Small message numbers come back: once its sender has begun as many other messages on the channel
-// as half of the numbers (kLater counts them), the number is due again. Then a record ends; one
-// that began with its sender's own packet stays, closed, for its copies.
 //
-// Stamps have few bits. None wraps unseen: with buckets each packet looks at the next record or
-// records (sweep); without, each message that begins looks at all, and where none begins for as
-// long as records live, all are forgotten (has_ended).
+// Small message numbers come back. To packets from a flooded message's sender itself its record
+// says "a copy" as one of one hop does, or not at all if only forwarders were heard: after that a
+// packet under this name is of the sender's next message of that number, or of this one, sent once
+// more. And once its sender has begun as many other messages on the channel as half of the numbers
+// (kLater counts them), the number is due again. Then a record ends; one that began with its
+// sender's own packet stays, closed, for its copies.
+//
+// Stamps may have few bits. None of those wraps unseen: with buckets each packet looks at the next
+// record or records (sweep); without, each message that begins looks at all, and where none begins
+// for as long as records live, all are forgotten (has_ended), also those whose time began anew.
 #pragma once
 
 #include <stdint.h>
@@ -37,7 +38,6 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   using Lookup = RecordIndex<P, (P::kBuckets == 0)>;  // a base: without a table it takes no memory
 
  public:
-  using W = Wire<P>;
   using Key = RecordKey<P>;
   using KeyArgument = typename Key::Argument;
   using Entry = Record<P>;
@@ -51,14 +51,14 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   void start() {
     set_zero(now_);
     set_zero(looked_);
-    young_.start();
+    young_ = kSurely;
     if (kScans) set_zero(records_);
     Lookup::start(records_);
   }
 
   /// The time of what follows, until the next call. REQUIRES forget_all() when has_ended(now)
   void set_now(uint32_t now) { now_ = now; }
-  /// Whether the time of everything remembered has ended: no packet has come since, or, without
+  /// Whether all is to be forgotten: for longer than records live no packet has come, or, without
   /// buckets, no message has begun.
   bool has_ended(uint32_t now) const {
     return since_now(now) > kLongestLife ||
@@ -71,7 +71,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     looked_ = 0;
   }
 
-  /// To be called before each message that may begin; does it before the first.
+  /// To be called before each message that may begin; draws only while there is no record.
   using Lookup::draw_secret;
 
   /// The message's record, whether its time is over or not, or free. @return null: there is none
@@ -85,7 +85,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     return record.is_of_later(since(record), direct, bit);
   }
   /// Copies of a flooded message do not wander any more, as far as one can tell.
-  bool is_stale(const Entry& record) const { return since(record) > young_.ticks(); }
+  bool is_stale(const Entry& record) const { return since(record) > young_; }
   /// A packet of a flooded message came that is not known to be its sender's own: forwarders may
   /// have copies waiting, so a closed record's time begins anew. Not where its sender has begun
   /// other messages since, or has sent it just now: there the time counts after which it may send
@@ -97,17 +97,17 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     }
   }
   /// @param packets  that wait to be sent on here; about as many wait at our neighbours
-  SWARMTALK_AVR_INLINED void set_waiting(uint16_t packets) { young_.set_waiting(packets); }
+  SWARMTALK_AVR_INLINED void set_waiting(uint16_t packets) { young_ = this->wander(packets); }
 
   /// Begins a record for a message, closed, nothing forwarded or delivered, and counts it with its
   /// sender's other messages on the channel.
   /// @param own      its present record, past its time and not open; null: find() found none
   /// @param kind     0: one hop. Entry::kFlood: copies may come by other ways, for long; with
   ///                 Entry::kDirect or kRelayed, if it is known who sent the packet
-  /// @param insist   take a younger flooded message's record if there is nothing better
+  /// @param insist   take also a flooded message's record whose copies may still wander
   /// @param node     its expire(Entry&) is called with each open record whose time is over or whose
   ///                 number is due again: releases what it holds
-  /// @return null if all records are open, or too young to be given away when not insisting
+  /// @return null if all (with buckets: that were looked at) are open, or too young for that
   template <class Node>
   Entry* begin_record(Entry* own, KeyArgument key, uint8_t kind, bool insist, Node& node) {
     Entry* record = own;
@@ -128,7 +128,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     if (record != own) Lookup::link(records_, record);
     return record;
   }
-  /// The open messages other than `kept`: see node.look_ahead(). Only without buckets.
+  /// node.look_ahead() without `kept`, as where another message begins. Only without buckets.
   template <class Node>
   void look_at_others(Entry& kept, Node& node) {
     const uint8_t flags = kept.flags;
@@ -156,8 +156,8 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
     renew_stamp(record);
   }
 
-  /// With buckets: frees the next record if its time is over, or as many more of them as time has
-  /// passed, so that each is looked at before its stamp wraps. Called on every packet.
+  /// With buckets: frees the next record if its time is over; with a narrow clock as many more as
+  /// have to be looked at before their stamps wrap. Called on every packet.
   /// @param passed  ticks since the call before
   /// @param node    as in begin_record()
   template <class Node>
@@ -178,7 +178,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
 
   /// Whether any record is of node `node`, however old: an id to avoid. (Without buckets one that
   /// was never used counts as node 0's.)
-  bool knows_node(typename W::NodeId node) const {
+  bool knows_node(typename Wire<P>::NodeId node) const {
     const Entry* record = records_;
     for (auto left = static_cast<Index>(Lookup::end(records_) - record); left != 0; --left) {
       if (record->key.node() == node) return true;
@@ -206,7 +206,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   static uint8_t clock_step(uint32_t now) {
     return static_cast<uint8_t>(static_cast<Ticks>(now) >> (P::kClockBits - 8));
   }
-  /// Longer than records live, or as long as none can be as old as the clock counts.
+  /// Longer than records live without a new stamp, but not half as long as the clock counts.
   static constexpr uint8_t kIdleSteps = kLongestLife >> (P::kClockBits - 8) < 125
                                             ? (kLongestLife >> (P::kClockBits - 8)) + 1
                                             : 125;
@@ -288,7 +288,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
       if ((flags & Entry::kFlood) == 0) {
         if (passed <= kOneHopLife) score = static_cast<Score>(passed + (kFloodLife + 1u));
       } else if (passed <= kFloodLife) {
-        if (!insist && passed <= young_.ticks()) return;
+        if (!insist && passed <= young_) return;
         score = static_cast<Score>(passed + 1u);
       }
     }
@@ -317,7 +317,7 @@ class DuplicateCache : private RecordIndex<P, (P::kBuckets == 0)>, private Lifet
   /// With buckets the record whose age was looked at last; without, the clock_step() in which all
   /// were.
   Index looked_;
-  WanderTime<P> young_;
+  Ticks young_;  // a flooded message is, up to this age
   Entry records_[P::kRecords];
 };
 

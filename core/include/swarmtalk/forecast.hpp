@@ -36,7 +36,7 @@ struct OpenMessages {
 /// Whether memory will do for the message that begins, if all that are begun go on at one pace and
 /// have as many packets as the last one that was put together. Where nothing is lost, up to a fifth
 /// more messages become whole than if each were begun for which there is a slot. Where one of those
-/// begun has lost packets, others will end early too: then it is begun (has_room_). Kept where a
+/// begun has lost packets, others will end early too: then there is room (has_room_). Kept where a
 /// new message looks at all records anyway.
 template <class P, bool kPresent>
 class Forecast {

@@ -76,7 +76,8 @@ class ForwardQueue : private RepeatsLeft<P::kForwardRepeats> {
 
   /// Queues a copy of `packet` (`size` bytes, checked, TTL > 0), one hop further.
   /// Where message numbers are small, few messages of one sender on one channel may wait, and the
-  /// newest: what waits for long would be sent on when its number stands for another message.
+  /// oldest gives way to the newest: what waits for long would be sent on when its number stands
+  /// for another message.
   Pushed push(const uint8_t* packet, PacketSize size, const Header& header, Ticks now) {
     Pushed pushed = Pushed::kDone;
     if (kFewWait && drop_oldest_of_many(packet, header.message)) {

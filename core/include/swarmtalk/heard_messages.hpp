@@ -29,7 +29,7 @@ class HeardMessages : private Forecast<P, (P::kBuckets == 0)> {
     reassembler_.start();
   }
 
-  /// Whether more time has passed than anything is remembered: REQUIRES forget_all() then.
+  /// See DuplicateCache. REQUIRES forget_all() then.
   bool has_ended(uint32_t now) const { return cache_.has_ended(now); }
   void forget_all() {
     cache_.forget_all();
@@ -64,7 +64,7 @@ class HeardMessages : private Forecast<P, (P::kBuckets == 0)> {
   void close(Entry& record) { cache_.close(record, kAllPackets); }
   /// Adds a packet to its message.
   /// @param message  W::kMessageBytes; gets the message, if it is whole now
-  /// @param arrival  then gets the largest delay of all its packets
+  /// @param arrival  gets the largest delay of all packets, if the message is whole now
   /// @return bytes of the message; 0: it is not whole
   uint16_t add(Arrival<P>& arrival, Entry& record, uint8_t* message);
 
@@ -103,9 +103,10 @@ class HeardMessages : private Forecast<P, (P::kBuckets == 0)> {
     return is_hopeless ? 0 : static_cast<uint8_t>(Reassembler<P>::count(record.held) + 1);
   }
   static constexpr uint8_t kAnyWorth = 255;
-  /// Gives up the open message that is worth least, other than `kept`, if that is less than
-  /// `limit`; of any worth, one that holds few packets. Without buckets it is known from the last
-  /// walk over the records. @return it, now closed, or null
+  /// Gives up the open message that is worth least, if that is less than `limit` (kAnyWorth: in any
+  /// case). Without buckets it is known from the last walk over the records.
+  /// @param kept  not this one; without buckets the walk has left it out
+  /// @return it, now closed, or null
   Entry* give_up_less_than(uint8_t limit, const Entry* kept);
   /// Finds it in a large table, by standing: of some that hold packets, the least, and the oldest.
   Entry* find_less_than(uint8_t limit, const Entry* kept);

@@ -142,7 +142,7 @@ class Reassembler : private SlotOwners<P, (P::kBuckets > 0)> {
     return total;
   }
 
-  /// Gives back what an open message holds. REQUIRES that its record is closed, or freed
+  /// Gives back what an open message holds. Its record is to be closed or freed with it.
   void release(Entry& record) {
     if (kKeepsLists) {
       if (record.first != kNoSlot) give_back(record.first);

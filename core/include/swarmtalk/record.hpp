@@ -123,8 +123,8 @@ struct Record : Lifetimes<P>,
   };
   /// Small numbers are the next message's of the same sender soon.
   static constexpr bool kNumbersReturn = P::kMessageBits < 16;
-  /// Half of the numbers is one more than is counted: in messages, or in groups of them where there
-  /// are more.
+  /// The count ends here; one more is half of the numbers. With more than 4 bits it counts groups
+  /// of messages.
   static constexpr uint8_t kMostLater =
       static_cast<uint8_t>(P::kMessageBits >= 4 ? 7 : (1u << (P::kMessageBits - 1)) - 1u);
   uint8_t flags;  // 0: free

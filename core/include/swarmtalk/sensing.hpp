@@ -19,7 +19,8 @@ struct DistanceSensing {
   using Distance = int16_t;
   Distance distance;
 
-  /// Whether a subscriber that wants nothing from `limit` or farther takes this; unknown passes.
+  /// Whether a subscriber that wants nothing from `limit` or farther (0 or more) takes this;
+  /// unknown passes.
   bool is_within(Distance limit) const { return distance < limit; }
 };
 

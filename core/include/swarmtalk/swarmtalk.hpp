@@ -84,9 +84,9 @@ class Swarmtalk : public ForwardLimits<P> {
   }
 
   /// Bytes of the packet that pull_packet() gives next; 0: nothing waits. A link asks first whether
-  /// it fits, because a packet that has been pulled waits outside of its timestamp. Where packets
-  /// to forward have waited for longer than the clock counts, the pull gives them up, and with them
-  /// what was told here.
+  /// it fits, because a packet that has been pulled waits outside of its timestamp. Where nothing
+  /// was received for longer than the clock counts, the pull gives up what waits to be forwarded,
+  /// and with it what was told here.
   uint16_t next_packet_bytes() const {
     const Source source = round_robin_.peek();
     if (source == RoundRobin<kSources>::kNone) return 0;
@@ -154,7 +154,7 @@ class Swarmtalk : public ForwardLimits<P> {
 
   using Arrival = core::Arrival<P>;
 
-  /// Since when something waits.
+  /// The time now, as wide as waits are counted.
   typename W::WaitTicks wait_now() const { return static_cast<typename W::WaitTicks>(time()); }
   SWARMTALK_AVR_CALLED uint32_t time() const { return port_.clock(port_.context); }
   SWARMTALK_AVR_INLINED void count(typename P::Counter& counter) { heard_.counters.count(counter); }
@@ -172,7 +172,7 @@ class Swarmtalk : public ForwardLimits<P> {
     heard_.forget_all();
   }
   /// What waits to be sent on for longer than the clock can count would say a wrong delay, and be
-  /// taken for messages of today.
+  /// taken for messages of today. Where nothing was received for so long, all that waits has.
   SWARMTALK_AVR_CALLED void forget_stale(uint32_t time) {
     if (P::kClockBits == 32 || heard_.since_now(time) >> (P::kClockBits % 32) == 0) return;
     forward_queue_.clear();

@@ -232,8 +232,8 @@ struct Wire {
   static constexpr bool kMarksTimestamps =
       P::kTimestampedBits != 0 || P::kTimestampedFrom != kNoTimestampedChannels;
 
-  /// Whether packets of one message may come with a timestamp and without, and do harm: from
-  /// somebody who means it; or because the channel was opened anew, where places end differently.
+  /// Whether packets of one message that come with a timestamp and without could do harm: somebody
+  /// sends such, or the channel was opened anew, and places end differently.
   static constexpr bool kKindsMayMix =
       P::kTimestampedBits != 0 ||
       (P::kTimestampBits != 0 && P::kTimestampedFrom == kNoTimestampedChannels &&

@@ -10,7 +10,8 @@
 namespace swarmtalk {
 namespace core {
 
-/// Ticks as on the Kilobot. `kWithChannelBits` 4 is the format that was shipped, 2 its template.
+/// Ticks as on the Kilobot. `kWithChannelBits`: 4 in the format that was shipped, 2 in the
+/// template that came with it.
 template <uint8_t kWithChannelBits>
 struct Classic2020Format : ProfileDefaults {
   using Sensing = DistanceSensing;

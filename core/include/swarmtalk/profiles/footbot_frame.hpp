@@ -30,7 +30,8 @@ struct FootbotFrame {
   }
 
   /// Hands the packet in another board's bytes to the node, if there is a new one.
-  /// @return kOk, also for none; else on_packet's: it refuses lengths that cannot be unread
+  /// @return kOk, also for none; else on_packet's, which refuses a length above 9 before it reads a
+  /// byte
   static Error read(Swarmtalk<Footbot>& node, const uint8_t* bytes,
                     const RangeBearingSensing& sensing) {
     if ((bytes[0] & kNew) == 0) return Error::kOk;
