@@ -64,7 +64,9 @@ def test_apt_refuses_what_an_older_arm_cannot_run(tmp_path, compiled_for, machin
 
 def test_the_packages_know_what_they_were_compiled_for(tmp_path, packages):
     needs("dpkg-deb")
+    script = (ROOT / "debian/swarmtalk-cli.preinst").read_text()
     for name in ("swarmtalk-cli", "libswarmtalk-c0", "swarmtalk-view"):
+        assert (ROOT / f"debian/{name}.preinst").read_text() == script, "the same in all"
         run("dpkg-deb", "--control", packages[name], tmp_path / name)
         text = (tmp_path / name / "preinst").read_text()
         assert re.search(r'^compiled_for="[0-9]+"$', text, re.M), text
