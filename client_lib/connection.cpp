@@ -10,15 +10,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
-
-#include "ipc/pass_descriptor.hpp"
 
 namespace swarmtalk::client {
 namespace {
 
 constexpr std::size_t kReadBytes = 64 * 1024;
-constexpr int kWritesPerBell = 64;
 
 Status lost(const std::string& why) {
   return Status(StatusCode::kDisconnected, "lost swarmtalkd: " + why + "; reconnecting");
@@ -110,8 +106,7 @@ Status Connection::open(const std::string& path) {
   do {
     result = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   } while (result < 0 && errno == EINTR);
-  is_greeting_ = result == 0;
-  if (is_greeting_) return Status();
+  if (result == 0) return Status();
   int error = errno;
   close();
   if (error == ECONNREFUSED && is_other_file(path)) error = ENOTSOCK;
@@ -119,38 +114,15 @@ Status Connection::open(const std::string& path) {
 }
 
 void Connection::close() {
-  if (ring_) ring_->leave();  // before the socket tells the daemon
-  if (ring_memory_.is_valid()) ipc::RingWriter(std::move(ring_memory_)).leave();
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
   reader_.clear();
   outgoing_.clear();
-  ring_.reset();
-  ring_memory_.reset();
-  is_greeting_ = false;
-  writes_since_bell_ = 0;
   loss_ = Status();
-}
-
-Status Connection::use_ring() {
-  if (!ring_memory_.is_valid()) {
-    return Status(StatusCode::kSystem,
-                  "swarmtalkd's shared memory cannot be used by this program (out of descriptors "
-                  "or of memory?); connecting again without");
-  }
-  ring_.emplace(std::move(ring_memory_));
-  return Status();
 }
 
 Status Connection::flush() {
   if (!loss_) return loss_;
-  if (outgoing_.empty()) return Status();
-  const std::size_t written = ring_ ? write_to_ring(loss_) : write_to_socket(loss_);
-  outgoing_.erase(0, written);
-  return loss_;
-}
-
-std::size_t Connection::write_to_socket(Status& status) {
   std::size_t written = 0;
   while (written < outgoing_.size()) {
     const ssize_t count =
@@ -160,48 +132,20 @@ std::size_t Connection::write_to_socket(Status& status) {
     } else if (errno == EAGAIN) {
       break;
     } else if (errno != EINTR) {
-      status = lost(std::strerror(errno));
+      loss_ = lost(std::strerror(errno));
       break;
     }
   }
-  return written;
-}
-
-// The socket alone tells that the daemon is gone: even one that died awake is noticed after a
-// bounded number of writes.
-std::size_t Connection::write_to_ring(Status& status) {
-  std::size_t written = 0;
-  while (written < outgoing_.size()) {
-    const std::size_t count = ring_->write(std::string_view(outgoing_).substr(written));
-    written += count;
-    if (count == 0 && ring_->wait_for_room()) break;
-  }
-  if (ring_->take_sleeping_reader() || ++writes_since_bell_ >= kWritesPerBell) {
-    status = ring_bell();
-  }
-  return written;
-}
-
-Status Connection::ring_bell() {
-  writes_since_bell_ = 0;
-  for (;;) {
-    if (::send(fd_, &ipc::kBell, sizeof ipc::kBell, MSG_NOSIGNAL) >= 0) return Status();
-    if (errno == EAGAIN) return Status();  // it has many bells to hear
-    if (errno != EINTR) return lost(std::strerror(errno));
-  }
+  outgoing_.erase(0, written);
+  return loss_;
 }
 
 Status Connection::receive() {
   for (;;) {
     const auto room = reader_.prepare(kReadBytes);
-    int descriptor = -1;
-    const ssize_t count =
-        is_greeting_ ? ipc::receive_with_descriptor(fd_, room.data(), room.size(), descriptor)
-                     : ::recv(fd_, room.data(), room.size(), 0);
-    if (descriptor >= 0) ring_memory_ = ipc::RingMemory::adopt(descriptor);
+    const ssize_t count = ::recv(fd_, room.data(), room.size(), 0);
     may_have_more_ = count == static_cast<ssize_t>(room.size());
     if (count > 0) {
-      is_greeting_ = false;  // the ring comes with the first byte or not at all
       reader_.commit(static_cast<std::size_t>(count));
       return Status();
     }

@@ -1,15 +1,12 @@
-// One non-blocking connection to the daemon: the socket, the ring in shared memory that takes what
-// is written if the daemon has passed one, what has been read and what waits to be written. Says
-// what happened; decides nothing. Used by Engine, on its thread.
+// One non-blocking connection to the daemon: the socket, what has been read and what waits to be
+// written. Says what happened; decides nothing. Used by Engine, on its thread.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
 #include <swarmtalk/client/status.hpp>
 
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 #include "ipc/message_frames.hpp"
 
@@ -33,11 +30,8 @@ class Connection {
   /// Queues one envelope. @return false when it is longer than the protocol allows
   bool append(const ipc::Envelope& envelope) { return ipc::append_frame(envelope, outgoing_); }
   bool append(const ipc::PublishFrame& frame) { return ipc::append_frame(frame, outgoing_); }
-  /// From now on what is written goes through the ring that came with what receive() has read.
-  /// @return kOk; kSystem: none came that can be used, and the daemon would not hear us
-  Status use_ring();
 
-  /// Writes what the socket, or the ring, takes now. @return kOk, or kDisconnected
+  /// Writes what the socket takes now. @return kOk, or kDisconnected
   Status flush();
   /// Whether writing has failed: nothing can be written until the next open().
   bool is_lost() const { return !loss_.ok(); }
@@ -45,8 +39,6 @@ class Connection {
   /// Whether flush() has nothing to do and nothing to tell.
   bool is_idle() const { return outgoing_.empty() && !is_lost(); }
   std::size_t outgoing_bytes() const { return outgoing_.size(); }
-  /// Whether the socket says when there is room for more. For a full ring the daemon's Room does.
-  bool waits_for_socket() const { return has_outgoing() && !ring_; }
 
   /// Reads what is there, at most one buffer. @return kOk, or kDisconnected: what was read before
   ///   is still handed out by next()
@@ -58,19 +50,11 @@ class Connection {
   ipc::ReadResult next(std::string_view& envelope) { return reader_.next(envelope); }
 
  private:
-  std::size_t write_to_socket(Status& status);
-  std::size_t write_to_ring(Status& status);
-  Status ring_bell();
-
   int fd_ = -1;
   ipc::FrameReader reader_;
   bool may_have_more_ = false;
   std::string outgoing_;  // starts at the first unwritten byte
-  bool is_greeting_ = false;
-  ipc::RingMemory ring_memory_;  // came, not yet in use
-  std::optional<ipc::RingWriter> ring_;
-  int writes_since_bell_ = 0;
-  Status loss_;  // that writing has met, until close()
+  Status loss_;           // that writing has met, until close()
 };
 
 /// What an errno of connect() to `path` means and what to do about it. ENOTSOCK: a file of another

@@ -42,7 +42,7 @@ Status ConnectionKeeper::attempt() {
   phase_ = Phase::kGreeting;
   wakeup_.set_timer(Wakeup::Clock::now() + timeout_);
   ipc::Envelope greeting;
-  fill_hello(*greeting.mutable_hello(), name_, wants_ring_);
+  fill_hello(*greeting.mutable_hello(), name_);
   {
     const std::lock_guard lock(gate_);
     connection_.append(greeting);
@@ -133,7 +133,7 @@ Status ConnectionKeeper::flush() {
     const std::lock_guard lock(gate_);
     if (!connection_.is_idle()) {
       status = connection_.flush();
-      waits_for_socket = connection_.waits_for_socket();
+      waits_for_socket = connection_.has_outgoing();
     }
   }
   if (status) {
@@ -218,28 +218,10 @@ void ConnectionKeeper::handle(const ipc::Envelope& envelope) {
 void ConnectionKeeper::handle_greeting(const ipc::Envelope& envelope) {
   if (const Status status = check_greeting(envelope, path_); !status) return drop(status);
   const ipc::Hello& hello = envelope.hello();
-  if (!take_ring(hello)) return;
   node_id_ = hello.node_id();
   daemon_name_ = hello.name();
   phase_ = Phase::kRegistering;
   hooks_.on_greeted();
-}
-
-/// @return false: the daemon reads from a ring that we cannot write to; the connection is dropped,
-///   and the next, without a ring, begins at once
-bool ConnectionKeeper::take_ring(const ipc::Hello& hello) {
-  if (!ipc::has_feature(hello, ipc::kRingFeature)) return true;
-  Status status;
-  {
-    const std::lock_guard lock(gate_);
-    status = connection_.use_ring();
-  }
-  if (status) return true;
-  wants_ring_ = false;
-  drop(status);
-  last_failure_ = Status();  // a connect() that waits goes on waiting: the next attempt is now
-  wakeup_.set_timer(Wakeup::Clock::now());
-  return false;
 }
 
 /// A failure to connect: told once, not at each attempt, and not after "lost swarmtalkd" when all

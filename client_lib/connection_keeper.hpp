@@ -76,7 +76,6 @@ class ConnectionKeeper {
   bool parse(std::string_view envelope);
   void handle(const ipc::Envelope& envelope);
   void handle_greeting(const ipc::Envelope& envelope);
-  bool take_ring(const ipc::Hello& hello);
   void report_attempt(const Status& status);
 
   const std::string name_;
@@ -92,7 +91,6 @@ class ConnectionKeeper {
   bool was_up_ = false;         // since the last on_loss
   bool is_reconnect_ = false;   // on_return is due when up
   bool is_connecting_ = false;  // inside connect()
-  bool wants_ring_ = true;      // until one could not be used
   bool is_ending_ = false;      // inside read_last_words()
   int waits_ = 0;               // waiting calls on the stack: callbacks must not run
   Backoff backoff_;

@@ -1,7 +1,6 @@
 #include "client_lib/greeting.hpp"
 
 #include "client_lib/convert.hpp"
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 #include "text/utf8.hpp"
 
@@ -16,11 +15,10 @@ std::string version_text(std::uint32_t major, std::uint32_t minor) {
 
 }  // namespace
 
-void fill_hello(ipc::Hello& hello, const std::string& name, bool wants_ring) {
+void fill_hello(ipc::Hello& hello, const std::string& name) {
   hello.set_major(ipc::kProtocolMajor);
   hello.set_minor(ipc::kProtocolMinor);
   hello.set_name(name);
-  if (wants_ring) hello.add_features(ipc::kRingFeature);
 }
 
 Status check_name(const std::string& name) {

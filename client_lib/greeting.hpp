@@ -9,8 +9,8 @@
 
 namespace swarmtalk::client {
 
-/// The client's greeting. @param wants_ring  the daemon may pass a ring to write to
-void fill_hello(ipc::Hello& hello, const std::string& name, bool wants_ring);
+/// The client's greeting.
+void fill_hello(ipc::Hello& hello, const std::string& name);
 
 /// Whether a client can bear this name. @return kBadArgument: it is not UTF-8, or too long
 Status check_name(const std::string& name);

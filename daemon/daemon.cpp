@@ -132,7 +132,7 @@ Daemon::~Daemon() {
 
 void Daemon::run() {
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // where files may not be as large as a ring there is none
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   drop_privileges();
   if (operator_.has_keys()) forbid_dumps();
   for (const auto& station : stations_) {

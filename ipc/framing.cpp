@@ -1,6 +1,5 @@
 #include "ipc/framing.hpp"
 
-#include <algorithm>
 #include <cstring>
 
 namespace swarmtalk::ipc {
@@ -94,11 +93,6 @@ std::size_t frame_bytes(const char* buffer) {
   return kLengthBytes + read_length(buffer);
 }
 
-bool has_feature(const Hello& hello, std::string_view feature) {
-  const auto& features = hello.features();
-  return std::find(features.begin(), features.end(), feature) != features.end();
-}
-
 int count_bodies(const Envelope& envelope) {
   return int{envelope.has_hello()} + envelope.has_failure() + envelope.has_done() +
          envelope.has_subscribe() + envelope.has_subscribed() + envelope.has_unsubscribe() +
@@ -106,7 +100,7 @@ int count_bodies(const Envelope& envelope) {
          envelope.has_publish() + envelope.has_sent() + envelope.has_deliver() +
          envelope.has_get_status() + envelope.has_status() + envelope.has_set_pose() +
          envelope.has_get_pose() + envelope.has_pose() + envelope.has_client_loss() +
-         envelope.has_room() + envelope.has_get_neighbours() + envelope.has_neighbours() +
+         envelope.has_get_neighbours() + envelope.has_neighbours() +
          envelope.has_kilobot_command() + envelope.has_kilobot_started() +
          envelope.has_kilobot_progress() + envelope.has_kilobot_ended() +
          envelope.has_kilobot_cancel() + envelope.has_reload() + envelope.has_reloaded() +

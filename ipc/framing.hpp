@@ -62,9 +62,6 @@ bool append_frame(const Envelope& envelope, std::string& buffer);
 /// Bytes of the frame at the start of `buffer`, its length included. @pre it is whole
 std::size_t frame_bytes(const char* buffer);
 
-/// Whether the sender of `hello` has named this feature.
-bool has_feature(const Hello& hello, std::string_view feature);
-
 /// How many of the Envelope's submessages are set; every legal frame has exactly one.
 int count_bodies(const Envelope& envelope);
 

@@ -160,7 +160,6 @@ struct LimitsConfig {
   std::uint32_t queue_bytes = 1 << 20;           // payload that waits for one client
   std::uint32_t reply_bytes = 256 << 10;         // replies that wait for one client
   std::uint32_t socket_buffer_bytes = 64 << 10;  // kernel's buffer towards one client
-  std::uint32_t ring_bytes = 32 << 10;           // shared with one client; a power of 2, or 0: none
   std::uint32_t waiting_messages = 1024;         // publications that wait for a link, all clients
   std::uint32_t waiting_messages_per_client = 384;
   std::uint32_t waiting_messages_per_user = 640;

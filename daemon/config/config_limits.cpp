@@ -1,23 +1,11 @@
 #include "daemon/config/config_limits.hpp"
 
 #include <algorithm>
-#include <bit>
 
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
-
-void read_ring_bytes(const TableReader& table, LimitsConfig& limits) {
-  table.read_integer("ring_bytes", {0, ipc::kRingMostBytes}, limits.ring_bytes);
-  if (limits.ring_bytes == 0) return;
-  if (std::has_single_bit(limits.ring_bytes) && limits.ring_bytes >= ipc::kRingLeastBytes) return;
-  table.fail("ring_bytes", "is " + std::to_string(limits.ring_bytes) +
-                               "; it must be 0 (none) or a power of two from " +
-                               std::to_string(ipc::kRingLeastBytes) + " to " +
-                               std::to_string(ipc::kRingMostBytes));
-}
 
 void read_shares(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("clients_per_user", {1, 1000}, limits.clients_per_user);
@@ -60,7 +48,6 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
                      "queue_bytes",
                      "reply_bytes",
                      "socket_buffer_bytes",
-                     "ring_bytes",
                      "waiting_messages",
                      "publish_queue_max",
                      "publish_rate_hz",
@@ -78,7 +65,6 @@ void read_limits(const TableReader& table, LimitsConfig& limits) {
   table.read_integer("queue_bytes", {64 << 10, 1 << 30}, limits.queue_bytes);
   table.read_integer("reply_bytes", {64 << 10, 64 << 20}, limits.reply_bytes);
   table.read_integer("socket_buffer_bytes", {4096, 16 << 20}, limits.socket_buffer_bytes);
-  read_ring_bytes(table, limits);
   table.read_integer("waiting_messages", {1, 100'000}, limits.waiting_messages);
   table.read_integer("publish_queue_max", {0, 100'000}, limits.publish_queue_max);
   table.read_integer("publish_rate_hz", {0, 1'000'000}, limits.publish_rate_hz);

@@ -185,12 +185,4 @@ void ClientOutput::append(QueuedSubscription& subscription) {
   ++deliveries_sent_;
 }
 
-void ClientOutput::replace_first(const ipc::Envelope& envelope) {
-  const std::size_t size = ipc::frame_bytes(bytes_.data());
-  std::string frame;
-  ipc::append_frame(envelope, frame);
-  bytes_.replace(0, size, frame);
-  answers_end_ = answers_end_ - size + frame.size();
-}
-
 }  // namespace swarmtalk::daemon

@@ -59,9 +59,6 @@ class ClientOutput {
   /// Nothing more is taken.
   void close() { is_closed_ = true; }
 
-  /// Puts another frame in the place of the first in unwritten(), of which nothing is written.
-  void replace_first(const ipc::Envelope& envelope);
-
   std::size_t waiting_bytes() const { return queued_bytes_ + unwritten().size() + answers_.size(); }
   std::uint64_t deliveries_sent() const { return deliveries_sent_; }
   /// Deliveries lost by these queues.

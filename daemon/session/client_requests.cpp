@@ -1,12 +1,8 @@
 #include "daemon/session/client_requests.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <utility>
 
-#include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
 #include "ipc/framing.hpp"
 #include "ipc/message_frames.hpp"
@@ -123,17 +119,9 @@ std::optional<StreamEnd> ClientRequests::greet(const ipc::Hello& hello) {
                          "; install client and daemon of one release",
                      false};
   }
-  const bool is_first = !std::exchange(has_greeted_, true);
+  has_greeted_ = true;
   client_.name = printable(hello.name());
-  ipc::Hello& reply = *answers_.make().mutable_hello();
-  status_.fill_hello(reply);
-  if (is_first && limits_.ring_bytes > 0 && ipc::has_feature(hello, ipc::kRingFeature)) {
-    if (input_.begin_ring()) {
-      reply.add_features(ipc::kRingFeature);
-    } else {
-      log_of("client")->debug("{}: no memory for a ring: {}", client_.who(), std::strerror(errno));
-    }
-  }
+  status_.fill_hello(*answers_.make().mutable_hello());
   answers_.send();
   return std::nullopt;
 }

@@ -6,12 +6,10 @@
 #include <string>
 
 #include "daemon/common/daemon_counters.hpp"
-#include "daemon/config/config.hpp"
 #include "daemon/pose/pose_keeper.hpp"
 #include "daemon/session/client_answers.hpp"
 #include "daemon/session/client_channels.hpp"
 #include "daemon/session/client_identity.hpp"
-#include "daemon/session/client_input.hpp"
 #include "daemon/session/client_operations.hpp"
 #include "ipc/ipc.pb.h"
 
@@ -39,17 +37,14 @@ void fill_own_pose(const PoseKeeper& poses, ipc::Pose& reply);
 class ClientRequests {
  public:
   /// All references must outlive it.
-  ClientRequests(StatusSource& status, PoseKeeper& poses, const LimitsConfig& limits,
-                 const Shares& shares, DaemonCounters& counters, ClientIdentity& client,
-                 ClientInput& input, ClientAnswers& answers, ClientChannels& channels,
-                 ClientOperations& operations)
+  ClientRequests(StatusSource& status, PoseKeeper& poses, const Shares& shares,
+                 DaemonCounters& counters, ClientIdentity& client, ClientAnswers& answers,
+                 ClientChannels& channels, ClientOperations& operations)
       : status_(status),
         poses_(poses),
         shares_(shares),
-        limits_(limits),
         counters_(counters),
         client_(client),
-        input_(input),
         answers_(answers),
         channels_(channels),
         operations_(operations) {}
@@ -70,10 +65,8 @@ class ClientRequests {
   StatusSource& status_;
   PoseKeeper& poses_;
   const Shares& shares_;
-  const LimitsConfig& limits_;
   DaemonCounters& counters_;
   ClientIdentity& client_;
-  ClientInput& input_;
   ClientAnswers& answers_;
   ClientChannels& channels_;
   ClientOperations& operations_;

@@ -23,7 +23,6 @@ constexpr std::size_t kRefusedAtOnce = 16;  // refused clients that still read w
 constexpr auto kHelloTimeout = std::chrono::seconds(10);
 constexpr auto kRefusedTimeout = std::chrono::seconds(2);  // to read why, and hang up
 constexpr auto kSilenceWatchPeriod = std::chrono::seconds(1);
-constexpr auto kBellsUnheard = std::chrono::seconds(1);
 constexpr auto kAcceptRetry = std::chrono::seconds(1);
 
 }  // namespace
@@ -36,7 +35,6 @@ Clients::Clients(boost::asio::io_context& io, Hub& hub_ref, PoseKeeper& poses_re
       listener_(io),
       accept_timer_(io),
       silence_timer_(io),
-      bell_timer_(io),
       flush_(loop::Loop::of(io), [this] { flush_all(); }),
       next_flush_(loop::Loop::of(io), [this] {
         to_flush_.insert(to_flush_.end(), to_flush_next_.begin(), to_flush_next_.end());
@@ -126,7 +124,6 @@ void Clients::close_all(const std::string& reason) {
   if (listener_.is_open()) listener_.close(ignored);
   accept_timer_.cancel();
   silence_timer_.cancel();
-  bell_timer_.cancel();
   while (!sessions_.empty()) {
     const std::shared_ptr<Session> session = sessions_.begin()->second;
     session->close(reason);
@@ -160,22 +157,6 @@ void Clients::flush_all() {
   flushing_.swap(to_flush_);
   for (const auto& session : flushing_) session->flush();
   flushing_.clear();
-}
-
-// One timer for all, which runs only after something was left unread.
-void Clients::hear_bells_later() {
-  if (std::exchange(is_bell_timer_armed_, true)) return;
-  bell_timer_.expires_after(kBellsUnheard);
-  bell_timer_.async_wait([this](const boost::system::error_code& error) {
-    is_bell_timer_armed_ = false;
-    if (!error) hear_bells();
-  });
-}
-
-void Clients::hear_bells() {
-  std::vector<std::shared_ptr<Session>> all;
-  for (const auto& [session, shared] : sessions_) all.push_back(shared);
-  for (const auto& session : all) session->hear_bells();
 }
 
 void Clients::on_closed(Session& session, const std::string& reason, bool is_malformed) {

@@ -38,7 +38,6 @@ class Clients final : public SessionHost {
 
   void schedule_flush(const std::shared_ptr<Session>& session) override;
   void schedule_next_flush(const std::shared_ptr<Session>& session) override;
-  void hear_bells_later() override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
 
  private:
@@ -46,7 +45,6 @@ class Clients final : public SessionHost {
   void on_acceptable();
   void retry_accept_later();
   void flush_all();
-  void hear_bells();
   void watch_silent();
   void close_silent();
 
@@ -54,7 +52,6 @@ class Clients final : public SessionHost {
   boost::asio::posix::stream_descriptor listener_;
   boost::asio::steady_timer accept_timer_;
   boost::asio::steady_timer silence_timer_;
-  boost::asio::steady_timer bell_timer_;
   loop::Deferred flush_;
   loop::Deferred next_flush_;
   std::unordered_map<Session*, std::shared_ptr<Session>> sessions_;
@@ -65,7 +62,6 @@ class Clients final : public SessionHost {
   LogLimiter malformed_log_;
   LogLimiter refused_log_;
   LogLimiter accept_log_;
-  bool is_bell_timer_armed_ = false;
   bool is_watching_silent_ = false;
 };
 

@@ -14,7 +14,6 @@
 #include "daemon/session/client_answers.hpp"
 #include "daemon/session/client_channels.hpp"
 #include "daemon/session/client_identity.hpp"
-#include "daemon/session/client_input.hpp"
 #include "daemon/session/client_operations.hpp"
 #include "daemon/session/client_output.hpp"
 #include "daemon/session/client_requests.hpp"
@@ -37,8 +36,6 @@ class SessionHost {
   virtual void schedule_flush(const std::shared_ptr<Session>& session) = 0;
   /// The same in the next turn, behind what else is ready.
   virtual void schedule_next_flush(const std::shared_ptr<Session>& session) = 0;
-  /// Calls hear_bells() of all sessions within a second.
-  virtual void hear_bells_later() = 0;
   /// The session is closed; drop it. @param is_malformed  for what it sent
   virtual void on_closed(Session& session, const std::string& reason, bool is_malformed) = 0;
 
@@ -47,7 +44,6 @@ class SessionHost {
   const LimitsConfig& limits;
   DaemonCounters& counters;
   StatusSource& status;
-  RingPool rings{limits};
   // Before any session.
   KilobotControl* kilobots = nullptr;  // none: no link of that type
   Operations* operations = nullptr;    // none: such requests are refused
@@ -67,8 +63,6 @@ class Session final : public std::enable_shared_from_this<Session> {
 
   void start();
   void flush();
-  /// Takes what the client has rung from its socket, where it may hide an end or a descriptor.
-  void hear_bells();
   /// Removes the client from the hub and closes its socket. May be called again.
   void close(const std::string& reason, bool is_malformed = false);
   /// Refuses the connection as a whole: the failure is written, and what the client still sends is
@@ -87,14 +81,13 @@ class Session final : public std::enable_shared_from_this<Session> {
  private:
   // session_input.cpp: bytes to envelopes
   void on_events(std::uint32_t events);
-  void read_turn(bool may_look_again);
-  void go_on_reading(bool has_read, bool may_look_again);
+  void read_turn();
   void watch();
   enum class Read { kNothing, kSome, kAllRoom };  // kAllRoom: more may wait
   Read read_once();
   void parse_all();
   bool parse(std::string_view envelope);
-  void fail_malformed(const std::string& text);
+  void fail_malformed();
   void end_stream(const StreamEnd& end);
   void discard_input();
   void read_last_words(const std::string& reason);
@@ -103,15 +96,12 @@ class Session final : public std::enable_shared_from_this<Session> {
   void on_output();
   void wait_writable();
   bool write_once();  // false: the client's buffer is full, or the session is closed
-  ssize_t write_some();
-  void withdraw_ring();
 
   SessionHost& host_;
   loop::Loop& loop_;
   loop::Descriptor socket_;
   loop::Deferred reading_;  // goes on
   ClientIdentity client_;
-  ClientInput input_;
   ipc::FrameReader reader_;
   ClientOutput output_;
   ClientAnswers answers_;
@@ -119,14 +109,12 @@ class Session final : public std::enable_shared_from_this<Session> {
   ClientOperations operations_;
   ClientRequests requests_;
   int requests_left_ = 0;   // in this turn
-  int looks_ = 0;           // for a request, in this turn
   std::string doom_;        // not empty: close at the next flush, for this reason
   std::string last_words_;  // not empty: nobody hears us; close when all is read, for this reason
   bool is_malformed_ = false;
   bool is_closed_ = false;
   bool is_refused_ = false;       // as a whole
   bool is_input_closed_ = false;  // no more requests are read
-  bool is_streaming_ = false;     // more than one request came at once
   bool is_discarding_ = false;    // what still comes is thrown away
   bool closes_when_written_ = false;
   bool is_flush_scheduled_ = false;

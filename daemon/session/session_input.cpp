@@ -4,8 +4,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
-#include "daemon/common/printable.hpp"
 #include "daemon/session/session.hpp"
 #include "ipc/message_frames.hpp"
 
@@ -15,14 +15,14 @@ namespace {
 constexpr std::size_t kReadBytes = 16 * 1024;
 constexpr int kReadsPerTurn = 8;       // then the other sessions have their turn
 constexpr int kRequestsPerTurn = 256;  // messages, of which a request counts as several
-constexpr int kLooksAtOneRequest = 3;  // before it is read, at it, after it
 
 constexpr const char* kNoFrame =
     "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
     "most 65536, and one Envelope";
-constexpr const char* kNoBell =
-    "with a ring all frames go through it, and the socket carries bells (0xB7) only";
-constexpr const char* kBrokenRing = "the ring's count of written bytes is impossible";
+
+bool would_block(int error) {
+  return error == EAGAIN || error == EWOULDBLOCK;
+}
 
 }  // namespace
 
@@ -30,14 +30,13 @@ Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
     : host_(host),
       loop_(loop::Loop::of(io)),
       socket_(loop_, [this](std::uint32_t events) { on_events(events); }),
-      reading_(loop_, [this] { read_turn(false); }),
-      input_(host.rings, client_),
+      reading_(loop_, [this] { read_turn(); }),
       output_(host.limits, host.counters, [this] { on_output(); }),
       answers_(host.forms, output_, host.counters),
       channels_(host.hub, host.limits, host.counters, output_, answers_),
       operations_(host.operations, host.kilobots, host.limits, client_, output_, answers_),
-      requests_(host.status, host.poses, host.limits, host.hub.shares(), host.counters, client_,
-                input_, answers_, channels_, operations_),
+      requests_(host.status, host.poses, host.hub.shares(), host.counters, client_, answers_,
+                channels_, operations_),
       connected_at_(std::chrono::steady_clock::now()) {
   socket_.own(descriptor);
   ucred peer{};
@@ -58,21 +57,18 @@ void Session::close(const std::string& reason, bool is_malformed) {
   operations_.leave();
   channels_.leave();
   socket_.close();
-  input_.leave();
   host_.on_closed(*this, reason, is_malformed);
 }
 
-// What comes through a ring is told once, when it begins: bells may stay where they are, unread.
 void Session::watch() {
   if (is_closed_) return;
   std::uint32_t events = is_waiting_writable_ ? std::uint32_t{EPOLLOUT} : 0;
   if (!is_input_closed_ || is_discarding_) events |= EPOLLIN;
-  if (input_.has_ring() && !is_input_closed_) events |= EPOLLRDHUP | EPOLLET;
   socket_.watch(events);
 }
 
 void Session::on_events(std::uint32_t events) {
-  constexpr std::uint32_t kEnd = EPOLLRDHUP | EPOLLHUP | EPOLLERR;
+  constexpr std::uint32_t kEnd = EPOLLHUP | EPOLLERR;
   if (is_waiting_writable_ && (events & (EPOLLOUT | kEnd)) != 0) {
     is_waiting_writable_ = false;
     watch();
@@ -80,33 +76,17 @@ void Session::on_events(std::uint32_t events) {
   }
   if (is_closed_ || (events & (EPOLLIN | kEnd)) == 0) return;
   if (is_discarding_) return discard_input();
-  if (is_input_closed_) return;
-  if (input_.wake(socket_.fd(), (events & kEnd) != 0) == ClientInput::Result::kBroken) {
-    return fail_malformed(kNoBell);
-  }
-  if (input_.has_unheard()) host_.hear_bells_later();
-  if (!reading_.is_due()) read_turn(true);
+  if (!is_input_closed_ && !reading_.is_due()) read_turn();
 }
 
-void Session::hear_bells() {
-  if (is_closed_ || is_input_closed_ || !input_.has_unheard()) return;
-  if (input_.wake(socket_.fd(), true) == ClientInput::Result::kBroken) {
-    return fail_malformed(kNoBell);
-  }
-  if (!reading_.is_due()) read_turn(true);
-}
-
-void Session::read_turn(bool may_look_again) {
+void Session::read_turn() {
   if (is_closed_ || is_input_closed_) return;
   requests_left_ = kRequestsPerTurn;
-  looks_ = 0;
   parse_all();  // what the last turn left
-  bool has_read = false;
   bool has_read_all = false;
   for (int i = 0; i < kReadsPerTurn && requests_left_ > 0 && !is_input_closed_ && !is_closed_;
        ++i) {
     const Read read = read_once();
-    has_read = has_read || read != Read::kNothing;
     has_read_all = read == Read::kNothing;
     if (read != Read::kAllRoom) break;
   }
@@ -114,59 +94,36 @@ void Session::read_turn(bool may_look_again) {
   if (!last_words_.empty() && !is_input_closed_) {
     return has_read_all ? close(last_words_) : reading_.next_turn();
   }
-  is_streaming_ = is_streaming_ || looks_ > kLooksAtOneRequest;
   watch();
-  if (!is_input_closed_) go_on_reading(has_read, may_look_again);
-}
-
-// Behind the others that have something to do, if there may be more. A client with a ring writes on
-// without waking us until we sleep, so that is done as late as possible: when what has been read is
-// on its way and nothing has come meanwhile.
-void Session::go_on_reading(bool has_read, bool may_look_again) {
-  if (requests_left_ <= 0) return reading_.next_turn();  // some count as many
-  if (!input_.has_ring()) return;                        // the socket tells
-  if (has_read && may_look_again) return reading_.at_end();
-  // One that writes many has the next ready soon, and saves both of us a bell.
-  const bool may_sleep = !has_read && !std::exchange(is_streaming_, false);
-  if (!may_sleep || !input_.sleep(socket_.fd())) reading_.next_turn();
+  // After the others that have something to do. Whether the socket has more, it says itself.
+  if (!is_input_closed_ && requests_left_ <= 0) reading_.next_turn();
 }
 
 Session::Read Session::read_once() {
   const std::span<std::uint8_t> room = reader_.prepare(kReadBytes);
-  std::size_t got = 0;
-  switch (input_.read(socket_.fd(), room, got)) {
-    case ClientInput::Result::kNothing:
-      return Read::kNothing;
-    case ClientInput::Result::kEnded:
-      close(input_.end_reason());
-      return Read::kNothing;
-    case ClientInput::Result::kBroken:
-      fail_malformed(input_.has_bad_bell() ? kNoBell : kBrokenRing);
-      return Read::kNothing;
-    case ClientInput::Result::kBytes:
-      break;
+  ssize_t got = 0;
+  do {
+    got = recv(socket_.fd(), room.data(), room.size(), 0);
+  } while (got < 0 && errno == EINTR);
+  if (got <= 0) {
+    if (got == 0 || !would_block(errno)) close(got == 0 ? kHungUp : std::strerror(errno));
+    return Read::kNothing;
   }
-  reader_.commit(got);
+  reader_.commit(static_cast<std::size_t>(got));
   operations_.forget_reload();  // whoever asks from now on may have changed the file since
-  if (input_.take_waiting_writer()) {
-    answers_.make_notice().mutable_room();
-    answers_.send_notice();
-  }
   parse_all();
-  return got == room.size() ? Read::kAllRoom : Read::kSome;
+  return static_cast<std::size_t>(got) == room.size() ? Read::kAllRoom : Read::kSome;
 }
 
 void Session::parse_all() {
   while (!is_input_closed_ && doom_.empty() && requests_left_ > 0) {
     --requests_left_;
-    ++looks_;
     std::string_view envelope;
     const ipc::ReadResult result = reader_.next(envelope);
     if (result == ipc::ReadResult::kNeedMore) return;
     if (result == ipc::ReadResult::kMalformed || !parse(envelope)) {
-      return fail_malformed(kNoFrame);
+      return fail_malformed();
     }
-    input_.note_frame();
   }
 }
 
@@ -182,9 +139,9 @@ bool Session::parse(std::string_view envelope) {
   return true;
 }
 
-void Session::fail_malformed(const std::string& text) {
+void Session::fail_malformed() {
   answers_.begin(0);
-  end_stream({ipc::ERROR_MALFORMED, text, true});
+  end_stream({ipc::ERROR_MALFORMED, kNoFrame, true});
 }
 
 // Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.
@@ -213,7 +170,7 @@ void Session::discard_input() {
   std::array<char, 4096> bytes;
   for (int i = 0; i < kReadsPerTurn; ++i) {
     const ssize_t got = recv(socket_.fd(), bytes.data(), bytes.size(), 0);
-    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+    if (got < 0 && would_block(errno)) break;
     if (got <= 0 && !(got < 0 && errno == EINTR)) return close(doom_);
   }
   is_discarding_ = true;

@@ -3,11 +3,8 @@
 
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
-#include "daemon/common/logging.hpp"
 #include "daemon/session/session.hpp"
-#include "ipc/pass_descriptor.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -44,47 +41,14 @@ void Session::flush() {
   host_.schedule_next_flush(shared_from_this());
 }
 
-// The ring's memory goes with the first byte of all, which is that of our hello.
-ssize_t Session::write_some() {
-  const int descriptor = input_.descriptor_to_pass();
-  const std::string_view bytes = output_.unwritten();
-  if (descriptor < 0) {
-    return send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  }
-  const ssize_t sent =
-      ipc::send_with_descriptor(socket_.fd(), bytes.data(), bytes.size(), descriptor);
-  if (sent > 0) input_.descriptor_is_passed();
-  return sent;
-}
-
-// The kernel limits the descriptors on their way of all a user's processes together (ETOOMANYREFS):
-// clients that keep theirs unread must not lock others out. Our hello, of which nothing is written
-// yet, then offers no ring.
-void Session::withdraw_ring() {
-  log_of("client")->debug("{}: no ring, it cannot be passed: {}", client_.who(),
-                          std::strerror(errno));
-  input_.withdraw_ring();
-  watch();
-  const std::string_view frames = output_.unwritten();
-  const std::size_t size = ipc::frame_bytes(frames.data());
-  ipc::Envelope& hello = answers_.make_notice();
-  hello.ParseFromArray(frames.data() + ipc::kLengthBytes,
-                       static_cast<int>(size - ipc::kLengthBytes));
-  hello.mutable_hello()->clear_features();
-  output_.replace_first(hello);
-}
-
 bool Session::write_once() {
-  const ssize_t sent = write_some();
+  const std::string_view bytes = output_.unwritten();
+  const ssize_t sent = send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   if (sent >= 0) {
     output_.advance(static_cast<std::size_t>(sent));
     return true;
   }
   if (errno == EINTR) return true;
-  if (input_.descriptor_to_pass() >= 0 && (errno == ETOOMANYREFS || errno == ENOMEM)) {
-    withdraw_ring();
-    return true;
-  }
   if (errno != EAGAIN && errno != EWOULDBLOCK) {
     read_last_words(errno == EPIPE ? kHungUp : std::strerror(errno));
   } else if (closes_when_written_) {

@@ -1,6 +1,6 @@
 """Every limit at once: all places of this user, each with as many subscriptions as it gets and deep
-queues that nobody reads, answers that nobody reads, publishers whose messages wait, rings that are
-written full. Holds all of it until its stdin ends. Prints what it got.
+queues that nobody reads, answers that nobody reads, publishers whose messages wait. Holds all of it
+until its stdin ends. Prints what it got.
 
 fill_everything.py SOCKET CLIENTS SEED"""
 import json

@@ -51,14 +51,13 @@ def open_to_everybody(folder):
 class Client:
     """One connection. Nothing is read unless asked for."""
 
-    def __init__(self, path, name="hostile", features=(), says_hello=True):
+    def __init__(self, path, name="hostile", says_hello=True):
         self.socket = socket.socket(socket.AF_UNIX)
         self.socket.settimeout(WAIT_S)
         self.socket.connect(str(path))
         self.received, self.last_id, self.unread = b"", 0, []
         if says_hello:
-            hello = field(1, 1) + b"".join(field(3, each) for each in features) + field(4, name)
-            self.socket.sendall(frame(field(2, hello)))
+            self.socket.sendall(frame(field(2, field(1, 1) + field(4, name))))
 
     def take(self):
         """The next envelope's fields. @raises EOFError at the end"""

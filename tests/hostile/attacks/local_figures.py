@@ -27,13 +27,6 @@ def places_without_a_process():
     return f"{held} of 44"
 
 
-def memory_of_rings():
-    with Daemon() as daemon:
-        attack, kept = begin(daemon, "keep_rings", 5000, 50)
-        attack.communicate("")
-    return f"{kept['files']} of 5,000 ({kept['kib']} KiB)"
-
-
 def room_for_others():
     with Daemon() as daemon:
         attack, taken = begin(daemon, "fill_shares", "waiting")
@@ -79,8 +72,6 @@ def places_of_operators():
 FIGURES = {
     "places": ("places held 2 s after kill -9 by connections without a process", "64 of 64",
                places_without_a_process),
-    "rings": ("rings whose memory stays with an attacker, of so many connections",
-              "51,018 of 51,018 (256 MiB)", memory_of_rings),
     "waiting": ("messages of others that leave while one user's wait for their copies", "0 of 50",
                 room_for_others),
     "changes": ("longest wait of others during 256 reloads in one write and 100,000 node ids; "

@@ -1,13 +1,9 @@
 """A program of the group that does all it can think of with connections of its own, from a seed:
-requests right and wrong, cut and glued, rings that are scribbled into, punched and kept, answers
-that nobody reads, descriptors passed along, connections dropped in the middle. Prints how many
-connections and requests that were.
+requests right and wrong, cut and glued, answers that nobody reads, descriptors passed along,
+connections dropped in the middle. Prints how many connections and requests that were.
 
 socket_storm.py SOCKET SECONDS SEED"""
-import ctypes
 import json
-import mmap
-import os
 import random
 import socket
 import sys
@@ -15,9 +11,7 @@ import time
 
 from local_client import Client, field, frame
 
-BELL, PUNCH_HOLE = b"\xb7", 3
 REQUESTS = (5, 6, 7, 8, 10, 11, 14, 16, 17, 19, 20, 30, 40, 44, 60, 62, 64, 65, 67, 69)
-LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def value(chance):
@@ -54,26 +48,9 @@ def publish(chance, client):
     client.subscribe("flood", keep_last=chance.choice([1, 100]))
 
 
-def scribble(chance, client):
-    """Into the ring's memory, header and all, or holes instead."""
-    client.received, descriptors, _, _ = socket.recv_fds(client.socket, 65536, 4)
-    for memory in descriptors:
-        size = os.fstat(memory).st_size
-        if chance.random() < 0.3:
-            LIBC.fallocate(memory, PUNCH_HOLE, ctypes.c_long(0), ctypes.c_long(size))
-        else:
-            with mmap.mmap(memory, size) as view:
-                for _ in range(chance.randrange(200)):
-                    at = chance.choice([chance.randrange(min(size, 256)), chance.randrange(size)])
-                    view[at] = chance.randrange(256)
-        client.socket.sendall(BELL * chance.randrange(1, 4))
-        os.close(memory)
-
-
 def visit(path, chance):
     """One connection. @return how many requests it made"""
     client = Client(path, name=f"storm {chance.choice(['', chr(0x202e), 'x' * 80])}",
-                    features=["ring"] if chance.random() < 0.5 else (),
                     says_hello=chance.random() < 0.95)
     client.socket.settimeout(2)
     made = 0
@@ -82,9 +59,7 @@ def visit(path, chance):
             act = chance.random()
             if act < 0.3:
                 publish(chance, client)
-            elif act < 0.5:
-                scribble(chance, client)
-            elif act < 0.55:
+            elif act < 0.4:
                 socket.send_fds(client.socket, [request(chance)], [client.socket.fileno(), 0])
             else:
                 batch = [request(chance) for _ in range(chance.choice([1, 10, 200]))]

@@ -13,8 +13,6 @@
 #include <cstring>
 #include <filesystem>
 
-#include "ipc/pass_descriptor.hpp"
-
 namespace swarmtalk::test {
 
 std::string test_socket_path() {
@@ -121,51 +119,9 @@ void FakeDaemon::read_peer(Peer& peer) {
     return;
   }
   ++reads_;
-  if (peer.ring) {
-    if (reads_ring_) read_ring(peer, false);
-    return;
-  }
   peer.reader.commit(static_cast<std::size_t>(count));
   ipc::Envelope envelope;
   while (peer.reader.next(envelope) == ipc::ReadResult::kEnvelope) handle(peer, envelope);
-}
-
-void FakeDaemon::offer_ring(Peer& peer, ipc::Envelope& answer) {
-  answer.mutable_hello()->add_features(ipc::kRingFeature);
-  std::string bytes;
-  ipc::append_frame(answer, bytes);
-  ipc::RingMemory memory = ipc::RingMemory::create(ring_bytes);
-  const int passed = spoils_ring ? wake_fd_ : memory.descriptor();
-  [[maybe_unused]] const ssize_t count =
-      ipc::send_with_descriptor(peer.fd, bytes.data(), bytes.size(), passed);
-  peer.ring.emplace(std::move(memory));
-}
-
-void FakeDaemon::read_ring(Peer& peer, bool stays_awake) {
-  do {
-    const auto room = peer.reader.prepare(64 * 1024);
-    peer.reader.commit(peer.ring->read(room).value_or(0));
-    ipc::Envelope envelope;
-    while (peer.reader.next(envelope) == ipc::ReadResult::kEnvelope) handle(peer, envelope);
-    if (peer.ring->take_waiting_writer()) {
-      ipc::Envelope room_again;
-      room_again.mutable_room();
-      reply(peer, room_again);
-    }
-  } while (!stays_awake && !peer.ring->sleep());
-  if (stays_awake) peer.ring->memory().header().reader_sleeps = 0;
-}
-
-void FakeDaemon::read_rings(bool stays_awake) {
-  on_thread([&] {
-    for (auto& peer : peers_) {
-      if (peer->ring) read_ring(*peer, stays_awake);
-    }
-  });
-}
-
-void FakeDaemon::set_reads_ring(bool reads) {
-  on_thread([&] { reads_ring_ = reads; });
 }
 
 void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
@@ -182,9 +138,6 @@ void FakeDaemon::handle(Peer& peer, const ipc::Envelope& envelope) {
     hello.set_major(major);
     hello.set_name("fake 1.0");
     hello.set_node_id(42);
-    if (ring_bytes > 0 && ipc::has_feature(envelope.hello(), ipc::kRingFeature)) {
-      return offer_ring(peer, answer);
-    }
   } else if (envelope.has_publish()) {
     if (!answers_publish) return;
     if (refuse_messages_.code() != 0) {

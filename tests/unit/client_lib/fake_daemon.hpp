@@ -13,7 +13,6 @@
 #include <thread>
 #include <vector>
 
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::test {
@@ -39,8 +38,6 @@ class FakeDaemon {
   bool answers_requests = true;
   bool answers_publish = true;
   std::uint32_t max_message_bytes = 100;
-  std::size_t ring_bytes = 0;          // offered to clients that ask for a ring; 0: none
-  bool spoils_ring = false;            // what it offers is no memory that can be mapped
   std::optional<bool> is_timestamped;  // said of every channel that is advertised; none: not told
   ipc::Failure refuse_channels;        // code set: every subscribe and advertise is refused so
   /// What it says to a request, the answer first; nothing: what it would say without this.
@@ -59,17 +56,11 @@ class FakeDaemon {
   int count(const std::function<bool(const ipc::Envelope&)>& matches);
   int reads();  // recv() calls that returned something
 
-  /// Of every ring: reads what is there, tells writers that wait, and sleeps unless `stays_awake`.
-  void read_rings(bool stays_awake = false);
-  /// Whether rings are read when their bells are heard; false holds once this returns.
-  void set_reads_ring(bool reads);
-
  private:
   struct Peer {
     int fd;
     ipc::FrameReader reader;
     std::vector<std::uint32_t> subscriptions;
-    std::optional<ipc::RingReader> ring = {};
   };
 
   void loop();
@@ -78,8 +69,6 @@ class FakeDaemon {
   void on_thread(const std::function<void()>& task);
   void read_peer(Peer& peer);
   void handle(Peer& peer, const ipc::Envelope& envelope);
-  void offer_ring(Peer& peer, ipc::Envelope& hello);
-  void read_ring(Peer& peer, bool stays_awake);
   void reply(Peer& peer, ipc::Envelope& envelope);
   std::uint32_t number_of(const ipc::Channel& channel);
 
@@ -89,7 +78,6 @@ class FakeDaemon {
   std::vector<std::unique_ptr<Peer>> peers_;
   std::vector<ipc::Envelope> received_;
   int reads_ = 0;
-  bool reads_ring_ = true;
   std::uint32_t last_id_ = 0;
   std::map<std::string, std::uint32_t> numbers_;  // of channels, by what was asked for
   ipc::Failure refuse_messages_;

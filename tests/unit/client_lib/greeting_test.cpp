@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "client_lib/backoff.hpp"
-#include "ipc/byte_ring.hpp"
 #include "ipc/framing.hpp"
 
 namespace swarmtalk::client {
@@ -13,15 +12,12 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-TEST(Greeting, OfTheClientAsksForARingOnlyWhenItCanUseOne) {
+TEST(Greeting, OfTheClientSaysItsProtocolAndItsName) {
   ipc::Hello hello;
-  fill_hello(hello, "test", true);
+  fill_hello(hello, "test");
   EXPECT_EQ(hello.major(), ipc::kProtocolMajor);
+  EXPECT_EQ(hello.minor(), ipc::kProtocolMinor);
   EXPECT_EQ(hello.name(), "test");
-  EXPECT_TRUE(ipc::has_feature(hello, ipc::kRingFeature));
-  ipc::Hello other;
-  fill_hello(other, "test", false);
-  EXPECT_FALSE(ipc::has_feature(other, ipc::kRingFeature));
 }
 
 TEST(Greeting, RefusesNamesThatNoDaemonWouldTake) {

@@ -72,12 +72,6 @@ const Wrong kWrong[] = {
      "f.toml:3: key 'links.w.interface': is 3; it must be text in double quotes"},
     {"text_for_number", std::string(kLink) + "[limits]\nclients = \"many\"\n",
      "f.toml:4: key 'limits.clients': is the text \"many\"; it must be an integer from 1 to 1000"},
-    {"ring_is_no_power_of_two", std::string(kLink) + "[limits]\nring_bytes = 5000\n",
-     "f.toml:4: key 'limits.ring_bytes': is 5000; it must be 0 (none) or a power of two from 4096 "
-     "to 1048576"},
-    {"ring_is_too_small", std::string(kLink) + "[limits]\nring_bytes = 2048\n",
-     "f.toml:4: key 'limits.ring_bytes': is 2048; it must be 0 (none) or a power of two from 4096 "
-     "to 1048576"},
     {"id_is_unknown_word", std::string(kLink) + "[node]\nid = \"random\"\n",
      "f.toml:4: key 'node.id': \"random\" is not known; use \"auto\", \"hostname\", \"ip\" or 1 to "
      "65534"},

@@ -294,16 +294,5 @@ TEST_F(Output, TakesNothingOnceItIsClosed) {
   EXPECT_FALSE(output_.refill());
 }
 
-TEST_F(Output, PutsAnotherFrameInThePlaceOfTheFirst) {
-  answer(1);
-  answer(2);
-  ASSERT_TRUE(output_.refill());
-  ipc::Envelope other;
-  other.set_request_id(300);
-  other.mutable_done();
-  output_.replace_first(other);
-  EXPECT_EQ(frames(), (std::vector<std::string>{"300", "2"}));
-}
-
 }  // namespace
 }  // namespace swarmtalk::daemon

@@ -59,13 +59,11 @@ class Requests : public testing::Test {
   PoseKeeper poses_{NodeConfig{}};
   Hub hub_{names_, parts_.limits, parts_.counters, identity_};
   ClientIdentity client_{"", 0, 0};
-  RingPool rings_{parts_.limits};
-  ClientInput input_{rings_, client_};
   ClientChannels channels_{hub_, parts_.limits, parts_.counters, parts_.output, parts_.answers};
   ClientOperations operations_{&operator_, nullptr,       parts_.limits,
                                client_,    parts_.output, parts_.answers};
-  ClientRequests requests_{status_, poses_, parts_.limits,  hub_.shares(), parts_.counters,
-                           client_, input_, parts_.answers, channels_,     operations_};
+  ClientRequests requests_{status_, poses_,         hub_.shares(), parts_.counters,
+                           client_, parts_.answers, channels_,     operations_};
   int requests_left_ = 100;
 };
 
