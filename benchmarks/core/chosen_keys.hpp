@@ -10,24 +10,21 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/core/measured_node.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
+#include "swarmtalk/swarmtalk.hpp"
 
 namespace swarmtalk::core::cost {
 
 constexpr uint16_t kWifiPayload = 64;
+constexpr unsigned kChannel = 0;  // the one that is measured
+
+using Packet = std::vector<uint8_t>;
 
 struct Name {
   uint16_t node;
   uint32_t message;
   uint16_t epoch;
 };
-
-/// What the multiplier is applied to: node, message, channel 0, the epoch laid over the node.
-inline uint64_t mixed(const Name& name) {
-  return (static_cast<uint64_t>(name.node ^ name.epoch) << 48) |
-         (static_cast<uint64_t>(name.message) << 16);
-}
 
 /// The `i`th name of a message whose product with the old multiplier begins with the same 12 bits.
 inline Name under_the_old_multiplier(uint32_t i) {
@@ -36,9 +33,8 @@ inline Name under_the_old_multiplier(uint32_t i) {
   for (int step = 0; step < 5; ++step) inverse *= 2 - kMultiplier * inverse;
   // The last 16 bits of the product are 0 because those of the name, the channel's, are.
   const uint64_t product = (UINT64_C(0x5A5) << 52) | (static_cast<uint64_t>(i + 1) << 20);
-  const uint64_t bits = product * inverse;
-  const uint16_t epoch = static_cast<uint16_t>(i * 40503);
-  return {static_cast<uint16_t>((bits >> 48) ^ epoch), static_cast<uint32_t>(bits >> 16), epoch};
+  const uint64_t bits = product * inverse;  // node, message, channel 0; the epoch adds nothing
+  return {static_cast<uint16_t>(bits >> 48), static_cast<uint32_t>(bits >> 16), 0};
 }
 
 /// Names a constant step apart, and of many steps the one under which a table of 4096 has the
