@@ -31,7 +31,9 @@ TEST(RateFlood, EndsWithinTwiceTheTimeInWhichEachRobotSendsEachMessageOnce) {
   EXPECT_GT(result.messages, 10'000u) << "more than a node has records for";
   EXPECT_LE(result.over_s, 2 * result.once_each_s) << "seed " << kSeed;
   // A record is given away before the last copy has passed. Lower it when that gets rarer.
-  if (robots() == 40) EXPECT_LE(result.most_repeats, 6u) << "seed " << kSeed;
+  if (robots() == 40) {
+    EXPECT_LE(result.most_repeats, 6u) << "seed " << kSeed;
+  }
 }
 
 TEST(RateFlood, SendsEachMessageOnceWhereThereAreRecordsForAll) {

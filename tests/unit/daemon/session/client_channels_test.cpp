@@ -91,7 +91,9 @@ TEST_F(Channels, EndASubscriptionAndAPublisherOnce) {
     ASSERT_EQ(told.size(), 2u);
     for (const ipc::Envelope& each : told) {
       EXPECT_EQ(each.has_done(), is_first);
-      if (!is_first) EXPECT_EQ(each.failure().code(), ipc::ERROR_UNKNOWN_ID);
+      if (!is_first) {
+        EXPECT_EQ(each.failure().code(), ipc::ERROR_UNKNOWN_ID);
+      }
     }
     if (is_first) continue;
     EXPECT_EQ(told[0].failure().text(),
