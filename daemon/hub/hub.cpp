@@ -147,10 +147,7 @@ void Hub::on_outgoing(const Publication& publication, std::size_t station, Chann
   head.distance_m = 0.0f;
   head.ttl = publication.ttl;
   head.received_at_ns = monotonic_ns();
-  if (channel.is_timestamped) {
-    head.buffering_delay_us =
-        static_cast<std::uint32_t>(std::min<std::uint64_t>(publication.waited_us(), UINT32_MAX));
-  }
+  if (channel.is_timestamped) head.buffering_delay_us = publication.told_us(head.received_at_ns);
   head.crossed_gateway = publication.rule != nullptr;
   head.origin = publication.origin;
   delivery_.deliver_own(channel, head, publication.bytes(), publication.client);

@@ -176,7 +176,7 @@ void Outbox::feed(std::size_t station, Channel& channel) {
   while (slot.in_flight == nullptr && !slot.waiting.empty()) {
     Publication& next = *slot.waiting.front();
     std::uint32_t number = next.air_number;
-    const std::uint64_t waited_us = channel.is_timestamped ? next.waited_us() : 0;
+    const std::uint64_t waited_us = channel.is_timestamped ? next.waited_us(monotonic_ns()) : 0;
     const GatewayOrigin* const origin = next.origin ? &*next.origin : nullptr;
     if (next.redundancy != 0) stations_[station].protect_next(next.redundancy);
     const SendResult result =

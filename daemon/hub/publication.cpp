@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
-#include "daemon/common/monotonic_ns.hpp"
-
 namespace swarmtalk::daemon {
 
-std::uint64_t Publication::waited_us() const {
-  const std::uint64_t now_ns = monotonic_ns();
+std::uint64_t Publication::waited_us(std::uint64_t now_ns) const {
   return (now_ns - std::min(now_ns, sent_at_ns)) / 1000;
+}
+
+std::uint32_t Publication::told_us(std::uint64_t now_ns) const {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(waited_us(now_ns), UINT32_MAX));
 }
 
 Publication& PublicationPool::take() {

@@ -45,7 +45,10 @@ struct Publication : PublicationHead {
     return {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()};
   }
   /// Since its program sent it. The client says when; a time to come counts as now.
-  std::uint64_t waited_us() const;
+  /// @param now_ns  monotonic
+  std::uint64_t waited_us(std::uint64_t now_ns) const;
+  /// The same as a delivery tells it: at most UINT32_MAX, 71 minutes.
+  std::uint32_t told_us(std::uint64_t now_ns) const;
 };
 
 class PublicationPool {

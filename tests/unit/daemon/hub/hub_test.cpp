@@ -422,9 +422,15 @@ TEST_F(HubTest, LocalMessageOfATimestampedChannelTellsHowLongItWaited) {
   EXPECT_GE(*b_.last->buffering_delay_us, 3'000'000u);
   EXPECT_LT(*b_.last->buffering_delay_us, 60'000'000u);
   EXPECT_GE(b_.last->received_at_ns, now);
-  station_.leave(1);
-  ASSERT_FALSE(hub_.publish(from, 2, "x", std::nullopt, now - 5'000'000'000'000));
-  EXPECT_EQ(*b_.last->buffering_delay_us, UINT32_MAX);
+}
+
+TEST(PublicationTest, ALongerDelayThanADeliveryTellsIsTheLongest) {
+  Publication waiting;
+  waiting.sent_at_ns = 1'000;
+  EXPECT_EQ(waiting.told_us(3'001'999), 3'000u);
+  EXPECT_EQ(waiting.told_us(999), 0u) << "sent in a time to come";
+  EXPECT_EQ(waiting.told_us(1'000 + (std::uint64_t{UINT32_MAX} - 1) * 1'000), UINT32_MAX - 1);
+  EXPECT_EQ(waiting.told_us(5'000'000'000'000), UINT32_MAX);
 }
 
 TEST_F(HubTest, LocalMessageOfAChannelWithoutTimestampsTellsNoDelay) {

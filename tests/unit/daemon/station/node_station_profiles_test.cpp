@@ -36,10 +36,10 @@ struct End {
     station.set_listening(kHere, true);
   }
   SendResult send(const std::string& text, std::uint8_t ttl = 0,
-                  const GatewayOrigin* origin = nullptr, std::uint32_t number = 0) {
-    this->number = number;
+                  const GatewayOrigin* origin = nullptr, std::uint32_t wished = 0) {
+    number = wished;
     return station.send(kHere, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
-                        ttl, origin, 0, this->number);
+                        ttl, origin, 0, number);
   }
   /// All that waits here is heard there. @param change  of each packet, on the air
   void transmit_to(End& other, std::optional<float> distance_m = std::nullopt,
@@ -54,11 +54,11 @@ struct End {
       other.link->hand_up(packet, frame);
     }
   }
-  std::uint64_t counter(const std::string& name) {
+  std::uint64_t counter(const std::string& wanted) {
     for (const auto& [each, value] : station.counters()) {
-      if (each == name) return value;
+      if (each == wanted) return value;
     }
-    ADD_FAILURE() << "no counter " << name;
+    ADD_FAILURE() << "no counter " << wanted;
     return 0;
   }
 
