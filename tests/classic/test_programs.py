@@ -107,6 +107,12 @@ def _nothing_left_running():
     Robots.started.clear()
 
 
+@pytest.fixture(name="hops", scope="module")
+def _hops(tmp_path_factory):
+    """Compiled once, and only read."""
+    return compile_linux(tmp_path_factory.mktemp("hops"), HOPS, *MACROS)
+
+
 class Robots:
     """Processes in one air, ended by SIGTERM; what each prints goes to a file."""
 
@@ -142,8 +148,8 @@ class Robots:
         assert not list(self.air.iterdir()), "each takes its socket with it"
 
 
-def count_hops_in_a_line(folder):
-    robots = Robots(folder, compile_linux(folder, HOPS, *MACROS))
+def count_hops_in_a_line(folder, hops):
+    robots = Robots(folder, hops)
     robots.start("r0", SEED="1", SWARMTALK_RANGE_MM="60")
     for place in (1, 2, 3):
         robots.start(f"r{place}", SWARMTALK_X_MM=str(50 * place), SWARMTALK_RANGE_MM="60")
@@ -156,7 +162,7 @@ def count_hops_in_a_line(folder):
     assert not re.search("hop -", robots.text("r1") + robots.text("r2") + robots.text("r3"))
 
 
-def run_a_program_from_before_the_release(folder):
+def run_a_program_from_before_the_release(folder, _):
     # 16 bits of time, so that a packet has room for three characters beside it.
     robots = Robots(folder, compile_linux(folder, OLDER, "-DTIMER_BITS=16"))
     robots.start("r0")
@@ -168,7 +174,7 @@ def run_a_program_from_before_the_release(folder):
     robots.stop()
 
 
-def run_the_listing_of_the_paper(folder):
+def run_the_listing_of_the_paper(folder, _):
     """With the home's macros as the porting guide says."""
     robots = Robots(folder, compile_linux(folder, """
 #include <iostream>
@@ -195,12 +201,12 @@ void loop() {}
 
 
 @pytest.mark.clock
-def test_programs_in_the_style_of_2020_hear_each_other(tmp_path):
+def test_programs_in_the_style_of_2020_hear_each_other(tmp_path, hops):
     for number, step in enumerate((count_hops_in_a_line, run_a_program_from_before_the_release,
                                    run_the_listing_of_the_paper)):
         folder = tmp_path / str(number)  # short: sockets are in it
         folder.mkdir()
-        step(folder)
+        step(folder, hops)
 
 
 def test_several_instances_talk_in_one_process_on_avr(tmp_path):
@@ -252,11 +258,10 @@ int main() {
     assert run.stdout.splitlines()[-2:] == ["sent", "heard"]
 
 
-def test_a_bad_place_is_refused_in_one_line(tmp_path):
-    program = compile_linux(tmp_path, HOPS, *MACROS)
+def test_a_bad_place_is_refused_in_one_line(hops):
     for name, text, what in (("X_MM", "far", "a number"), ("SPEED", "0", "at least 0.01"),
                              ("RANGE_MM", "-3", "at least 0")):
-        run = subprocess.run([program], env={f"SWARMTALK_{name}": text}, capture_output=True,
+        run = subprocess.run([hops], env={f"SWARMTALK_{name}": text}, capture_output=True,
                              text=True, timeout=60, check=False)
         assert run.returncode == 1
         assert run.stderr == f"SWARMTALK_{name} is '{text}': give it {what}\n"
@@ -264,13 +269,12 @@ def test_a_bad_place_is_refused_in_one_line(tmp_path):
 
 @pytest.mark.parametrize("macros", [["-DPKT_SIZE=9"], [*MACROS, "-DCHAN_TYPE_MAX=3"],
                                     [*MACROS, "-DTIMER_BITS=16"]])
-def test_a_home_with_other_macros_is_not_linked(tmp_path, macros):
+def test_a_home_with_other_macros_is_not_linked(tmp_path, hops, macros):
     """Two of them leave the sizes as they are and change nothing but packets."""
-    compile_linux(tmp_path, HOPS, *MACROS)
     subprocess.run(["g++", "-std=c++20", *INCLUDES, *macros, "-c",
                     ROOT / "platforms/classic/linux_home.cpp", "-o", tmp_path / "linux_home.o"],
                    check=True)
-    link = subprocess.run(["g++", tmp_path / "program.o", tmp_path / "linux_home.o", "-o",
+    link = subprocess.run(["g++", hops.parent / "program.o", tmp_path / "linux_home.o", "-o",
                            tmp_path / "program"], capture_output=True, text=True, check=False)
     assert link.returncode != 0
     assert "program_and_home_were_given_different_macros" in link.stderr
