@@ -64,8 +64,8 @@ class Sent:
         about to be told of."""
         count = self.count(key)
         life = *key, self.lives[key[0]]
-        learnt = self.ahead[life].most_common(1)
-        ahead = self.told.get(life, learnt[0][0] if learnt else 0)
+        learnt = self.ahead[life]
+        ahead = self.told.get(life, max(learnt, key=learnt.get, default=0))
         k = count - (count + ahead - number) % MESSAGE_NUMBERS
         if k <= count - MESSAGE_NUMBERS + self.early:
             k += MESSAGE_NUMBERS

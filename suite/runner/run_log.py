@@ -21,7 +21,7 @@ class Log:
                 lines = file.readlines()
             if lines and not lines[-1].endswith("}\n"):
                 lines.pop()  # what was being written when the run was cut off
-            self.events = [json.loads(line) for line in lines]
+            self.events = json.loads("[" + ",".join(lines) + "]")  # faster than one by one
             self.robots = len(self.scenario["robots"])
             self.air = next((e for e in self.events if e["event"] == "air"), None)
             self.program, self.platform = self.scenario["program"], self.scenario["platform"]
