@@ -14,8 +14,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TESTS = HERE.parent / "tests"
-# wires.py first of all: its "conftest" is that of tests/integration.
-sys.path[:0] = [str(TESTS / "integration"), str(TESTS / "hostile" / "attacks")]
+sys.path[:0] = [str(TESTS / part) for part in ("support", "integration", "hostile/attacks")]
 os.environ.setdefault("SWARMTALK_SEED", "1")
 
 
@@ -27,19 +26,16 @@ def load(path):
 
 
 def main():
+    attacks = {path.stem: load(path) for path in sorted((HERE / "hostile").glob("*.py"))}
+    wanted = sys.argv[1:] or attacks
+    unknown = sorted(set(wanted) - set(attacks))
+    if unknown:
+        sys.exit(f"benchmarks/hostile.py: no {', '.join(unknown)}; there are {', '.join(attacks)}")
     if os.geteuid() != 0:
         sys.exit("benchmarks/hostile.py: network namespaces need root; run it with sudo")
-    files = sorted((HERE / "hostile").glob("*.py"))
-    wanted = sys.argv[1:]
-    unknown = set(wanted) - {path.stem for path in files}
-    if unknown:
-        sys.exit(f"benchmarks/hostile.py: no {', '.join(sorted(unknown))}; there are "
-                 + ", ".join(path.stem for path in files))
     print("| attack | reference | today |\n|---|---|---|", flush=True)
-    for path in files:
-        if wanted and path.stem not in wanted:
-            continue
-        module = load(path)
+    for name in wanted:
+        module = attacks[name]
         print(f"| {module.TITLE} | {module.REFERENCE} | {module.measure()} |", flush=True)
 
 

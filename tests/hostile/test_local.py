@@ -4,6 +4,7 @@ import fcntl
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -198,6 +199,15 @@ def test_few_messages_are_told_as_sent_and_given_up_while_the_interface_is_full(
             assert seen[-1] <= queue + queue // 4
     finally:
         ip("netns", "del", space)
+
+
+@pytest.mark.logic
+def test_every_attack_that_is_measured_can_be_loaded():
+    done = subprocess.run([ROOT / "benchmarks/hostile.py", "nothing"], capture_output=True,
+                          text=True, timeout=60, check=False)
+    assert done.returncode == 1 and not done.stdout
+    assert re.fullmatch(r"benchmarks/hostile.py: no nothing; there are bad_origin, .*\n",
+                        done.stderr)
 
 
 def test_hostile_programs_harm_themselves_only():
