@@ -17,7 +17,8 @@ from commands import wait_for  # noqa: E402
 PRESETS = """{"version": 6,
 "configurePresets": [
 {"name": "test", "generator": "Ninja", "binaryDir": "${sourceDir}/build-test"},
-{"name": "asan", "generator": "Ninja", "binaryDir": "${sourceDir}/build-asan"}],
+{"name": "asan", "generator": "Ninja", "binaryDir": "${sourceDir}/build-asan",
+ "cacheVariables": {"SWARMTALK_SANITIZE": "undefined"}}],
 "buildPresets": [{"name": "test", "configurePreset": "test"},
 {"name": "asan", "configurePreset": "asan"}]}
 """
@@ -380,6 +381,25 @@ def test_sanitizers_get_the_logic_of_cpp_alone(project):
         logic={"Hub.Sends": PASSES, "All/Loops.Turn/0": PASSES, "fuzz_corpus.mcap": PASSES,
                "suite.runner.y": FAILS}, clock={"Loop.Turns": FAILS}).run("--sanitize")
     assert status == 0 and counts == (3, 0, 0) and "suite.runner.y" not in ran
+
+
+def test_tests_in_cpp_are_counted_and_named_with_sanitizers_too(project):
+    """Many run in one process there: one that ends it is named."""
+    made = project(logic={"fuzz_corpus.mcap": PASSES})
+    made.add_cpp(small_test=["One"])
+    with (made.folder / "tests/small/One.cpp").open("a") as file:
+        file.write("TEST(One, Skips) { GTEST_SKIP() << \"no root\"; }\n"
+                   "TEST(One, Dies) { abort(); }\n"
+                   "class Each : public testing::TestWithParam<int> {};\n"
+                   "TEST_P(Each, Fails) { FAIL(); }\n"
+                   "INSTANTIATE_TEST_SUITE_P(All, Each, testing::Values(7));\n"
+                   "template <class T> class Of : public testing::Test {};\n"
+                   "TYPED_TEST_SUITE(Of, testing::Types<int>);\n"
+                   "TYPED_TEST(Of, Fails) { FAIL(); }\n")
+    status, _, lines, counts = made.run("--sanitize")
+    assert status == 1 and counts == (2, 4, 1)
+    failed = {line.removeprefix("tools/test: failed: ") for line in lines if ": failed: " in line}
+    assert failed == {"One.Fails", "One.Dies", "All/Each.Fails/7", "Of.Fails<int>"}
 
 
 def test_what_came_of_field_tests_is_written_down(project):
