@@ -1,6 +1,5 @@
 #include "lab/robot_config.hpp"
 
-#include <toml++/toml.h>
 #include <filesystem>
 #include <functional>
 #include <sstream>
@@ -16,14 +15,7 @@ namespace {
 constexpr int kJitterOnAirUs = 5000;  // as the installed file has it: docs/radio.md
 
 toml::table read_base(const std::string& path) {
-  if (path.empty()) return {};
-  try {
-    return toml::parse(text::ascii_of_file(path), path);
-  } catch (const toml::parse_error& error) {
-    std::ostringstream text;
-    text << path << ":" << error.source().begin.line << ": " << error.description();
-    throw std::runtime_error(text.str());
-  }
+  return path.empty() ? toml::table() : text::parse_toml_file(path);
 }
 
 toml::table& section(toml::table& table, const char* name) {

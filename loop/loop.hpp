@@ -106,7 +106,7 @@ class Loop final : public boost::asio::execution_context::service {
 /// An open descriptor that the loop watches; closed with it.
 class Descriptor {
  public:
-  /// @param on_events  gets what epoll says: EPOLLIN, EPOLLOUT, EPOLLRDHUP, EPOLLHUP, EPOLLERR
+  /// @param on_events  gets what epoll says: EPOLLIN, EPOLLOUT, EPOLLHUP, EPOLLERR
   Descriptor(Loop& loop, std::function<void(std::uint32_t)> on_events)
       : loop_(loop), on_events_(std::move(on_events)) {}
   ~Descriptor() { close(); }
@@ -117,8 +117,7 @@ class Descriptor {
   void own(int descriptor) { fd_ = descriptor; }
   int fd() const { return fd_; }
 
-  /// From now on these events are waited for, until another call: nothing is armed anew. With
-  /// EPOLLET each is told when it begins; else as long as it lasts. 0: none.
+  /// From now on these events are waited for, until another call: nothing is armed anew. 0: none.
   void watch(std::uint32_t events) {
     if (events != watched_) loop_.change(*this, events);
   }

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "text/plain.hpp"
 #include "text/utf8.hpp"
 
 namespace swarmtalk::text {
@@ -196,13 +197,65 @@ class Converter {
   AsciiToml result_;
 };
 
+// What toml++ says that it parsed when text has no quotes.
+constexpr const char* kScopesOfValues[] = {"value", "boolean", "floating", "hexadecimal", "decimal",
+                                           "octal", "binary",  "date",     "time"};
+
+constexpr std::size_t kMostOfItsWords = 160;  // bytes
+
+/// toml++ looks at the names of a header at times when it has read the end of its line: then the
+/// lines before the one that it tells are wrong already.
+unsigned line_of(const toml::parse_error& error, std::string_view text) {
+  const unsigned line = error.source().begin.line;
+  if (!error.description().starts_with("Error while parsing table header")) return line;
+  std::size_t begin = 0;
+  for (unsigned i = 1; i < line; ++i) begin = text.find('\n', begin) + 1;
+  try {
+    static_cast<void>(toml::parse(text.substr(0, begin)));
+  } catch (const toml::parse_error&) {
+    return line - 1;
+  }
+  return line;
+}
+
+/// What is wrong in the words of toml++, with a remedy; in ours where its own are garbled.
+std::string what_of(const toml::parse_error& error) {
+  const std::string_view what = error.description();
+  for (const char* twice : {"cannot redefine", "cannot insert"}) {
+    if (what.find(twice) == std::string_view::npos) continue;
+    return "the key or section of this line is there twice; keep one of the two";
+  }
+  constexpr std::string_view kStart = "Error while parsing ";
+  const std::string_view scope = what.substr(std::min(kStart.size(), what.size()));
+  const bool is_value = std::any_of(std::begin(kScopesOfValues), std::end(kScopesOfValues),
+                                    [&](const char* each) { return scope.starts_with(each); });
+  return plain(what.substr(0, std::min(kMostOfItsWords, what.find('\n')))) +
+         (is_value ? "; if it is text, put it in double quotes"
+                   : "; see https://toml.io for the format");
+}
+
 }  // namespace
 
 AsciiToml to_ascii(std::string_view text) {
   return Converter(text).convert();
 }
 
-std::string ascii_of_file(const std::string& path) {
+toml::table parse_toml(std::string_view text, const std::string& file) {
+  const AsciiToml ascii = to_ascii(text);
+  const auto error_at = [&](unsigned line, const std::string& what) {
+    return std::runtime_error(file + ":" + std::to_string(line) + ": not TOML: " + what);
+  };
+  if (ascii.line != 0) throw error_at(ascii.line, ascii.what);
+  try {
+    return toml::parse(ascii.text, file);
+  } catch (const toml::parse_error& error) {
+    throw error_at(line_of(error, ascii.text), what_of(error));
+  } catch (const std::logic_error&) {  // an assertion of the parser
+    throw std::runtime_error(file + ": not TOML; see https://toml.io for the format");
+  }
+}
+
+toml::table parse_toml_file(const std::string& path) {
   std::error_code error;
   std::string text;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
@@ -212,9 +265,7 @@ std::string ascii_of_file(const std::string& path) {
   if (!file.read(text.data(), static_cast<std::streamsize>(size))) {
     throw std::runtime_error(path + ": " + std::strerror(errno));
   }
-  AsciiToml ascii = to_ascii(text);
-  if (ascii.line == 0) return std::move(ascii.text);
-  throw std::runtime_error(path + ":" + std::to_string(ascii.line) + ": " + ascii.what);
+  return parse_toml(text, path);
 }
 
 }  // namespace swarmtalk::text

@@ -1,11 +1,13 @@
-// Prepares TOML for the parser, toml++, whose tables of characters beyond ASCII have undefined
-// behaviour on some of them, and which ends the program on some control characters: it gets ASCII
-// only. TOML allows other characters in comments, which mean nothing, and in strings, where double
-// quotes have an escape for each.
+// Reads TOML for all programs, with one line for a person where it is wrong. The parser, toml++,
+// has tables of characters beyond ASCII with undefined behaviour on some of them, and ends the
+// program on some control characters: it gets ASCII only. TOML allows other characters in comments,
+// which mean nothing, and in strings, where double quotes have an escape for each.
 #pragma once
 
 #include <string>
 #include <string_view>
+
+#include "text/toml.hpp"
 
 namespace swarmtalk::text {
 
@@ -17,8 +19,11 @@ struct AsciiToml {
 
 AsciiToml to_ascii(std::string_view text);
 
-/// The text of a file as to_ascii() has it.
-/// @throws std::runtime_error  one line: it cannot be read, or what must not be there
-std::string ascii_of_file(const std::string& path);
+/// @param file  its name, for the error
+/// @throws std::runtime_error  one line: file, line, what is wrong, the remedy
+toml::table parse_toml(std::string_view text, const std::string& file);
+
+/// @throws std::runtime_error  the same, or that it cannot be read
+toml::table parse_toml_file(const std::string& path);
 
 }  // namespace swarmtalk::text

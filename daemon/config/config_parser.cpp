@@ -29,10 +29,6 @@ constexpr std::size_t kMaxSocketPathBytes = sizeof(sockaddr_un::sun_path) - 1;
 constexpr std::size_t kMaxChannelNames = 1024;
 constexpr std::size_t kMaxNodeNameBytes = 20;
 
-// What toml++ says that it parsed when text has no quotes.
-constexpr const char* kScopesOfValues[] = {"value", "boolean", "floating", "hexadecimal", "decimal",
-                                           "octal", "binary",  "date",     "time"};
-
 void read_node_id(const TableReader& table, NodeConfig& node) {
   table.read_integer("id_offset", kNodeIdOffsetLimits, node.id_offset);
   table.read_text("id_interface", node.id_interface);
@@ -181,49 +177,11 @@ void apply(const ConfigOptions& options, ParsedConfig& parsed) {
   }
 }
 
-/// toml++ looks at the names of a header at times when it has read the end of its line: then the
-/// lines before the one that it tells are wrong already.
-unsigned line_of(const toml::parse_error& error, std::string_view text) {
-  const unsigned line = error.source().begin.line;
-  if (!error.description().starts_with("Error while parsing table header")) return line;
-  std::size_t begin = 0;
-  for (unsigned i = 1; i < line; ++i) begin = text.find('\n', begin) + 1;
-  try {
-    static_cast<void>(toml::parse(text.substr(0, begin)));
-  } catch (const toml::parse_error&) {
-    return line - 1;
-  }
-  return line;
-}
-
-/// What is wrong in the words of toml++, with a remedy; in ours where its own are garbled.
-std::string what_of(const toml::parse_error& error) {
-  const std::string_view what = error.description();
-  for (const char* twice : {"cannot redefine", "cannot insert"}) {
-    if (what.find(twice) == std::string_view::npos) continue;
-    return "the key or section of this line is there twice; keep one of the two";
-  }
-  constexpr std::string_view kStart = "Error while parsing ";
-  const std::string_view scope = what.substr(std::min(kStart.size(), what.size()));
-  const bool is_value = std::any_of(std::begin(kScopesOfValues), std::end(kScopesOfValues),
-                                    [&](const char* each) { return scope.starts_with(each); });
-  return printable(what.substr(0, what.find('\n')), 160) +
-         (is_value ? "; if it is text, put it in double quotes"
-                   : "; see https://toml.io for the format");
-}
-
 toml::table parse_toml(std::string_view text, const std::string& file) {
-  const text::AsciiToml ascii = text::to_ascii(text);
-  const auto error_at = [&](unsigned line, const std::string& what) {
-    return ConfigError(file + ":" + std::to_string(line) + ": not TOML: " + what);
-  };
-  if (ascii.line != 0) throw error_at(ascii.line, ascii.what);
   try {
-    return toml::parse(ascii.text, file);
-  } catch (const toml::parse_error& error) {
-    throw error_at(line_of(error, ascii.text), what_of(error));
-  } catch (const std::logic_error&) {  // an assertion of the parser
-    throw ConfigError(file + ": not TOML; see https://toml.io for the format");
+    return text::parse_toml(text, file);
+  } catch (const std::runtime_error& error) {
+    throw ConfigError(error.what());
   }
 }
 

@@ -12,7 +12,7 @@
 #include "daemon/common/printable.hpp"
 #include "daemon/config/config.hpp"
 #include "daemon/config/config_error.hpp"
-#include "daemon/config/toml.hpp"
+#include "text/toml.hpp"
 
 namespace swarmtalk::daemon {
 

@@ -1,7 +1,5 @@
 // Reads scenarios from TOML files. Every key is known here; one that is not is an error, because a
 // misspelt key would silently run another experiment.
-#include <toml++/toml.h>
-
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -175,13 +173,7 @@ void take_medium(Section section, MediumSettings& medium) {
 }  // namespace
 
 Scenario load_scenario(const std::string& path) {
-  toml::table table;
-  try {
-    table = toml::parse(text::ascii_of_file(path), path);
-  } catch (const toml::parse_error& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.source().begin.line) + ": " +
-                             std::string(error.description()));
-  }
+  const toml::table table = text::parse_toml_file(path);
   Scenario scenario;
   Section root(path, table);
   root.take("seconds", scenario.seconds);

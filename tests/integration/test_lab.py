@@ -182,7 +182,8 @@ def test_mistakes_without_a_lab_get_one_line(tmp_path):
     assert run(tool, "--name", name, "exec", "1").returncode == 2
     bad = tmp_path / "bad.toml"
     for text, patterns in (("[channels]\nhello = \n", ["bad.toml:2"]),
-                           ("[channels]\n\u00a0a = 1\n", ["bad.toml:2: column 1", "plain blank"]),
+                           ("[channels]\n\u00a0a = 1\n",
+                            ["bad.toml:2: not TOML: column 1", "plain blank"]),
                            ("[node]\nnonsense = 1\n", ["robot 1", "nonsense"])):
         bad.write_text(text)
         done = run(tool, "--name", name, "up", "1", "--medium", "udp", "--config", bad)

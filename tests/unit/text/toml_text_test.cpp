@@ -1,7 +1,6 @@
 #include "text/toml_text.hpp"
 
 #include <gtest/gtest.h>
-#include <toml++/toml.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -61,18 +60,27 @@ TEST(TomlText, OfAFileNamesItWithTheLine) {
   const std::string path = testing::TempDir() + "swarmtalk-toml-" + std::to_string(::getpid());
   const auto error_of = [&](const std::string& file) {
     try {
-      ascii_of_file(file);
+      parse_toml_file(file);
     } catch (const std::runtime_error& error) {
       return std::string(error.what());
     }
     return std::string();
   };
   std::ofstream(path) << "a = 1 # one\n";
-  EXPECT_EQ(ascii_of_file(path), "a = 1 \n");
+  EXPECT_EQ(parse_toml_file(path)["a"].value_or(0), 1);
   std::ofstream(path) << "a = 1\nb = \"\n";
-  EXPECT_EQ(error_of(path), path +
-                                ":2: column 5: a text begins here with \" and has no second \" in "
-                                "its line; add it at its end");
+  EXPECT_EQ(error_of(path),
+            path +
+                ":2: not TOML: column 5: a text begins here with \" and has no second \" in "
+                "its line; add it at its end");
+  std::ofstream(path) << "a = 1\n\na = 2\n";
+  EXPECT_EQ(error_of(path),
+            path +
+                ":3: not TOML: the key or section of this line is there twice; keep "
+                "one of the two");
+  std::ofstream(path) << "a = 1\nb = yes\n";
+  EXPECT_NE(error_of(path).find(":2: not TOML: Error while parsing"), std::string::npos);
+  EXPECT_NE(error_of(path).find("; if it is text, put it in double quotes"), std::string::npos);
   std::filesystem::remove(path);
   EXPECT_EQ(error_of(path), path + ": No such file or directory");
   EXPECT_EQ(error_of("/proc"), "/proc: Is a directory");

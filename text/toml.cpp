@@ -1,13 +1,13 @@
 #define TOML_IMPLEMENTATION
-#include "daemon/config/toml.hpp"
+#include "text/toml.hpp"
 
 #include <stdexcept>
 #include <string>
 
-namespace swarmtalk::daemon {
+namespace swarmtalk::text {
 
 void fail_toml_assertion(const char* expression) {
   throw std::logic_error(std::string("toml++: ") + expression);
 }
 
-}  // namespace swarmtalk::daemon
+}  // namespace swarmtalk::text
