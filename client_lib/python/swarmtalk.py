@@ -14,8 +14,12 @@ One file on purpose: copy it to a robot and it works, with the standard library 
 and on 3.5 and later. From top to bottom: errors, the bytes of the protocol, what is handed to a
 program (messages, poses), publishers and subscribers, the connection, the Client, harvest, and
 what runs scripts written for Coachbots. One thread owns a Client and all it hands out; callbacks
-run inside process() and run(), never elsewhere. From any thread may come Publisher.send() and
-stop().
+run inside process() and run(), never elsewhere. From any thread, and from a signal's handler, may
+come Publisher.send(), busy() and stop().
+
+A handler runs in the middle of whatever its thread does, calls what it may call, and may raise, as
+that of Ctrl-C does. So what changes hands does so in lines without a call, such as `del queue[0]`
+and `queue += (one,)`: Python 3.10 and later let no handler in between.
 """
 from __future__ import print_function
 
@@ -285,6 +289,17 @@ def _native(text):
     return text if isinstance(text, str) else text.encode("utf-8")
 
 
+def _is_of_a_handler():
+    """Whether the exception at hand came out of a signal's handler, a function of the program's,
+    and not of what was called here."""
+    if sys.version_info[0] == 2:
+        return False  # there sockets are Python too: it cannot be told
+    place = sys.exc_info()[2]
+    while place is not None and place.tb_frame.f_globals is globals():
+        place = place.tb_next
+    return place is not None
+
+
 class Record(object):
     """Named values that the daemon told: neighbours, status."""
 
@@ -384,10 +399,11 @@ class Message(object):
 
     __slots__ = ("data", "channel", "sender", "transmitter", "epoch", "message_number",
                  "distance", "bearing", "sender_pose", "hops", "ttl", "delay", "received_at",
-                 "local", "origin", "lost_before")
+                 "local", "origin", "lost_before", "_is_gap_told")
 
     def __init__(self, fields):
         get = dict(fields).get
+        self._is_gap_told = False        # to on_gap
         self.data = bytes(get(2, b""))   # exactly as it was sent
         self.channel = get(3, 0)         # number
         self.sender = get(4, 0)          # node id of the origin
@@ -422,7 +438,7 @@ class Message(object):
     def __getattr__(self, name):
         if name.startswith("_"):
             raise AttributeError(name)
-        known = Message.__slots__ + ("text", "age", "has_distance", "has_bearing")
+        known = Message.__slots__[:-1] + ("text", "age", "has_distance", "has_bearing")
         raise AttributeError("a Message has no %r; %s" % (
             name, "did you mean 'data'?" if name in ("payload", "message", "bytes")
             else _near(name, known, "it has " + ", ".join(known))))
@@ -733,7 +749,8 @@ class Publisher(_Handle):
         self.has_redundancy = False  # messages get the repair packets that were asked for
 
     def send(self, data, ttl=None):
-        """Hands one message to the daemon and returns at once. Any thread.
+        """Hands one message to the daemon and returns at once. Any thread, also in the handler of
+        a signal.
 
         Returns True; or, when it could not be taken, a Refused, which is false in an `if` and has
         `code` ("busy", "disconnected") and `text`. Raises BadArgument when the message is too long
@@ -742,7 +759,9 @@ class Publisher(_Handle):
         return self._client._publish(self, _payload(data), ttl, None)
 
     def busy(self):
-        """Whether send() would be refused because too many messages wait. Any thread."""
+        """Whether send() would be refused because too many messages wait. Any thread, also in the
+        handler of a signal."""
+        self._client._need_own_process()
         if self._id != 0 and self._no_room() is not None:
             self._client._look_for_answers()
         return self._id != 0 and self._no_room() is not None
@@ -861,12 +880,18 @@ class Subscriber(_Handle):
     def get(self, timeout=None):
         """The next message; None after `timeout` seconds without one, or when stop() was called."""
         self._need_no_callback("get()")
-        return self._client._get(self, _timeout(timeout, "timeout"))
+        if not self._client._wait_for_message(self, _timeout(timeout, "timeout")):
+            return None
+        return self._pop()
 
     def take(self):
         """All messages that have come, oldest first, without waiting."""
         self._need_no_callback("take()")
-        return self._client._take(self)
+        self._client._look_for_messages(self)
+        messages, none = [], deque()
+        messages += self._waiting
+        self._waiting = none
+        return messages
 
     def __iter__(self):
         self._need_no_callback("iteration")
@@ -887,7 +912,7 @@ class Subscriber(_Handle):
 
     def __anext__(self):
         future = self._client.attach().create_future()
-        message = self._pop()
+        message = self._pop() if self._is_ready() else None
         if message is not None:
             future.set_result(message)
         elif self._closed or self._client._closed:
@@ -904,62 +929,64 @@ class Subscriber(_Handle):
 
     # What waits, and what goes first.
 
-    def _put(self, message):
-        """Queues a message. Returns whether an event is due for it."""
-        waiting = self._waiting
-        before = len(waiting)
+    def _put(self, message, incoming, size):
+        """Queues a message, and takes away the bytes that it came in. Returns whether there is an
+        event for it."""
+        before = len(self._waiting)
         if self._latest_from_each:
-            for index, other in enumerate(waiting):
+            for index, other in enumerate(self._waiting):
                 if other.sender == message.sender and other.epoch == message.epoch:
                     self._drop(index)
                     break
         most = self._keep_last
         if most is None and self._receive is None:
             most = MESSAGES_THAT_WAIT
-        if most is not None and len(waiting) >= most:
+        if most is not None and len(self._waiting) >= most:
             self._drop(0)
-        if self._lost:
-            message.lost_before.add(self._lost)
-            self._lost = Loss()
-        waiting.append(message)
-        return len(waiting) != before
+        is_event = len(self._waiting) == before and self._receive is not None
+        if is_event and len(self._client._events) >= _EVENTS_MAX:
+            self._client._drop_oldest_message()
+        message.lost_before.add(self._lost)
+        none_lost = Loss()
+        event, events, waiting = ("message", self), self._client._events, self._waiting
+        self._lost = none_lost
+        waiting += (message,)
+        if is_event:
+            events += (event,)
+        del incoming[:size]
+        return is_event
 
     def _drop(self, index):
         """Drops a message that waits; the next one tells."""
         lost = self._waiting[index].lost_before
-        lost.client += 1
+        is_last = index + 1 == len(self._waiting)
+        teller = self._lost if is_last else self._waiting[index + 1].lost_before
+        teller.add(lost)
+        teller.client += 1
         del self._waiting[index]
-        if index < len(self._waiting):
-            self._waiting[index].lost_before.add(lost)
-        else:
-            self._lost.add(lost)
-        self._note_loss()
-
-    def _note_loss(self):
         self._unreported_loss += 1
         self._client._has_unreported_loss = True
 
-    def _pop(self):
-        """The next message that is young enough, or None."""
-        while self._waiting:
-            message = self._take_first()
-            if message is not None:
-                return message
-        return None
+    def _is_ready(self, index=0):
+        """Whether a message waits at this place. It is not too old then, and on_gap has been told
+        of what was lost before it."""
+        while len(self._waiting) > index:
+            message = self._waiting[index]
+            if self._max_age_ms is not None and message.age * 1000 > self._max_age_ms:
+                self._drop(index)
+            elif message.lost_before and self._client.on_gap and not message._is_gap_told:
+                message._is_gap_told = True
+                self._client._call(self._client.on_gap, message)
+            else:
+                return True
+        return False
 
-    def _take_first(self):
-        """The first message; None when it was too old."""
-        message = self._waiting.popleft()
-        if self._max_age_ms is not None and message.age * 1000 > self._max_age_ms:
-            self._lost.add(message.lost_before)
-            self._lost.client += 1
-            self._note_loss()
+    def _pop(self):
+        """The first message that waits, or None."""
+        if not self._waiting:
             return None
-        if self._lost:
-            message.lost_before.add(self._lost)
-            self._lost = Loss()
-        if message.lost_before and self._client.on_gap:
-            self._client.on_gap(message)
+        message = self._waiting[0]
+        del self._waiting[0]
         return message
 
     def _serve_futures(self):
@@ -967,9 +994,8 @@ class Subscriber(_Handle):
             future = self._futures.popleft()
             if future.done():
                 continue
-            message = self._pop()
-            if message is not None:
-                future.set_result(message)
+            if self._is_ready():
+                future.set_result(self._pop())
             elif self._closed:
                 future.set_exception(StopAsyncIteration())  # noqa: F821
             else:
@@ -1014,20 +1040,59 @@ def _check_options(method, options):
                 method.__name__, name, _near(name, known, "it has " + ", ".join(known))))
 
 
+class _Inside(object):
+    """Who is inside a Client, and doing what. Set without a call, so that what a handler raises
+    leaves nothing half done."""
+
+    __slots__ = ("thread", "looker", "calling", "processing", "connecting", "ending", "closes")
+
+    def __init__(self):
+        self.thread = None       # in a call that only the owner may make
+        self.looker = None       # a thread whose send() looks for answers
+        self.calling = False     # the owner is in a function of the program's
+        self.processing = False
+        self.connecting = False  # somebody waits for it
+        self.ending = False      # last words are read
+        self.closes = False      # when the call is over, as a handler has asked
+
+    def is_cut_by(self, thread):
+        """Whether a handler calls, in the middle of a call of this thread."""
+        return thread == self.looker or thread == self.thread and not self.calling
+
+
 def _owned(method):
     """For what only the thread that owns the Client may call."""
     def guarded(self, *arguments, **options):
         if options:
             _check_options(method, options)
-        if os.getpid() != self._pid:
-            raise _bad("this Client belongs to the parent process; make one after the fork")
-        if not self._owner.acquire(False):
-            raise _bad("another thread is inside this Client (in %s()); only send(), busy() and "
-                       "stop() may be called meanwhile" % ("run" if self._running else "process"))
+        self._need_own_process()
+        inside, me = self._inside, _thread_id()
+        if inside.is_cut_by(me):
+            raise _bad("a signal came while this program was inside another call of this Client: "
+                       "its handler may call send(), busy(), stop() and close() only; set a "
+                       "variable there, and look at it where the program runs")
+        if inside.thread == me:  # in a callback
+            try:
+                inside.calling = False
+                return method(self, *arguments, **options)
+            finally:
+                inside.calling = True
+        taken = []
         try:
-            return method(self, *arguments, **options)
+            taken.extend(filter(None, map(self._owner.acquire, (False,))))
+            if not taken:
+                raise _bad("another thread is inside this Client (in %s()); only send(), busy() "
+                           "and stop() may be called meanwhile"
+                           % ("run" if self._running else "process"))
+            inside.thread = me
+            with self._reading:  # a thread that sends may look for answers, which is short
+                return method(self, *arguments, **options)
         finally:
-            self._owner.release()
+            if taken:
+                inside.thread, inside.calling = None, False
+                self._owner.release()
+                if inside.closes:
+                    self.close()
     guarded.__name__, guarded.__doc__ = method.__name__, method.__doc__
     guarded.__qualname__ = "Client." + method.__name__
     return guarded
@@ -1084,8 +1149,7 @@ def _connect_error(number, path):
     return Error("system", "cannot connect to %s: %s" % (path, os.strerror(number)))
 
 
-def _thread_id():
-    return threading.current_thread().ident
+_thread_id = getattr(threading, "get_ident", None) or getattr(threading, "_get_ident")
 
 
 def _interruptible(poll, timeout):
@@ -1093,7 +1157,7 @@ def _interruptible(poll, timeout):
     try:
         return poll(timeout)
     except (OSError, IOError, select.error) as error:
-        if error.args[0] != errno.EINTR:
+        if error.args[:1] != (errno.EINTR,) or _is_of_a_handler():
             raise
         return []
 
@@ -1105,9 +1169,25 @@ class _Session(object):
 
     # -- The connection's life: attempts with growing pauses, greeting, loss.
 
+    def _need_own_process(self):
+        if os.getpid() != self._pid:
+            raise _bad("this Client belongs to the parent process; make one after the fork")
+
+    def _call(self, function, *arguments):
+        """A function of the program's."""
+        inside = self._inside
+        try:
+            inside.calling = True
+            function(*arguments)
+        finally:
+            inside.calling = False
+
     def _need_open(self):
-        if self._closed:
-            raise Error("disconnected", "this Client is closed")
+        if not self._closed:
+            return
+        if _ending and not isinstance(threading.current_thread(), threading._MainThread):
+            raise SystemExit  # a thread of a program that has ended; nobody prints this
+        raise Error("disconnected", "this Client is closed")
 
     def _attempt(self):
         """One try to open the socket. Success means: greeting sent, answer awaited."""
@@ -1121,6 +1201,8 @@ class _Session(object):
             connection.connect(self._path)
         except (OSError, IOError, ValueError) as error:  # IOError: Python 2
             connection.close()
+            if _is_of_a_handler():
+                raise
             if error.errno is None:  # Python's own check
                 self._failure = _bad("socket path too long: " + self._path)
             else:
@@ -1129,8 +1211,8 @@ class _Session(object):
             return
         with self._gate:
             self._socket = connection
-            self._outgoing = bytearray()
-            self._incoming = bytearray()
+            self._outgoing, self._gone = bytearray(), []
+            self._incoming, self._received = bytearray(), []
             self._write_error = None
             self._wants_write = False
         self._epoll.register(connection.fileno(), select.EPOLLIN)
@@ -1168,20 +1250,35 @@ class _Session(object):
         return Error("timeout", "swarmtalkd at %s did not answer within %g s; it is stopped or "
                      "overloaded" % (self._path, self.connect_timeout))
 
-    def _unwatch(self):
-        if self._socket is not None:
-            self._epoll.unregister(self._socket.fileno())
-
-    def _drop(self, why):
-        """Ends this connection; the next attempt is scheduled, all that waited is answered."""
-        if self._phase == _DOWN:
+    def _release_socket(self):
+        if self._socket is None:
             return
-        self._phase = _DOWN
-        self._unwatch()
+        try:
+            self._epoll.unregister(self._socket.fileno())
+        except (OSError, IOError, ValueError):  # it was cut here before, by a signal's handler
+            if _is_of_a_handler():
+                raise
         with self._gate:
             self._socket.close()
             self._socket = None
-            self._outgoing = bytearray()
+            self._outgoing, self._gone = bytearray(), []
+
+    def _drop(self, why):
+        """Ends this connection; the next attempt is scheduled, all that waited is answered."""
+        if self._phase != _DOWN:
+            self._set_timer(None)  # first: _mend() knows by it what was not done to the end
+            self._phase = _DOWN
+            self._end(why)
+
+    def _mend(self):
+        """What a handler raised may have cut an attempt or a loss in the middle."""
+        if self._started and self._phase != _UP and self._timer_at is None:
+            self._phase = _DOWN
+            self._end(self._failure or Error(
+                "disconnected", "lost swarmtalkd: a signal came in between; reconnecting"))
+
+    def _end(self, why):
+        self._release_socket()
         self._failure = why
         if self._was_up:
             self._was_up, self._is_reconnect = False, True
@@ -1226,38 +1323,50 @@ class _Session(object):
 
     def _ring(self):
         """Makes the descriptor readable. Any thread."""
+        self._rung = True
         try:
             os.write(self._wake_write, b"!")
         except (OSError, TypeError):  # full, which is as good; closed
-            pass
-        self._rung = True  # not before: what is drained in between would be written after it
+            if _is_of_a_handler():
+                raise
+        self._rung = True  # again: what was drained in between was written after it
 
     def _drain_pipe(self):
         try:
             while len(os.read(self._wake_read, 4096)) == 4096:
                 pass
         except OSError:
-            pass
+            if _is_of_a_handler():
+                raise
 
     def _append(self, envelope):
+        frame = _frame(envelope)
         with self._gate:
-            self._outgoing += _frame(envelope)
+            outgoing = self._outgoing
+            outgoing += frame
 
     def _write(self):
         """As much as the socket takes. Any thread, inside the gate."""
-        while self._outgoing and self._socket is not None:
+        outgoing, gone = self._outgoing, self._gone
+        while self._socket is not None:
+            if gone:
+                del outgoing[:gone[0]]
+                del gone[:]
+            if not outgoing:
+                return
             try:
-                count = self._socket.send(self._outgoing)
+                gone.extend(map(self._socket.send, (outgoing,)))  # sent and counted in one call
             except (OSError, IOError) as error:
+                if _is_of_a_handler():
+                    raise
                 if error.errno == errno.EINTR:
                     continue
                 if error.errno not in (errno.EAGAIN, errno.EWOULDBLOCK):
                     self._write_error = os.strerror(error.errno)
                 return
-            del self._outgoing[:count]
 
     def _flush(self):
-        if self._phase == _DOWN or self._ending:
+        if self._phase == _DOWN or self._inside.ending:
             return
         with self._gate:
             self._write()
@@ -1267,93 +1376,109 @@ class _Session(object):
             self._read_last_words(Error("disconnected",
                                         "lost swarmtalkd: %s; reconnecting" % failed))
         elif wants_write != self._wants_write:
-            self._wants_write = wants_write
             self._epoll.modify(self._socket.fileno(),
                                select.EPOLLIN | (select.EPOLLOUT if wants_write else 0))
+            self._wants_write = wants_write
 
     def _read_last_words(self, why):
         """Nothing can be written any more, but why may wait to be read. Ends in _drop()."""
-        self._ending = True
+        inside = self._inside
         try:
+            inside.ending = True
             while self._read():
                 pass
         finally:
-            self._ending = False
+            inside.ending = False
         self._drop(why)
 
     def _read(self):
         """Reads once and handles what has come. Returns whether there may be more."""
         if self._phase == _DOWN:
             return False
+        received, incoming = self._received, self._incoming
         try:
-            chunk = self._socket.recv(_READ_BYTES)
+            if not received:
+                received.extend(map(self._socket.recv, (_READ_BYTES,)))  # read and kept in one call
         except (OSError, IOError) as error:
+            if _is_of_a_handler():
+                raise
             if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR):
-                return False
-            self._drop(Error("disconnected", "lost swarmtalkd: %s; reconnecting"
-                             % os.strerror(error.errno)))
+                self._take_frames(incoming)  # that were left when a handler raised
+            elif self._take_frames(incoming):
+                self._drop(Error("disconnected", "lost swarmtalkd: %s; reconnecting"
+                                 % os.strerror(error.errno)))
             return False
-        if not chunk:
-            self._drop(Error("disconnected",
-                             "lost swarmtalkd: it closed the connection; reconnecting"))
+        if not received[0]:
+            if self._take_frames(incoming):
+                self._drop(Error("disconnected",
+                                 "lost swarmtalkd: it closed the connection; reconnecting"))
             return False
-        buf = self._incoming
-        buf += chunk
-        pos, have = 0, len(buf)
+        has_more = len(received[0]) == _READ_BYTES
+        incoming += received[0]
+        del received[:]
+        return self._take_frames(incoming) and (has_more or self._inside.ending)
+
+    def _take_frames(self, incoming):
+        """Handles the frames that are whole. Returns whether the connection goes on."""
         try:
-            while have - pos >= 4:
-                end = pos + 4 + _unpack_length(buf, pos)[0]
-                if not pos + 4 < end <= pos + 4 + _FRAME_MAX:
+            while len(incoming) >= 4:
+                size = 4 + _unpack_length(incoming, 0)[0]
+                if not 4 < size <= 4 + _FRAME_MAX:
                     raise ValueError("an impossible length")
-                if end > have:
+                if size > len(incoming):
                     break
-                self._handle(dict(_fields(buf, pos + 4, end)))
+                self._handle(dict(_fields(incoming, 4, size)), incoming, size)
                 if self._phase == _DOWN:
                     return False
-                pos = end
         except (ValueError, IndexError, struct.error, KeyError, TypeError):
+            if _is_of_a_handler():
+                raise
             self._drop(Error("protocol", "swarmtalkd sent something that is not the protocol"))
             return False
-        if buf is self._incoming:
-            del buf[:pos]
-        return len(chunk) == _READ_BYTES or self._ending
+        return True
 
     # -- What comes in.
 
-    def _handle(self, envelope):
+    def _handle(self, envelope, incoming, size):
+        """Does what one frame says, and then takes its bytes away; of what a handler cuts here,
+        the next look does the rest."""
         if self._phase == _GREETING:
             self._handle_greeting(envelope)
         elif 13 in envelope:
-            deliver = envelope[13]
-            fields = _fields(deliver, 0, len(deliver))
-            subscriber = None
-            for number, value in fields:
-                if number == 1:
-                    subscriber = self._subscribers.get(value)
-            if subscriber is not None:  # else it was on its way when we unsubscribed
-                message = Message(fields)
-                self._has_heard = subscriber._has_heard = True
-                if subscriber._put(message) and subscriber._receive is not None:
-                    self._post(("message", subscriber))
+            return self._handle_message(envelope[13], incoming, size)
         elif 12 in envelope:
             told = dict(_fields(envelope[12], 0, len(envelope[12])))
-            self._handle_publish_end(told.get(1, 0), told.get(2, 0), None)
+            return self._handle_publish_end(told.get(1, 0), told.get(2, 0), None, incoming, size)
         elif 1 in envelope:
-            done = self._pending.pop(envelope[1], None)
-            if done is None:
-                return  # its caller gave up waiting
-            if 3 in envelope:
-                done(None, self._convert_failure(envelope[3])[0])
-            else:
-                done(envelope, None)
+            done = self._pending.get(envelope[1])
+            if done is not None:  # else its caller gave up waiting
+                if 3 in envelope:
+                    done(None, self._convert_failure(envelope[3])[0])
+                else:
+                    done(envelope, None)
+                self._pending.pop(envelope[1], None)
         elif 3 in envelope:
             error, publisher, number = self._convert_failure(envelope[3])
             if publisher is not None:
-                self._handle_publish_end(publisher, number, error)
-            else:
-                self._told_alone = True  # it says why nothing is heard: no link is up, say
-                self._post(("error", error))
+                return self._handle_publish_end(publisher, number, error, incoming, size)
+            self._told_alone = True  # it says why nothing is heard: no link is up, say
+            self._post(("error", error))
         # Anything else is from a newer minor: not for us.
+        del incoming[:size]
+
+    def _handle_message(self, deliver, incoming, size):
+        fields = _fields(deliver, 0, len(deliver))
+        subscriber = None
+        for number, value in fields:
+            if number == 1:
+                subscriber = self._subscribers.get(value)
+        if subscriber is None:  # it was on its way when we unsubscribed
+            del incoming[:size]
+            return
+        message = Message(fields)
+        self._has_heard = subscriber._has_heard = True
+        if subscriber._put(message, incoming, size) and not self._inside.processing:
+            self._ring()
 
     @staticmethod
     def _convert_failure(body):
@@ -1385,81 +1510,104 @@ class _Session(object):
             if self._registrations_left == 0:
                 self._become_up()
 
-    def _handle_publish_end(self, publisher_id, number, error):
+    def _handle_publish_end(self, publisher_id, number, error, incoming, size):
         publisher = self._publishers.get(publisher_id)
         if publisher is None:
             if _is_failure(error):
                 self._post(("untold", Error(error.code, "a message was not sent: " + error.text)))
+            del incoming[:size]
             return
-        in_flight = publisher._in_flight
         with self._gate:
-            if error is None and publisher._sent_every > 1:
+            in_flight, events = publisher._in_flight, self._events
+            if error is None and publisher._sent_every > 1:  # it has no callback
                 while in_flight and in_flight[0] <= number:
-                    in_flight.popleft()
-                return  # it has no callback
-            if in_flight and in_flight[0] == number:
-                in_flight.popleft()
-            else:
-                try:
-                    in_flight.remove(number)
-                except ValueError:
-                    return
-            future = publisher._futures.pop(number, None)
-        if callable(publisher._sent) or future is not None or error is not None:
-            self._post(("sent", publisher, error, future))
+                    del in_flight[0]
+                del incoming[:size]
+                return
+            numbers = list(in_flight)
+            future = publisher._futures.get(number)
+            is_event = callable(publisher._sent) or future is not None or error is not None
+            event = ("sent", publisher, error, future)
+            index = numbers.index(number) if number in numbers else None
+            if index is not None:
+                if is_event and not self._closed:
+                    events += (event,)
+                del in_flight[index]
+            del incoming[:size]
+            publisher._futures.pop(number, None)
+        if index is not None and is_event and not self._inside.processing:
+            self._ring()
 
     def _post(self, event):
         if self._closed:
             return
-        if event[0] == "message" and len(self._events) >= _EVENTS_MAX:
-            self._drop_oldest_message()
         self._events.append(event)
-        if not self._processing:
+        if not self._inside.processing:
             self._ring()
 
     def _drop_oldest_message(self):
         for index, event in enumerate(self._events):
             if event[0] == "message":
                 del self._events[index]
-                event[1]._drop(0)
+                if event[1]._waiting:
+                    event[1]._drop(0)
                 return
 
     def _run_events(self):
-        events = self._events
+        events, inside = self._events, self._inside
         while events:
-            event = events.popleft()
-            kind = event[0]
-            if kind == "message":
-                message = event[1]._take_first()
-                if message is not None and not event[1]._closed:
-                    event[1]._receive(message)
-            elif kind == "sent":
-                self._tell_sent(*event[1:])
-            elif kind == "disconnect":
-                if self.on_disconnect:
-                    self.on_disconnect(event[1])
-            elif kind == "reconnect":
-                if self.on_reconnect:
-                    self.on_reconnect()
-            elif self.on_error:
-                self.on_error(event[1])
+            event = events[0]
+            if event[0] == "message":
+                subscriber = event[1]
+                is_due = not subscriber._closed and subscriber._is_ready()
+                if not events or events[0] is not event:  # a function of the program's did more
+                    continue
+                if not is_due:
+                    del events[0]
+                    continue
+                message, receive = subscriber._waiting[0], subscriber._receive
+                try:
+                    inside.calling = True
+                    del events[0]
+                    del subscriber._waiting[0]
+                    receive(message)
+                finally:
+                    inside.calling = False
+                continue
+            function, arguments = self._whom_to_tell(event)
+            try:
+                inside.calling = True
+                del events[0]
+                if function:
+                    function(*arguments)
+            finally:
+                inside.calling = False
         for handle in self._handles:
             if isinstance(handle, Subscriber) and handle._futures:
                 handle._serve_futures()
 
-    def _tell_sent(self, publisher, error, future):
+    def _whom_to_tell(self, event):
+        """The function of the program's for what has happened, or None, and what it gets."""
+        kind = event[0]
+        if kind == "sent":
+            return self._whom_to_tell_of_sending(*event[1:])
+        if kind == "disconnect":
+            return self.on_disconnect, event[1:]
+        if kind == "reconnect":
+            return self.on_reconnect, ()
+        return self.on_error, event[1:]
+
+    def _whom_to_tell_of_sending(self, publisher, error, future):
         if future is not None and not future.done():
             if error is None:
                 future.set_result(None)
             else:
                 future.set_exception(error)
         if publisher._closed:
-            return
+            return None, ()
         if callable(publisher._sent):
-            publisher._sent(error)
-        elif future is None and _is_failure(error):
-            if self.on_error:
-                self.on_error(error)
+            return publisher._sent, (error,)
+        return self.on_error if future is None and _is_failure(error) else None, (error,)
 
     def _report(self, error):
         self._post(("error", error))
@@ -1467,7 +1615,7 @@ class _Session(object):
     def _report_attempt(self, error):
         """Told once, not at each attempt, and not after "lost swarmtalkd" when all it says is that
         the daemon is still away."""
-        if self._connecting or self._reported_failure == error.code:
+        if self._inside.connecting or self._reported_failure == error.code:
             return
         self._reported_failure = error.code
         if not (self._is_reconnect and error.code in ("no_daemon", "daemon_dead", "disconnected")):
@@ -1488,8 +1636,12 @@ class _Session(object):
             if isinstance(handle, Publisher):
                 self._report_refused(handle)
             elif handle._unreported_loss and handle._id:
-                lost, handle._unreported_loss = handle._unreported_loss, 0
-                self._append(_bytes(19, _uint(1, handle._id) + _uint(2, lost)))
+                lost = handle._unreported_loss
+                frame = _frame(_bytes(19, _uint(1, handle._id) + _uint(2, lost)))
+                with self._gate:
+                    outgoing = self._outgoing
+                    handle._unreported_loss = 0
+                    outgoing += frame
 
     # -- What goes out.
 
@@ -1502,7 +1654,7 @@ class _Session(object):
     def _need_connection(self):
         self._need_open()
         if not self._started:
-            self.connect()
+            self._connect()
         if self._phase != _UP:
             raise self._failure or Error("disconnected",
                                          _NOT_CONNECTED)
@@ -1522,36 +1674,39 @@ class _Session(object):
 
     def _wait_until(self, deadline, enough):
         """Waits without running callbacks. Returns enough()."""
-        while True:
-            self._flush()
-            while self._read():
-                pass
-            self._flush()
-            done = enough()
-            left = deadline - _monotonic()
-            if done or left <= 0:
-                if self._events:
-                    self._ring()
-                return done
-            if self._timer_at is not None:
-                left = min(left, max(self._timer_at - _monotonic(), 0))
-            poll = select.poll()
-            if self._socket is not None:
-                poll.register(self._socket.fileno(), select.POLLIN | (
-                    select.POLLOUT if self._outgoing else 0))
-            _interruptible(poll.poll, int(left * 1000) + 1)
-            self._take_timer()
+        is_over = False
+        try:
+            while True:
+                self._flush()
+                while self._read():
+                    pass
+                self._flush()
+                done = enough()
+                left = deadline - _monotonic()
+                if done or left <= 0:
+                    is_over = not self._events
+                    return done
+                if self._timer_at is not None:
+                    left = min(left, max(self._timer_at - _monotonic(), 0))
+                poll = select.poll()
+                if self._socket is not None:
+                    poll.register(self._socket.fileno(), select.POLLIN | (
+                        select.POLLOUT if self._outgoing else 0))
+                _interruptible(poll.poll, int(left * 1000) + 1)
+                self._take_timer()
+        finally:
+            if not is_over:
+                self._ring()
 
     def _poll(self, seconds):
         _interruptible(self._epoll.poll, -1 if seconds is None else max(seconds, 0))
 
-    @_owned
     def _run_once(self, timeout):
         """Returns whether stop() was called."""
         if not self._take_stop():
-            if not self._processing:
+            if not self._inside.processing:
                 self._poll(timeout)
-            self.process()
+            self._process()
             return self._take_stop()
         return True
 
@@ -1569,7 +1724,7 @@ class _Session(object):
         try:
             if not self._started:
                 try:
-                    self.connect()  # registers it as well
+                    self._connect()  # registers it as well
                 except Error as error:
                     self._report(error)
             elif self._phase in (_UP, _REGISTERING):
@@ -1615,7 +1770,7 @@ class _Session(object):
         table = self._publishers if isinstance(handle, Publisher) else self._subscribers
         if handle._id and table.pop(handle._id, None) is not None and self._socket is not None:
             self._request(handle._unregister(), self._note_refusal)
-            if not self._processing:
+            if not self._inside.processing:
                 self._flush()
 
     @_owned
@@ -1634,32 +1789,27 @@ class _Session(object):
         handle._id = 0
 
     @_owned
-    def _take(self, subscriber):
-        """All that has come to a subscriber without a callback."""
-        if not self._processing:
-            self.process()
-        messages = []
-        while True:
-            message = subscriber._pop()
-            if message is None:
-                return messages
-            messages.append(message)
+    def _look_for_messages(self, subscriber):
+        """Makes all ready that has come to a subscriber without a callback."""
+        if not self._inside.processing:
+            self._process()
+        count = 0
+        while subscriber._is_ready(count):
+            count += 1
 
     @_owned
-    def _get(self, subscriber, timeout):
-        """The next message of a subscriber without a callback, or None."""
+    def _wait_for_message(self, subscriber, timeout):
+        """Whether a message of a subscriber without a callback is ready in time."""
         deadline = None if timeout is None else _monotonic() + timeout
         is_over = False
-        while True:
-            message = subscriber._pop()
-            if message is not None:
-                return message
+        while not subscriber._is_ready():
             if subscriber._closed or is_over:
-                return None
+                return False
             left = None if deadline is None else deadline - _monotonic()
             is_over = left is not None and left <= 0  # once more, for what has come by now
             if self._run_once(left):
-                return None
+                return False
+        return True
 
     def _note_refusal(self, reply, error):
         if error is not None and error.code != "disconnected" and self._first_refusal is None:
@@ -1684,13 +1834,14 @@ class _Session(object):
         if self._pose_in_flight:
             self._next_pose = body  # the newest wins
         else:
+            self._next_pose = None
             self._send_pose(body)
-            if not self._processing:
+            if not self._inside.processing:
                 self._flush()
 
     def _send_pose(self, body):
-        self._pose_in_flight = True
         self._request(_bytes(16, body), self._pose_answered)
+        self._pose_in_flight = True  # not before: a handler that raises would leave it so
 
     def _pose_answered(self, reply, error):
         self._pose_in_flight = False
@@ -1731,7 +1882,7 @@ class _Session(object):
         """At the end: the last messages may have been refused, which nothing else would tell."""
         is_up = self._phase == _UP
         is_loss_untold = any(event[0] == "disconnect" for event in self._events)
-        if not self._has_sent or not (is_up or is_loss_untold) or not self._owner.acquire(False):
+        if not self._has_sent or not (is_up or is_loss_untold):
             return
         try:
             if not is_up:
@@ -1742,8 +1893,6 @@ class _Session(object):
                 what = "did not answer" if error.code == "timeout" else "was gone"
                 self._post(("untold", Error(error.code, "swarmtalkd %s when this program ended: "
                                             "whether its last messages left is not known" % what)))
-        finally:
-            self._owner.release()
         if self.on_error != self._print_once_a_second:
             return
         failures = []
@@ -1860,64 +2009,95 @@ class _Session(object):
 
     def _look_for_answers(self):
         """That messages have left may have been told, to a program that sends and never runs."""
-        if not self._processing and self._owner.acquire(False):
-            try:
+        inside, me, taken = self._inside, _thread_id(), []
+        if me == inside.thread or me == inside.looker:
+            return
+        try:
+            taken.extend(filter(None, map(self._reading.acquire, (False,))))
+            if taken:
+                inside.looker = me
                 self._read()
-            finally:
-                self._owner.release()
+        finally:
+            if taken:
+                inside.looker = None
+                self._reading.release()
+                if inside.closes:
+                    self.close()
 
     def _publish(self, publisher, payload, ttl, future):
-        """Any thread: all that is used here is behind the gate."""
+        """Any thread, and any handler of a signal: all that is used here is behind the gate."""
+        self._need_own_process()
         if ttl is not None:
             ttl = _number(ttl, "ttl")
         self._has_sent = True
         if self._heard_nothing_of is not None:
             self._tell_not_running()
-        inside = self._processing_thread is not None and self._processing_thread == _thread_id()
+        inside = self._inside.processing and self._inside.thread == _thread_id()
         if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
         with self._gate:
-            if not publisher._id:
-                failure = publisher._failure
-                return Refused(failure.code, failure.text)
-            if len(payload) > publisher.max_message_bytes:
-                raise BadArgument("too_long", "the message has %d bytes; %s carries at most %d" % (
-                    len(payload), publisher.label, publisher.max_message_bytes))
-            if ttl is not None and ttl > publisher._max_ttl:
-                raise BadArgument("bad_ttl", "a TTL of %d; %s carries at most %d" % (
-                    ttl, publisher.label, publisher._max_ttl))
-            if self._write_error is not None:
-                return Refused("disconnected", _NOT_CONNECTED)
-            full = publisher._no_room()
-            if full is not None:
-                self._note_refused(publisher, inside)
-                refused = Refused("busy", full, publisher._tell_busy)
-                publisher._kept.add(refused)
-                return refused
-            number = publisher._publish_number + 1
-            body = publisher._head + b"\x10" + _varint(number)
-            if payload:
-                body += b"\x1a" + _varint(len(payload)) + payload
-            if ttl is not None:
-                body += b"\x20" + _varint(ttl)
-            if publisher._tells_time:
-                body += b"\x28" + _varint(int(_monotonic() * 1e9))
-            self._outgoing += _frame(b"\x5a" + _varint(len(body)) + body)
-            publisher._publish_number = number
-            publisher._in_flight.append(number)
-            if future is not None:
-                publisher._futures[number] = future
+            number = None
+            while number is None:
+                refused = self._refusal(publisher, payload, ttl, inside)
+                if refused is not None:
+                    return refused
+                number = self._take_message(publisher, payload, ttl, future)
             if inside:
                 return True  # one write for all, at the end of the callback
             self._write()
             is_lost = self._write_error is not None
             if is_lost:
-                publisher._in_flight.pop()
+                if number in publisher._in_flight:
+                    publisher._in_flight.remove(number)
                 publisher._futures.pop(number, None)
             needs_owner = self._outgoing or is_lost
         if needs_owner:
             self._ring()
         return Refused("disconnected", _NOT_CONNECTED) if is_lost else True
+
+    def _refusal(self, publisher, payload, ttl, inside):
+        """Why a message is not taken, or None. Inside the gate."""
+        if not publisher._id:
+            failure = publisher._failure
+            return Refused(failure.code, failure.text)
+        if len(payload) > publisher.max_message_bytes:
+            raise BadArgument("too_long", "the message has %d bytes; %s carries at most %d" % (
+                len(payload), publisher.label, publisher.max_message_bytes))
+        if ttl is not None and ttl > publisher._max_ttl:
+            raise BadArgument("bad_ttl", "a TTL of %d; %s carries at most %d" % (
+                ttl, publisher.label, publisher._max_ttl))
+        if self._write_error is not None:
+            return Refused("disconnected", _NOT_CONNECTED)
+        full = publisher._no_room()
+        if full is None:
+            return None
+        self._note_refused(publisher, inside)
+        refused = Refused("busy", full, publisher._tell_busy)
+        publisher._kept.add(refused)
+        return refused
+
+    def _take_message(self, publisher, payload, ttl, future):
+        """Puts a message where it will be written from. Returns its number; None when a handler
+        has sent or closed in between. Inside the gate."""
+        number, outgoing = publisher._publish_number + 1, self._outgoing
+        body = publisher._head + b"\x10" + _varint(number)
+        if payload:
+            body += b"\x1a" + _varint(len(payload)) + payload
+        if ttl is not None:
+            body += b"\x20" + _varint(ttl)
+        if publisher._tells_time:
+            body += b"\x28" + _varint(int(_monotonic() * 1e9))
+        frame = _frame(b"\x5a" + _varint(len(body)) + body)
+        in_flight, futures = publisher._in_flight, publisher._futures
+        if (not publisher._id or publisher._publish_number + 1 != number
+                or outgoing is not self._outgoing):
+            return None
+        publisher._publish_number = number
+        in_flight += (number,)
+        if future is not None:
+            futures[number] = future
+        outgoing += frame
+        return number
 
     def _note_refused(self, publisher, inside):
         """The daemon counts what is refused here: told in process(), and at most once a second
@@ -1928,21 +2108,20 @@ class _Session(object):
             self._has_unreported_loss = True
             return
         publisher._refused_reported_at = now
-        self._outgoing += _frame(self._take_refused(publisher))
+        self._report_refused(publisher)
         if not inside:
             self._write()
             if self._outgoing or self._write_error is not None:
                 self._ring()
 
-    @staticmethod
-    def _take_refused(publisher):
-        refused, publisher._unreported_refused = publisher._unreported_refused, 0
-        return _bytes(19, _uint(3, publisher._id) + _uint(4, refused))
-
     def _report_refused(self, publisher):
         with self._gate:
-            if publisher._unreported_refused and publisher._id:
-                self._outgoing += _frame(self._take_refused(publisher))
+            refused = publisher._unreported_refused
+            if refused and publisher._id:
+                frame = _frame(_bytes(19, _uint(3, publisher._id) + _uint(4, refused)))
+                outgoing = self._outgoing
+                publisher._unreported_refused -= refused
+                outgoing += frame
 
 
 # ---- The Client ---------------------------------------------------------------------------------
@@ -1994,19 +2173,19 @@ class Client(_Session):
         self._printed_at = {}
 
         self._pid = os.getpid()
-        self._owner = threading.RLock()
-        self._gate = threading.Lock()  # what send() of any thread shares with the owner
+        self._inside = _Inside()
+        # A handler may come while its own thread holds one of these.
+        self._owner = threading.RLock()    # of the thread that is inside
+        self._reading = threading.RLock()  # what the owner shares with a send() that looks for room
+        self._gate = threading.RLock()     # what send() of any thread shares with the owner
         self._phase = _DOWN
         self._socket = None
-        self._incoming = bytearray()
-        self._outgoing = bytearray()
+        self._incoming, self._received = bytearray(), []  # frames, and what was read after them
+        self._outgoing, self._gone = bytearray(), []      # and how much of it has been sent
         self._write_error = None
         self._wants_write = False
         self._started = self._was_up = self._is_reconnect = self._closed = False
-        self._connecting = self._processing = self._running = self._ending = False
-        self._processing_thread = None
-        self._waits = 0
-        self._stopped = False
+        self._running = self._stopped = False
         self._failure = None            # of the last attempt
         self._reported_failure = None   # its code: the same failure is reported once
         self._backoff = _RECONNECT_FIRST_S
@@ -2093,18 +2272,23 @@ class Client(_Session):
     @_owned
     def connect(self):
         """Waits until connected, at most connect_timeout; runs no callback. Raises Error."""
+        self._connect()
+
+    def _connect(self):
         self._need_open()
         if self._phase == _UP:
             return
         deadline = _monotonic() + self.connect_timeout
-        self._connecting = True
+        inside = self._inside
         try:
+            inside.connecting = True
+            self._mend()
             if self._phase == _DOWN:
                 self._attempt()
             self._wait_until(deadline, lambda: self._phase == _UP or (
                 self._phase == _DOWN and self._failure and self._failure.code != "timeout"))
         finally:
-            self._connecting = False
+            inside.connecting = False
         if self._phase != _UP:
             failure = self._failure or self._no_answer()
             self._reported_failure = failure.code
@@ -2194,12 +2378,11 @@ class Client(_Session):
             raise refusal
         self._need_connection()
 
-    @_owned
     def log(self, line):
         """Sends a line to whoever listens to channel debug (`swarmtalk-cli log`), over a few hops.
 
-        Never waits; returns as send() does. Raises Error when the daemon's configuration has the
-        channel off.
+        Returns as send() does; the first call waits until the channel is registered. Raises Error
+        when the daemon's configuration has it off.
         """
         if self._log is None:
             self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
@@ -2211,6 +2394,7 @@ class Client(_Session):
     def fileno(self):
         """For an event loop of your own: readable when process() has work, also while there is no
         daemon. Stays the same. Do not read or close it."""
+        self._need_own_process()
         return self._epoll.fileno()
 
     @_owned
@@ -2218,13 +2402,16 @@ class Client(_Session):
         """Does all that waits: reads, calls callbacks, reconnects. Never waits itself.
 
         Returns whether there is a daemon."""
+        return self._process()
+
+    def _process(self):
         self._need_open()
-        if self._processing:
+        inside = self._inside
+        if inside.processing:
             raise _bad("process(), run() and waiting for messages make no sense inside a callback")
-        self._processing = True
-        self._processing_thread = _thread_id()
         done = False
         try:
+            inside.processing = True
             self._heard_nothing_of = None
             if self._first_run_at is None:
                 self._first_run_at = _monotonic()
@@ -2233,6 +2420,7 @@ class Client(_Session):
                 self._drain_pipe()
             if not self._started:
                 self._attempt_in_background()
+            self._mend()
             self._take_timer()
             self._run_events()
             for _ in range(_READS_AHEAD):
@@ -2245,10 +2433,9 @@ class Client(_Session):
             self._flush()
             done = True
         finally:
-            self._processing = False
-            self._processing_thread = None
-            if not done:
-                self._ring()  # a callback threw: the rest must be seen by the next poll
+            inside.processing = False
+            if not done or self._outgoing and not self._wants_write:
+                self._ring()  # a callback threw, or a handler has sent: there is more to do
         return self._phase == _UP
 
     @_owned
@@ -2259,7 +2446,7 @@ class Client(_Session):
         was_running, self._running = self._running, True
         try:
             while True:
-                self.process()
+                self._process()
                 if self._take_stop():
                     return
                 left = None if deadline is None else deadline - _monotonic()
@@ -2271,14 +2458,17 @@ class Client(_Session):
 
     run_for = run
 
+    @_owned
     def run_once(self, timeout=None):
         """Waits for something to do, at most `timeout` seconds, and does it once."""
         self._run_once(_timeout(timeout, "timeout"))
 
     def stop(self):
-        """Makes the running run() or wait, or else the next, return. Any thread, and signals."""
-        self._stopped = True
-        self._ring()
+        """Makes the running run() or wait, or else the next, return. Any thread, also in the
+        handler of a signal. In a child of fork() it does nothing."""
+        if os.getpid() == self._pid:
+            self._stopped = True
+            self._ring()
 
     @_owned
     def attach(self, loop=None):
@@ -2312,8 +2502,18 @@ class Client(_Session):
                        "them in a coroutine, and start it with asyncio.run()")
 
     def close(self):
-        """Ends the connection and everything registered. No callback is called after this."""
-        if not self._closed and os.getpid() == self._pid:
+        """Ends the connection and everything registered. No callback is called after this.
+
+        In the handler of a signal that came in the middle of another call, run() say, that call
+        is ended first. In a child of fork() it does nothing."""
+        if self._closed or os.getpid() != self._pid:
+            return
+        inside = self._inside
+        if inside.is_cut_by(_thread_id()):
+            inside.closes = True
+            self.stop()
+        else:
+            inside.closes = False
             self._close()
 
     @_owned
@@ -2331,16 +2531,13 @@ class Client(_Session):
         self._closed = True
         if self._loop is not None and not self._loop.is_closed():
             self._loop.remove_reader(self.fileno())
-        self._unwatch()
         with self._gate:
-            if self._socket is not None:
-                self._socket.close()
-                self._socket = None
             self._phase = _DOWN
             gone = Error("disconnected", "the Client of this handle is closed")
             handles, self._handles = self._handles, []
             for handle in handles:
                 handle._id, handle._failure, handle._closed = 0, gone, True
+        self._release_socket()
         for handle in handles:
             if isinstance(handle, Subscriber):
                 handle._serve_futures()
@@ -2354,8 +2551,12 @@ class Client(_Session):
             self._wake_write = None
 
 
+_ending = []  # not empty: the program has ended
+
+
 @atexit.register
 def _close_all():
+    _ending.append(True)
     for client in list(_clients):
         try:
             client.close()
@@ -2519,7 +2720,7 @@ class Robot(object):
         self._feed_pose()
         taken = bool(self._publisher.send(msg))
         now = _monotonic()
-        if now - self._looked_at > 0.1 and not self.swarm._processing:
+        if now - self._looked_at > 0.1 and self.swarm._inside.thread != _thread_id():
             self._looked_at = now
             self.swarm.process()  # a script that only sends is told of what is dropped, too
         return taken

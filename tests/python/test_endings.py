@@ -12,6 +12,7 @@ from scripted_daemon import (ADVERTISE, CLIENT_LOSS, DELIVER, DONE, FAILURE, GET
                              PUBLISH, SENT, SUBSCRIBE, UNSUBSCRIBE, advertised)
 
 pytestmark = pytest.mark.logic
+PATIENCE_S = 60
 
 
 @pytest.fixture(name="world")
@@ -275,17 +276,21 @@ def test_a_client_belongs_to_the_process_that_made_it(world, monkeypatch):
     before = len(world.daemon.requests)
     with monkeypatch.context() as child:
         child.setattr(swarmtalk.os, "getpid", lambda own=os.getpid(): own + 1)
-        for call in (world.client.process, world.client.get_pose, publisher.close,
-                     lambda: world.client.subscribe("b")):
+        for call in (world.client.process, world.client.get_pose, publisher.close, publisher.busy,
+                     world.client.fileno, lambda: publisher.send("x"),
+                     lambda: world.client.log("x"), lambda: world.client.subscribe("b")):
             with pytest.raises(swarmtalk.BadArgument, match="make one after the fork"):
                 call()
+        world.client.stop()
         world.client.close()  # as at the child's end
+        assert world.client._incoming == b"" and not world.client._stopped
     world.settle()
     assert world.client.connected and len(world.daemon.requests) == before
     assert publisher.send("x")
 
 
-def test_at_the_end_of_the_program_every_client_is_closed(world):
+def test_at_the_end_of_the_program_every_client_is_closed(world, monkeypatch):
+    monkeypatch.setattr(swarmtalk, "_ending", [])
     other = swarmtalk.Client("other", world.daemon.path, connect=False)
     with other._owner:
         inside = threading.Thread(target=swarmtalk._close_all)  # as if a thread were inside it
@@ -296,6 +301,24 @@ def test_at_the_end_of_the_program_every_client_is_closed(world):
         world.client.process()
     assert other.process() is False, "one that a thread is inside of is left to end with it"
     other.close()
+
+
+def test_a_thread_that_outlives_the_program_ends_without_a_word(world, monkeypatch):
+    """As `while True: robot.run(0.1)` in a daemon thread, when main ends."""
+    monkeypatch.setattr(swarmtalk, "_ending", [])
+    died = []
+    monkeypatch.setattr(threading, "excepthook", died.append)
+    swarmtalk._close_all()
+    thread = threading.Thread(target=lambda: world.client.run(0.1))
+    thread.start()
+    thread.join()
+    assert {each.exc_type for each in died} <= {SystemExit}, "of which threads print nothing"
+    del died[:]
+    monkeypatch.setattr(swarmtalk, "_ending", [])
+    thread = threading.Thread(target=lambda: world.client.run(0.1))
+    thread.start()
+    thread.join()
+    assert [each.exc_value.text for each in died] == ["this Client is closed"]
 
 
 def test_another_thread_may_send_and_stop_and_nothing_else_meanwhile(world):
@@ -323,6 +346,36 @@ def test_another_thread_may_send_and_stop_and_nothing_else_meanwhile(world):
     world.daemon.deliver(world.daemon.newest_id(SUBSCRIBE), "in process()")
     world.client.process()
     assert said == [True] * 3 + [(False, True)]
+
+
+def test_the_owner_waits_for_the_short_look_of_a_thread_that_sends(world):
+    """send() of another thread looks for room while the owner is away; then the owner comes."""
+    publisher = world.client.advertise("a", queue=0)
+    world.settle()
+    looking, goes_on = threading.Event(), threading.Event()
+    read, reading = world.client._read, world.client._reading
+
+    class Waited:
+        """The lock that the owner waits at; the thread goes on when it does."""
+        acquire, release = reading.acquire, reading.release
+
+        def __enter__(self):
+            goes_on.set()
+            reading.acquire()
+
+        def __exit__(self, *_):
+            reading.release()
+
+    def slowly():
+        looking.set()
+        goes_on.wait(PATIENCE_S)
+        return read()
+    world.client._read, world.client._reading = slowly, Waited()
+    thread = threading.Thread(target=lambda: (publisher.send("x"), publisher.send("y")))
+    thread.start()
+    assert looking.wait(PATIENCE_S)
+    assert world.client.process() is True
+    thread.join()
 
 
 def test_a_client_may_be_handed_to_another_thread_between_calls(world):

@@ -28,10 +28,13 @@ class Waiting:
         if lost is not None:
             message.lost_before = lost
         self.count += 1
-        self.subscriber._put(message)
+        self.subscriber._put(message, bytearray(), 0)
+
+    def take(self):
+        return self.subscriber._pop() if self.subscriber._is_ready() else None
 
     def read(self):
-        message = self.subscriber._pop()
+        message = self.take()
         return message and (int(message.data), message.lost_before.client)
 
     def read_all(self):
@@ -91,17 +94,17 @@ def test_what_the_daemon_lost_before_one_that_is_too_old_is_told_by_the_next():
     waiting = Waiting(no_older_than=60)
     waiting.come(is_old=True, lost=swarmtalk.Loss(air=3, late=1))
     waiting.come()
-    assert waiting.subscriber._pop().lost_before == swarmtalk.Loss(air=3, client=1, late=1)
+    assert waiting.take().lost_before == swarmtalk.Loss(air=3, client=1, late=1)
 
 
 def test_what_the_daemon_lost_before_a_message_that_goes_is_told_by_the_next():
     waiting = Waiting(keep_last=1)
     waiting.come(lost=swarmtalk.Loss(air=3, kernel=1))
     waiting.come(lost=swarmtalk.Loss(daemon=2, late=1))
-    message = waiting.subscriber._pop()
+    message = waiting.take()
     assert message.lost_before == swarmtalk.Loss(air=3, kernel=1, daemon=2, client=1, late=1)
     waiting.come()
-    assert not waiting.subscriber._pop().lost_before
+    assert not waiting.take().lost_before
 
 
 @pytest.mark.parametrize("seed", range(20))
