@@ -14,7 +14,7 @@ struct DaemonCounters {
   std::uint64_t clients_malformed = 0;        // closed: bytes that are not a legal request
   std::uint64_t clients_other_version = 0;    // closed: another protocol major
   std::uint64_t clients_silent = 0;           // closed: no Hello in time
-  std::uint64_t clients_not_reading = 0;      // closed: replies piled up to limits.reply_bytes
+  std::uint64_t clients_not_reading = 0;      // read no further: replies piled up
   std::uint64_t requests_refused = 0;         // answered with a Failure, publications included
   std::uint64_t requests_too_fast = 0;        // refused: over a rate of a client or a user
   std::uint64_t shares_refused = 0;           // subscriptions, publishers: over a client's, user's

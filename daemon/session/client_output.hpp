@@ -39,9 +39,11 @@ class ClientOutput {
   /// Ahead of all deliveries that are not being written yet.
   void add_answer(const ipc::Envelope& answer);
   void add_answer(const ipc::SentFrame& answer);
-  /// Not empty: answers do not fit; the client is to be closed, for this reason.
+  /// Not empty: an answer does not fit; the client is to be closed, for this reason.
   const std::string& problem() const { return problem_; }
   std::size_t answer_bytes() const { return answers_.size(); }
+  /// So many answers wait that nothing more should be asked until the client has read some.
+  bool is_full() const { return !is_closed_ && answers_.size() > limits_.reply_bytes; }
 
   /// Queues a message. It takes what was lost before it from the subscription.
   void add_delivery(QueuedSubscription& subscription, const MessageRef& message);

@@ -174,6 +174,15 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
   sessions_.erase(&session);
 }
 
+void Clients::on_not_reading(const Session& session, std::size_t waiting_bytes) {
+  if (const auto silent = not_reading_log_.pass(Clock::now())) {
+    log_of("client")->warn(
+        "{} does not read its replies: {} bytes wait, limits.reply_bytes is {}; it is read no "
+        "further until it does: let it call run() or process() ({} more since the last line)",
+        session.client().who(), waiting_bytes, limits.reply_bytes, *silent);
+  }
+}
+
 void Clients::watch_silent() {
   if (std::exchange(is_watching_silent_, true)) return;
   silence_timer_.expires_after(kSilenceWatchPeriod);
@@ -196,9 +205,17 @@ void Clients::close_silent() {
       is_any_new = true;
   }
   for (const auto& session : silent) {
-    if (!session->is_refused()) ++counters.clients_silent;
-    session->close(session->is_refused() ? "it was refused and did not hang up within 2 s"
-                                         : "it did not say Hello within 10 s");
+    if (session->is_refused()) {
+      session->close("it was refused and did not hang up within 2 s");
+      continue;
+    }
+    ++counters.clients_silent;
+    if (const auto quiet = silent_log_.pass(now)) {
+      log_of("client")->warn(
+          "{} closed: it did not say Hello within 10 s ({} more since the last line)",
+          session->client().who(), *quiet);
+    }
+    session->end_stream({ipc::ERROR_MALFORMED, "Hello did not come within 10 s", false});
   }
   if (is_any_new) watch_silent();
 }

@@ -39,6 +39,7 @@ class Clients final : public SessionHost {
   void schedule_flush(const std::shared_ptr<Session>& session) override;
   void schedule_next_flush(const std::shared_ptr<Session>& session) override;
   void on_closed(Session& session, const std::string& reason, bool is_malformed) override;
+  void on_not_reading(const Session& session, std::size_t waiting_bytes) override;
 
  private:
   void wait_acceptable();
@@ -60,6 +61,8 @@ class Clients final : public SessionHost {
   std::vector<std::shared_ptr<Session>> to_flush_next_;
   std::vector<std::shared_ptr<Session>> flushing_;
   LogLimiter malformed_log_;
+  LogLimiter not_reading_log_;
+  LogLimiter silent_log_;
   LogLimiter refused_log_;
   LogLimiter accept_log_;
   bool is_watching_silent_ = false;

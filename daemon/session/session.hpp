@@ -38,6 +38,9 @@ class SessionHost {
   virtual void schedule_next_flush(const std::shared_ptr<Session>& session) = 0;
   /// The session is closed; drop it. @param is_malformed  for what it sent
   virtual void on_closed(Session& session, const std::string& reason, bool is_malformed) = 0;
+  /// The session's client lets replies pile up, and is read no further until it reads them. Told
+  /// once of each session.
+  virtual void on_not_reading(const Session& session, std::size_t waiting_bytes) = 0;
 
   Hub& hub;
   PoseKeeper& poses;
@@ -69,6 +72,8 @@ class Session final : public std::enable_shared_from_this<Session> {
   /// thrown away until it hangs up. Closed at once, the client might meet the end before the
   /// reason.
   void refuse_connection(const Refusal& refusal);
+  /// Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.
+  void end_stream(const StreamEnd& end);
 
   void fill(ipc::ClientStatus& status) const;
 
@@ -83,17 +88,21 @@ class Session final : public std::enable_shared_from_this<Session> {
   void on_events(std::uint32_t events);
   void read_turn();
   void watch();
+  void pause();
+  void note_not_reading();
+  void go_on();
   enum class Read { kNothing, kSome, kAllRoom };  // kAllRoom: more may wait
   Read read_once();
+  bool may_handle() const;  // another request, in this turn
   void parse_all();
   bool parse(std::string_view envelope);
   void fail_malformed();
-  void end_stream(const StreamEnd& end);
   void discard_input();
   void read_last_words(const std::string& reason);
 
   // session_output.cpp: what waits to the socket
   void on_output();
+  void write_all();
   void wait_writable();
   bool write_once();  // false: the client's buffer is full, or the session is closed
 
@@ -119,6 +128,8 @@ class Session final : public std::enable_shared_from_this<Session> {
   bool closes_when_written_ = false;
   bool is_flush_scheduled_ = false;
   bool is_waiting_writable_ = false;
+  bool is_paused_ = false;  // its requests are not read until replies have been written
+  bool was_not_reading_ = false;
   Time connected_at_;
 };
 

@@ -63,8 +63,27 @@ void Session::close(const std::string& reason, bool is_malformed) {
 void Session::watch() {
   if (is_closed_) return;
   std::uint32_t events = is_waiting_writable_ ? std::uint32_t{EPOLLOUT} : 0;
-  if (!is_input_closed_ || is_discarding_) events |= EPOLLIN;
+  if ((!is_input_closed_ && !is_paused_) || is_discarding_) events |= EPOLLIN;
   socket_.watch(events);
+}
+
+// Whoever leaves its replies unread may ask no more: only its own socket fills.
+void Session::pause() {
+  is_paused_ = true;
+  watch();
+  if (is_waiting_writable_) note_not_reading();
+}
+
+void Session::note_not_reading() {
+  if (std::exchange(was_not_reading_, true)) return;
+  ++host_.counters.clients_not_reading;
+  host_.on_not_reading(*this, output_.answer_bytes());
+}
+
+void Session::go_on() {
+  is_paused_ = false;
+  watch();
+  if (!reading_.is_due()) reading_.next_turn();
 }
 
 void Session::on_events(std::uint32_t events) {
@@ -76,16 +95,16 @@ void Session::on_events(std::uint32_t events) {
   }
   if (is_closed_ || (events & (EPOLLIN | kEnd)) == 0) return;
   if (is_discarding_) return discard_input();
-  if (!is_input_closed_ && !reading_.is_due()) read_turn();
+  if (is_paused_ && (events & kEnd) != 0) return read_last_words(kHungUp);  // it never will
+  if (!is_input_closed_ && !is_paused_ && !reading_.is_due()) read_turn();
 }
 
 void Session::read_turn() {
-  if (is_closed_ || is_input_closed_) return;
+  if (is_closed_ || is_input_closed_ || is_paused_) return;
   requests_left_ = kRequestsPerTurn;
   parse_all();  // what the last turn left
   bool has_read_all = false;
-  for (int i = 0; i < kReadsPerTurn && requests_left_ > 0 && !is_input_closed_ && !is_closed_;
-       ++i) {
+  for (int i = 0; i < kReadsPerTurn && may_handle() && !is_closed_; ++i) {
     const Read read = read_once();
     has_read_all = read == Read::kNothing;
     if (read != Read::kAllRoom) break;
@@ -94,6 +113,7 @@ void Session::read_turn() {
   if (!last_words_.empty() && !is_input_closed_) {
     return has_read_all ? close(last_words_) : reading_.next_turn();
   }
+  if (output_.is_full() && !is_input_closed_) return pause();
   watch();
   // After the others that have something to do. Whether the socket has more, it says itself.
   if (!is_input_closed_ && requests_left_ <= 0) reading_.next_turn();
@@ -115,8 +135,12 @@ Session::Read Session::read_once() {
   return static_cast<std::size_t>(got) == room.size() ? Read::kAllRoom : Read::kSome;
 }
 
+bool Session::may_handle() const {
+  return requests_left_ > 0 && !is_input_closed_ && !output_.is_full();
+}
+
 void Session::parse_all() {
-  while (!is_input_closed_ && doom_.empty() && requests_left_ > 0) {
+  while (may_handle() && doom_.empty()) {
     --requests_left_;
     std::string_view envelope;
     const ipc::ReadResult result = reader_.next(envelope);
@@ -144,7 +168,6 @@ void Session::fail_malformed() {
   end_stream({ipc::ERROR_MALFORMED, kNoFrame, true});
 }
 
-// Answers, and closes when the answer is written: a stream cannot be resumed after a bad frame.
 void Session::end_stream(const StreamEnd& end) {
   is_malformed_ = is_malformed_ || end.is_malformed;
   is_input_closed_ = true;
@@ -161,7 +184,7 @@ void Session::read_last_words(const std::string& reason) {
   if (is_input_closed_) return close(reason);
   last_words_ = reason;
   output_.close();
-  is_waiting_writable_ = false;
+  is_waiting_writable_ = is_paused_ = false;
   if (!reading_.is_due()) reading_.next_turn();
 }
 

@@ -26,6 +26,16 @@ void Session::flush() {
   if (!doom_.empty() && !closes_when_written_) return close(doom_);
   // A client that is to be closed may never read again: it is tried once more, and not waited for.
   if (is_waiting_writable_ && !closes_when_written_) return;
+  write_all();
+  if (!is_paused_ || is_closed_) return;
+  if (!output_.is_full()) {
+    go_on();
+  } else if (is_waiting_writable_) {
+    note_not_reading();
+  }
+}
+
+void Session::write_all() {
   output_.put_answers_ahead();
   for (int i = 0; i < kWritesPerTurn; ++i) {
     if (output_.unwritten().empty() && !output_.refill()) break;

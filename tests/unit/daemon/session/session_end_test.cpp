@@ -1,6 +1,8 @@
 // How a client's end is noticed, and what becomes of what it sent before; clients that are too
 // many.
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "tests/support/patience.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
@@ -121,6 +123,69 @@ TEST_F(SessionTest, RefusedClientsThatDoNotHangUpAreClosedEachInItsTime) {
   EXPECT_TRUE(closed(*third));
   EXPECT_EQ(counters_.clients_silent, 0u);
   EXPECT_GT(advertised(*served, "hello"), 0u) << "who is served stays";
+}
+
+/// Asks until nothing more is taken. @return how often
+std::uint32_t ask_until_full(TestPeer& peer, const std::function<void()>& step) {
+  ipc::Envelope envelope;
+  envelope.mutable_get_status();
+  for (std::uint32_t number = 1; number <= 100'000; ++number) {
+    envelope.set_request_id(number);
+    if (!peer.try_send(envelope)) return number - 1;
+    step();
+  }
+  ADD_FAILURE() << "the daemon goes on reading";
+  return 0;
+}
+
+TEST_F(SessionTest, ClientThatDoesNotReadItsRepliesIsReadNoFurtherUntilItDoes) {
+  limits_.reply_bytes = 64 << 10;
+  auto peer = greeted();
+  auto other = greeted();
+  const std::uint32_t asked = ask_until_full(*peer, [this] { step(); });
+  ASSERT_EQ(clients_.size(), 2u);
+  EXPECT_EQ(counters_.clients_not_reading, 1u);
+  google::protobuf::RepeatedPtrField<ipc::ClientStatus> statuses;
+  clients_.fill(statuses);
+  EXPECT_GT(statuses[0].queued_bytes(), limits_.reply_bytes);
+  EXPECT_LT(statuses[0].queued_bytes(), 5 * limits_.reply_bytes);
+  subscribed(*other, "hello");  // nobody else notices
+  std::uint32_t answered = 0;
+  for (std::uint32_t i = 0; i <= asked; ++i) {
+    for (const ipc::Envelope& reply : peer->receive()) EXPECT_EQ(reply.request_id(), ++answered);
+    step();
+  }
+  EXPECT_EQ(answered, asked);
+  subscribed(*peer, "hello");
+  EXPECT_EQ(counters_.clients_not_reading, 1u);
+}
+
+TEST_F(SessionTest, WhatAClientSentThatHangsUpWithItsRepliesUnreadStillCounts) {
+  limits_.reply_bytes = 64 << 10;
+  auto peer = greeted();
+  const std::uint32_t publisher = advertised(*peer, "hello", 4);
+  ask_until_full(*peer, [this] { step(); });
+  const std::uint64_t before = counters_.clients_not_reading;
+  std::vector<std::string> texts{"one", "two"};
+  std::uint64_t number = 0;
+  for (int i = 0; i < 100'000 && number < texts.size(); ++i) {
+    // Room for two messages more, and not for the daemon to write a reply.
+    ipc::Envelope envelope;
+    envelope.mutable_publish()->set_publisher_id(publisher);
+    envelope.mutable_publish()->set_publish_number(number + 1);
+    envelope.mutable_publish()->set_payload(texts[number]);
+    if (peer->try_send(envelope)) {
+      ++number;
+    } else {
+      ASSERT_FALSE(peer->receive().empty());
+      step();
+    }
+  }
+  peer->hang_up();
+  for (int i = 0; i < 1000 && clients_.size() > 0; ++i) step();
+  EXPECT_EQ(clients_.size(), 0u);
+  EXPECT_EQ(counters_.clients_not_reading, before);
+  EXPECT_EQ(counters_.messages_published, 2u);
 }
 
 TEST_F(SessionTest, RefusedClientMaySayHelloBeforeItReadsWhy) {

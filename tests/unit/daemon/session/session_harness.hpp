@@ -40,6 +40,15 @@ class TestPeer {
     ASSERT_TRUE(ipc::append_frame(envelope, bytes));
     send_bytes(bytes);
   }
+  /// @return false: the socket has no room for it
+  bool try_send(const ipc::Envelope& envelope) {
+    std::string bytes;
+    EXPECT_TRUE(ipc::append_frame(envelope, bytes));
+    const ssize_t sent =
+        ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    EXPECT_TRUE(sent < 0 || sent == static_cast<ssize_t>(bytes.size()));
+    return sent > 0;
+  }
   void hello(std::uint32_t major = ipc::kProtocolMajor) {
     ipc::Envelope envelope;
     envelope.mutable_hello()->set_major(major);

@@ -330,20 +330,6 @@ TEST_F(SessionTest, RepliesDoNotWaitBehindDeliveries) {
   EXPECT_LT(reply_at, 300u);
 }
 
-TEST_F(SessionTest, ClientThatDoesNotReadItsRepliesIsClosed) {
-  limits_.reply_bytes = 64 << 10;
-  auto peer = greeted();
-  ipc::Envelope envelope;
-  envelope.set_request_id(1);
-  envelope.mutable_get_status();
-  for (int i = 0; i < 5000 && clients_.size() > 0; ++i) {
-    peer->send(envelope);
-    step();
-  }
-  EXPECT_EQ(clients_.size(), 0u);
-  EXPECT_EQ(counters_.clients_not_reading, 1u);
-}
-
 TEST_F(SessionTest, LimitsOfAClientAreToldWithTheLimit) {
   limits_.subscriptions_per_client = 1;
   limits_.publishers_per_client = 1;
