@@ -18,4 +18,10 @@ struct HexImage {
 /// @param text  the whole file; lines end with LF or CR LF
 HexImage parse_hex_file(const std::string& text);
 
+/// Why these bytes cannot be a robot's program, or "". A robot that was given another AVR's program
+/// hears no infrared light any more, and with that nothing that would replace it. The light comes
+/// with interrupt 23 of the ATmega328P, the analog comparator's: what is no program for Kilobots
+/// has nothing there, so the entry leads where those of all unused interrupts lead.
+std::string why_no_kilobot_program(const std::vector<std::uint8_t>& bytes);
+
 }  // namespace swarmtalk::cli

@@ -247,6 +247,8 @@ std::string load_program(KilobotArguments& arguments) {
   }
   const HexImage image = parse_hex_file(text);
   if (!image.problem.empty()) return arguments.hex_path + ": " + image.problem;
+  const std::string why = arguments.is_forced ? "" : why_no_kilobot_program(image.bytes);
+  if (!why.empty()) return arguments.hex_path + ": " + why + "; --force sends it all the same";
   arguments.command.set_image(image.bytes.data(), image.bytes.size());
   arguments.command.set_passes(arguments.passes);
   return "";

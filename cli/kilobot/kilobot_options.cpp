@@ -128,6 +128,7 @@ void add_kilobot(CLI::App& app, KilobotArguments& arguments) {
       ->check(whole(1000))
       ->capture_default_str();
   program->add_flag("--asleep", arguments.may_sleep, "robots may sleep: wake them first, 12 s");
+  program->add_flag("--force", arguments.is_forced, "also what is no program for a Kilobot");
 }
 
 }  // namespace swarmtalk::cli

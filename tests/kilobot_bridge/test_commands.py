@@ -13,7 +13,7 @@ import termios
 import time
 
 import pytest
-from table import Daemon, Double, kilobot_link, one_line, program, run, wait_for
+from table import IMAGES, Daemon, Double, kilobot_link, one_line, program, run, wait_for
 
 
 def record(address: int, kind: int, data: bytes) -> str:
@@ -159,7 +159,8 @@ def test_messages_reach_the_robots_and_are_ended_with_stop(stack):
 
 
 def interrupt_an_endless_program(daemon, double, stack, path):
-    cli = stack.start("program", *daemon.words("kilobot", "program", path, "--passes", 0))
+    cli = stack.start("program", *daemon.words("kilobot", "program", path, "--passes", 0,
+                                               "--force"))
     wait_for(lambda: 4 in double.frame_types(), what="a page")
     done = daemon.cli("pub", 0, "hi")
     assert done.returncode == 1
@@ -195,7 +196,7 @@ def test_programs_reach_the_robots_whole_or_are_ended_with_stop(stack, tmp_path)
     wait_in_the_bootloader(daemon, double)
     interrupt_an_endless_program(daemon, double, stack, hex_file(tmp_path, bytes(4096)))
     image = bytes((7 * i + 3) % 256 for i in range(300))
-    done = daemon.kilobot("program", hex_file(tmp_path, image), "--passes", 3)
+    done = daemon.kilobot("program", hex_file(tmp_path, image), "--passes", 3, "--force")
     assert done.returncode == 0, done.stderr
     assert "sent 3 passes" in done.stdout and "done" not in done.stdout
     assert "pass 3 of 3" in done.stderr and "0:0" in done.stderr
@@ -225,7 +226,7 @@ def test_programs_reach_the_robots_whole_or_are_ended_with_stop(stack, tmp_path)
 def refused(*words):
     """What a command says that needs no daemon to be refused."""
     done = run(program("swarmtalk-cli"), "--socket", "/nonexistent/daemon", "kilobot", *words)
-    assert done.returncode in (1, 2), (words, done.stderr)
+    assert done.returncode in (1, 2, 3), (words, done.stderr)
     one_line(done.stderr, "swarmtalk-cli: ")
     return done.stderr
 
@@ -244,8 +245,29 @@ def test_a_bad_hex_file_gets_one_line_and_nothing_is_sent(tmp_path):
     for text, *parts in bad.values():
         path.write_text(text)
         one_line(refused("program", path), str(path), *parts)
+    path.write_text(good + end)
+    one_line(refused("program", path), str(path), "too short")
     one_line(refused("program", tmp_path / "none.hex"), "No such file")
     one_line(refused("program", tmp_path), str(tmp_path))
+
+
+CONTROLLERS = ["overhead_arduino", "overhead_arduino_16mhz"]
+
+
+@pytest.mark.logic
+def test_of_our_images_the_robots_programs_are_taken_and_the_controllers_are_not():
+    """A table that was given a controller's image would take no other program any more."""
+    images = sorted(IMAGES.glob("*.hex"))
+    names = [path.stem for path in images]
+    if not names:
+        pytest.skip("no images: avr-gcc is missing, run tools/setup test")
+    assert set(CONTROLLERS) <= set(names) and len(names) > 5
+    for path in images:
+        said = refused("program", path)
+        if path.stem in CONTROLLERS:
+            one_line(said, str(path), "hears no infrared light", "--force")
+        elif "bootloader" not in said:  # which lies elsewhere
+            one_line(said, "cannot reach swarmtalkd")
 
 
 @pytest.mark.logic

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
 
 namespace swarmtalk::cli {
 namespace {
@@ -78,6 +82,44 @@ TEST(HexFile, TellsWhatIsWrongAndWhere) {
 
 TEST(HexFile, TakesTheLastByteOfTheProgramAreaAndNoMore) {
   EXPECT_EQ(parse_hex_file(record(0x6DFE, 0, {1, 2}) + kEndRecord).bytes.size(), 28160u);
+}
+
+/// A table whose entries lead to one place, but for those given: JMP, or RJMP and NOP.
+std::vector<std::uint8_t> table(const std::map<std::size_t, unsigned>& used, bool is_short) {
+  std::vector<std::uint8_t> bytes;
+  for (unsigned entry = 0; entry < 26; ++entry) {
+    const auto found = used.find(entry);
+    const unsigned target = found != used.end() ? found->second : 0x3FF0;
+    const unsigned first = is_short ? 0xC000 | ((target - (2 * entry + 1)) & 0x0FFF) : 0x940C;
+    const unsigned second = is_short ? 0 : target;
+    for (const unsigned word : {first, second}) {
+      bytes.push_back(static_cast<std::uint8_t>(word));
+      bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+    }
+  }
+  return bytes;
+}
+
+TEST(KilobotProgram, HandlesTheAnalogComparatorsInterrupt) {
+  for (const bool is_short : {false, true}) {
+    EXPECT_EQ(why_no_kilobot_program(table({{0, 0x34}, {23, 0x200}}, is_short)), "");
+    EXPECT_EQ(why_no_kilobot_program(table({{0, 0x34}, {13, 0x50}, {23, 0x60}}, is_short)), "");
+    for (const std::size_t other : {std::size_t{0}, std::size_t{16}, std::size_t{22}}) {
+      EXPECT_NE(why_no_kilobot_program(table({{other, 0x200}}, is_short)).find("no infrared light"),
+                std::string::npos)
+          << other;
+    }
+  }
+}
+
+TEST(KilobotProgram, BeginsWithAWholeTable) {
+  std::vector<std::uint8_t> bytes = table({{23, 0x200}}, false);
+  bytes[4 * 7] = 0;
+  EXPECT_NE(why_no_kilobot_program(bytes).find("does not begin with the interrupt table"),
+            std::string::npos);
+  bytes = table({{23, 0x200}}, false);
+  bytes.pop_back();
+  EXPECT_NE(why_no_kilobot_program(bytes).find("too short"), std::string::npos);
 }
 
 }  // namespace

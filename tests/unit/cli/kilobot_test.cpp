@@ -88,10 +88,19 @@ class CliKilobot : public ::testing::Test {
     }
     return last;
   }
-  /// A program of two bytes.
-  std::string hex_file() const {
+  /// Only an interrupt table: of a robot, or of a device that hears no infrared light.
+  std::string hex_file(bool is_of_a_robot = true) const {
     const std::string file = std::filesystem::path(path_).parent_path() / "program.hex";
-    std::ofstream(file) << ":020000000102FB\n:00000001FF\n";
+    std::ofstream stream(file);
+    for (int entry = 0; entry < 26; ++entry) {
+      const bool is_used = entry == 0 || (entry == 23 && is_of_a_robot);
+      const unsigned target = is_used ? 0x80u : 0x34u;
+      char line[32];
+      std::snprintf(line, sizeof line, ":04%04X000C94%02X00%02X\n", entry * 4u, target,
+                    (0x100u - ((4u + entry * 4u + 0x0Cu + 0x94u + target) & 0xFF)) & 0xFF);
+      stream << line;
+    }
+    stream << ":00000001FF\n";
     return file;
   }
   static bool has(const std::string& text, const std::string& words) {
@@ -101,6 +110,16 @@ class CliKilobot : public ::testing::Test {
   const std::string path_;
   FakeDaemon daemon_;
 };
+
+TEST_F(CliKilobot, ProgramOfAnotherDeviceIsSentOnlyByForce) {
+  const Result refused = run({"program", hex_file(false)});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_TRUE(has(refused.error, "program.hex: it hears no infrared light")) << refused.error;
+  EXPECT_TRUE(has(refused.error, "--force"));
+  say({started(1, 1), ended(ipc::KILOBOT_SENT, "", 1)});
+  const Result forced = run({"program", hex_file(false), "--force"});
+  EXPECT_EQ(forced.exit_code, 0) << forced.error;
+}
 
 TEST_F(CliKilobot, ProgramTellsItsPassesAndThatItWasSent) {
   say({started(12, 2), progress(0, 0), progress(1, 1), progress(3, 2),
@@ -112,7 +131,8 @@ TEST_F(CliKilobot, ProgramTellsItsPassesAndThatItWasSent) {
   EXPECT_TRUE(has(result.error, "sending 2 pages, 1:05 in all; keep the robots in the light"));
   EXPECT_TRUE(has(result.error, "pass 3 of 3, page 2 of 2, 0:09 left")) << result.error;
   EXPECT_EQ(command().action(), ipc::KILOBOT_PROGRAM);
-  EXPECT_EQ(command().image(), "\x01\x02");
+  EXPECT_EQ(command().image().size(), 104u);
+  EXPECT_EQ(command().image().substr(0, 4), std::string("\x0C\x94\x80\0", 4));
   EXPECT_EQ(command().passes(), 3u);
 }
 
