@@ -2,7 +2,6 @@
 // misspelt key would silently run another experiment.
 #include <filesystem>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "emulation/kilobot/scenario.hpp"
