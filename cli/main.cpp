@@ -16,6 +16,7 @@
 #include "cli/recording/recording.hpp"
 #include "cli/text/table.hpp"
 #include "text/plain.hpp"
+#include "usage/ending_signals.hpp"
 #include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 
@@ -396,10 +397,7 @@ void stop_on_signals(Client& client) {
 }
 
 void interrupt_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  usage::catch_ending_signals(on_signal, 0);
 }
 
 int caught_signal() {

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "usage/ending_signals.hpp"
+
 namespace swarmtalk::lab {
 namespace {
 
@@ -16,10 +18,7 @@ void on_signal(int signal) {
 }  // namespace
 
 void remember_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+  usage::catch_ending_signals(on_signal, 0);
 }
 
 int interrupted() {

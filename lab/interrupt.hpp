@@ -4,8 +4,8 @@
 
 namespace swarmtalk::lab {
 
-/// From now on SIGINT, SIGTERM and SIGHUP are remembered instead of ending this process. Programs
-/// started afterwards have the default behaviour.
+/// From now on SIGINT, SIGTERM and SIGHUP, as far as they are not ignored, are remembered instead
+/// of ending this process. Programs started afterwards have the default behaviour.
 void remember_interrupts();
 
 /// The last such signal, or 0.

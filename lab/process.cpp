@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "usage/ending_signals.hpp"
+
 namespace swarmtalk::lab {
 namespace {
 
@@ -92,10 +94,8 @@ pid_t fork_without_handlers() {
   pthread_sigmask(SIG_BLOCK, &all, &before);
   const pid_t pid = fork();
   if (pid == 0) {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-      struct sigaction action {};
-      sigaction(signal, nullptr, &action);
-      if (action.sa_handler != SIG_IGN) std::signal(signal, SIG_DFL);
+    for (const int signal : usage::kEndingSignals) {
+      if (!usage::is_ignored(signal)) std::signal(signal, SIG_DFL);
     }
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "usage/checks.hpp"
+#include "usage/ending_signals.hpp"
 #include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
 #include "view/observer.hpp"
@@ -126,7 +127,10 @@ void tell_address(const Server& server, const std::string& address) {
 int serve(const Arguments& arguments) {
   boost::asio::io_context io{1};
   int signal_number = 0;
-  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  boost::asio::signal_set signals(io);
+  for (const int signal : usage::kEndingSignals) {
+    if (!usage::is_ignored(signal)) signals.add(signal);
+  }
   signals.async_wait([&](const boost::system::error_code& error, int number) {
     if (error) return;
     signal_number = number;

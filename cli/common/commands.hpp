@@ -130,7 +130,7 @@ Channel open_channel(Client& client, const std::string& word, const ChannelOptio
 /// False: one of the others listens to the same channel, under this name or another.
 bool is_new(const Subscriber& subscriber, const std::vector<Subscriber>& others);
 
-/// From here on SIGINT and SIGTERM stop `client`'s run*().
+/// From here on SIGINT, SIGTERM and SIGHUP stop `client`'s run*().
 void stop_on_signals(Client& client);
 /// The same without a client: calls that wait are interrupted.
 void interrupt_on_signals();

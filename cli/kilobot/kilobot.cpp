@@ -18,6 +18,7 @@
 #include "cli/kilobot/kilobot_progress.hpp"
 #include "cli/text/hex.hpp"
 #include "text/counted.hpp"
+#include "usage/ending_signals.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -33,13 +34,9 @@ constexpr std::uint32_t kUidBits = 16;
 volatile std::sig_atomic_t g_signal = 0;
 
 void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int number) { g_signal = number; };
-  action.sa_flags =
-      static_cast<int>(SA_RESETHAND);  // the second one ends us; the daemon then stops the command
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-  ::sigaction(SIGHUP, &action, nullptr);
+  // The second one ends us; the daemon then stops the command.
+  usage::catch_ending_signals([](int number) { g_signal = number; },
+                              static_cast<int>(SA_RESETHAND));
 }
 
 std::uint32_t number(const std::string& word) {

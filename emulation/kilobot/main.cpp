@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "emulation/kilobot/emulation.hpp"
+#include "usage/ending_signals.hpp"
 
 namespace {
 
@@ -161,8 +162,7 @@ int main(int argc, char** argv) {
       options = Options{};
       CLI11_PARSE(app, argc, argv);
     }
-    std::signal(SIGINT, [](int) { g_stop = 1; });
-    std::signal(SIGTERM, [](int) { g_stop = 1; });
+    swarmtalk::usage::catch_ending_signals([](int) { g_stop = 1; }, SA_RESTART);
     return run(options, std::move(scenario));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "kilobot-emulator: %s\n", error.what());

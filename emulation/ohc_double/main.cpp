@@ -15,6 +15,7 @@
 #include "emulation/kilobot/terminal_reader.hpp"
 #include "emulation/ohc_double/bench.hpp"
 #include "hex/digits.hpp"
+#include "usage/ending_signals.hpp"
 
 namespace {
 
@@ -142,8 +143,7 @@ int main(int argc, char** argv) {
     settings.seed = options.seed;
     settings.boot_ns = static_cast<std::uint64_t>(options.boot_ms * 1e6);
     Bench bench(settings, [&](const Bench::Json& event) { out << event.dump() << std::endl; });
-    std::signal(SIGINT, [](int) { g_stop = 1; });
-    std::signal(SIGTERM, [](int) { g_stop = 1; });
+    swarmtalk::usage::catch_ending_signals([](int) { g_stop = 1; }, SA_RESTART);
     if (options.is_virtual)
       run_virtual(bench, out);
     else

@@ -15,13 +15,15 @@
 #include <cstring>
 #include <fstream>
 
+#include "usage/ending_signals.hpp"
+
 namespace swarmtalk::platforms::in_argos {
 namespace {
 
 constexpr uint32_t kPoseSteps = 8;  // a quarter of a second between two poses of one robot
 constexpr double kMmPerM = 1000;
 
-/// Not 0 from the first SIGINT or SIGTERM on.
+/// Not 0 from the first SIGINT, SIGTERM or SIGHUP on.
 volatile std::sig_atomic_t stopped = 0;
 /// Not 0 when the experiment is over and its log, if any, is written.
 volatile std::sig_atomic_t is_over = 0;
@@ -83,8 +85,7 @@ void SwarmLog::Init(argos::TConfigurationNode& node) {
     open_log();
   }
   std::signal(SIGALRM, &end_as_interrupted);
-  std::signal(SIGINT, has_window() ? &on_signal_at_window : &on_signal);
-  std::signal(SIGTERM, has_window() ? &on_signal_at_window : &on_signal);
+  usage::catch_ending_signals(has_window() ? &on_signal_at_window : &on_signal, SA_RESTART);
   begun_ = std::clock();
 }
 

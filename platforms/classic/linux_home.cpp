@@ -159,7 +159,10 @@ void start_program() {
 
 int main() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  for (int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_ending = 1; });
+  for (int number : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(number, SIG_IGN) == SIG_IGN) continue;  // as nohup does
+    std::signal(number, [](int) { is_ending = 1; });
+  }
   speed = environment("SWARMTALK_SPEED", 1, 0.01);
   const double x_mm = environment("SWARMTALK_X_MM", 0, -1e9);
   const double y_mm = environment("SWARMTALK_Y_MM", 0, -1e9);

@@ -56,8 +56,9 @@ def catch_interrupts():
         interrupted = True
         if _running is not None and _running.poll() is None:
             _running.send_signal(signal.SIGINT)
-    signal.signal(signal.SIGINT, handler)
-    signal.signal(signal.SIGTERM, handler)
+    for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup does: the runs are to go on
+            signal.signal(number, handler)
 
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -65,7 +66,9 @@ libc = ctypes.CDLL(None)
 
 
 def end_with_runner():
-    """In a program that is being started: it is interrupted when this one is killed."""
+    """In a program that is being started: it is interrupted when this one is killed, and heeds that
+    also where a shell has this one ignore it, as with `&`."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     libc.prctl(PR_SET_PDEATHSIG, signal.SIGINT)
 
 

@@ -9,9 +9,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "usage/ending_signals.hpp"
+
 namespace swarmtalk::suite {
 
-/// Not 0 from the first SIGINT or SIGTERM on.
+/// Not 0 from the first SIGINT, SIGTERM or SIGHUP on.
 inline volatile std::sig_atomic_t stopped = 0;
 
 /// A log that is being written.
@@ -40,12 +42,11 @@ class LogFile {
   std::unique_ptr<std::FILE, Closer> file_;
 };
 
-/// A program's main(): from here on SIGINT and SIGTERM set `stopped`.
+/// A program's main(): from here on SIGINT, SIGTERM and SIGHUP set `stopped`.
 /// @param run  the program, with its exit code; may throw
 template <class Run>
 int program_main(const char* name, Run run) {
-  std::signal(SIGINT, [](int) { stopped = 1; });
-  std::signal(SIGTERM, [](int) { stopped = 1; });
+  usage::catch_ending_signals([](int) { stopped = 1; }, SA_RESTART);
   try {
     return run();
   } catch (const std::exception& error) {

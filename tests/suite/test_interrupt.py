@@ -17,12 +17,13 @@ from commands import wait_for  # noqa: E402
 # Ends on the first SIGINT, with 0, as programs of ours do; says that it listens.
 OBEYS = ("import signal, sys\nsignal.signal(signal.SIGINT, lambda *_: sys.exit(0))\n"
          "open(sys.argv[1], 'w').close()\nwhile True: signal.pause()\n")
+ENDINGS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 @pytest.fixture
 def interrupts(monkeypatch):
     """Handlers as the runner's; undone afterwards."""
-    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    before = {each: signal.getsignal(each) for each in ENDINGS}
     monkeypatch.setattr(platforms, "interrupted", False)
     platforms.catch_interrupts()
     yield
@@ -59,6 +60,24 @@ def test_interrupt_before_a_program_listens_is_no_failure(interrupts, monkeypatc
     monkeypatch.setattr(platforms.subprocess, "Popen", Started)
     with pytest.raises(platforms.Interrupted):
         platforms.call(command)
+
+
+@pytest.mark.parametrize("number", ENDINGS)
+def test_signal_that_was_ignored_stays_ignored(interrupts, number):
+    """As by nohup. The programs of a run heed an interrupt all the same: it is how they end."""
+    signal.signal(number, signal.SIG_IGN)
+    platforms.catch_interrupts()
+    os.kill(os.getpid(), number)
+    assert not platforms.interrupted
+    with pytest.raises(platforms.PlatformError, match=str(-signal.SIGINT)):
+        platforms.call(["sh", "-c", "kill -INT $$"])
+    for each in set(ENDINGS) - {number}:
+        assert callable(signal.getsignal(each))
+
+
+def test_terminal_that_goes_away_ends_the_runs(interrupts):
+    os.kill(os.getpid(), signal.SIGHUP)
+    assert platforms.interrupted
 
 
 def test_interrupt_between_two_runs_starts_no_other(interrupts, tmp_path):
