@@ -107,6 +107,15 @@ void McapWriter::record(ByteWriter& out, McapOp op, std::string_view content) {
   out.raw(content);
 }
 
+void McapWriter::values(ByteWriter& out, const std::map<std::string, std::string>& values) {
+  ByteWriter list;
+  for (const auto& [key, value] : values) {
+    list.counted(key);
+    list.counted(value);
+  }
+  out.counted(list.bytes());
+}
+
 void McapWriter::schema_record(ByteWriter& out, std::uint16_t id) const {
   const McapSchema& schema = schemas_[id - 1U];
   ByteWriter content;
@@ -119,17 +128,12 @@ void McapWriter::schema_record(ByteWriter& out, std::uint16_t id) const {
 
 void McapWriter::channel_record(ByteWriter& out, std::uint16_t id) const {
   const McapChannel& channel = channels_[id - 1U];
-  ByteWriter metadata;
-  for (const auto& [key, value] : channel.metadata) {
-    metadata.counted(key);
-    metadata.counted(value);
-  }
   ByteWriter content;
   content.u16(id);
   content.u16(channel.schema);
   content.counted(channel.topic);
   content.counted(channel.encoding);
-  content.counted(metadata.bytes());
+  values(content, channel.metadata);
   record(out, McapOp::kChannel, content.bytes());
 }
 
@@ -197,6 +201,20 @@ bool McapWriter::close_chunk() {
   return true;
 }
 
+bool McapWriter::write_metadata(std::string_view name,
+                                const std::map<std::string, std::string>& values) {
+  if (fd_ < 0 || !problem_.empty()) return false;
+  ByteWriter content;
+  content.counted(name);
+  this->values(content, values);
+  ByteWriter out;
+  record(out, McapOp::kMetadata, content.bytes());
+  const std::uint64_t at = size_bytes_;
+  if (!append(out.bytes())) return false;
+  metadata_.push_back({at, out.size_bytes(), std::string(name)});
+  return true;
+}
+
 void McapWriter::drop_chunk() {
   chunk_.clear();
   chunk_index_.clear();
@@ -261,7 +279,7 @@ std::string McapWriter::summary(std::uint64_t at) const {
   content.u16(static_cast<std::uint16_t>(schemas_.size()));
   content.u32(static_cast<std::uint32_t>(channels_.size()));
   content.u32(0);  // attachments
-  content.u32(0);  // metadata
+  content.u32(static_cast<std::uint32_t>(metadata_.size()));
   content.u32(static_cast<std::uint32_t>(chunks_.size()));
   content.u64(total_.first_ns);
   content.u64(total_.last_ns);
@@ -285,6 +303,14 @@ std::string McapWriter::summary(std::uint64_t at) const {
     content.u64(chunk.compressed);
     content.u64(chunk.uncompressed);
     record(out, McapOp::kChunkIndex, content.bytes());
+  }
+  group(McapOp::kMetadataIndex);
+  for (const MetadataPlace& place : metadata_) {
+    content.clear();
+    content.u64(place.at);
+    content.u64(place.length);
+    content.counted(place.name);
+    record(out, McapOp::kMetadataIndex, content.bytes());
   }
   const std::uint64_t offsets_at = at + out.size_bytes();
   for (std::size_t i = 0; i < groups.size(); ++i) {

@@ -38,6 +38,10 @@ class McapWriter {
   /// @return false after a failure, see problem(): the message is lost
   bool write(const McapMessage& message);
 
+  /// A record of names and values, on the disk when this returns. The open chunk stays open.
+  /// @return false after a failure
+  bool write_metadata(std::string_view name, const std::map<std::string, std::string>& values);
+
   /// Writes the open chunk and waits until the disk has it. Without messages: does nothing.
   /// @return false after a failure: the chunk's messages are lost, the file is as before it
   bool close_chunk();
@@ -70,8 +74,14 @@ class McapWriter {
     std::uint64_t index_length, compressed, uncompressed;
   };
 
+  struct MetadataPlace {
+    std::uint64_t at, length;
+    std::string name;
+  };
+
   /// Takes an older file of this name away. @return why not; empty: done, or there is none
   std::string make_room();
+  static void values(ByteWriter& out, const std::map<std::string, std::string>& values);
   static void record(ByteWriter& out, McapOp op, std::string_view content);
   void schema_record(ByteWriter& out, std::uint16_t id) const;
   void channel_record(ByteWriter& out, std::uint16_t id) const;
@@ -94,6 +104,7 @@ class McapWriter {
   Count chunk_count_;
   Count total_;
   std::vector<ChunkPlace> chunks_;
+  std::vector<MetadataPlace> metadata_;
   std::uint64_t lost_messages_ = 0;
 };
 

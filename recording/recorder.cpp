@@ -54,13 +54,24 @@ HeardMessage to_record(const std::string& channel, const swarmtalk::Message& mes
   return record;
 }
 
-RecordClock::RecordClock() {
+std::int64_t RecordClock::system_offset_ns() {
   using std::chrono::duration_cast;
   using std::chrono::nanoseconds;
-  const auto wall = std::chrono::system_clock::now().time_since_epoch();
-  const auto steady = Steady::now().time_since_epoch();
-  offset_ns_ =
-      duration_cast<nanoseconds>(wall).count() - duration_cast<nanoseconds>(steady).count();
+  constexpr auto kClose = std::chrono::milliseconds(1);
+  for (int tries = 0;; ++tries) {
+    const auto before = Steady::now();
+    const auto wall = std::chrono::system_clock::now().time_since_epoch();
+    const auto steady = Steady::now();
+    if (steady - before > kClose && tries < 10) continue;  // others ran in between
+    return duration_cast<nanoseconds>(wall - steady.time_since_epoch()).count();
+  }
+}
+
+std::optional<std::chrono::nanoseconds> RecordClock::was_set(std::int64_t offset_ns) {
+  const std::chrono::nanoseconds step(offset_ns - offset_now_ns_);
+  if (step < kLeastStep && -step < kLeastStep) return std::nullopt;
+  offset_now_ns_ = offset_ns;
+  return step;
 }
 
 std::uint64_t RecordClock::ns(Steady::time_point time) const {
@@ -75,8 +86,10 @@ std::string Recorder::open(const std::string& path, const std::string& library, 
 
 bool Recorder::heard(const std::string& channel, const swarmtalk::Message& message,
                      Clock::time_point at) {
-  return topics_.write(std::string(kChannelTopics) + channel, to_record(channel, message),
-                       clock_.ns(at), message.message_number);
+  const std::string& topic =
+      channel_topics_.try_emplace(message.channel, std::string(kChannelTopics) + channel)
+          .first->second;
+  return topics_.write(topic, to_record(channel, message), clock_.ns(at), message.message_number);
 }
 
 bool Recorder::log_line(const swarmtalk::Message& message, Clock::time_point at) {
@@ -125,6 +138,12 @@ bool Recorder::losses(const swarmtalk::ChannelStatus& channel, Clock::time_point
 bool Recorder::encoded(const std::string& topic, const McapSchema& schema, std::string_view bytes,
                        Clock::time_point at) {
   return topics_.write_encoded(topic, schema, bytes, clock_.ns(at));
+}
+
+bool Recorder::clock_was_set(std::chrono::nanoseconds by, Clock::time_point at) {
+  return topics_.writer().write_metadata(
+      kClockSetMetadata,
+      {{"set_by_ns", std::to_string(by.count())}, {"time_ns", std::to_string(clock_.ns(at))}});
 }
 
 bool Recorder::tick(Clock::time_point now) {

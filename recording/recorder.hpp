@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +23,9 @@ inline constexpr std::string_view kLogTopic = "/log_lines";
 inline constexpr std::string_view kPoseTopic = "/pose";
 inline constexpr std::string_view kLossesTopic = "/losses";
 inline constexpr std::string_view kValuesTopic = "/values";
+/// Of the metadata records whose `set_by_ns` is by how much, and `time_ns` when, in the times of
+/// the recording.
+inline constexpr std::string_view kClockSetMetadata = "swarmtalk.clock_was_set";
 inline constexpr std::string_view kHeardTopic = "/heard";
 
 /// As it is recorded. @param channel  its name, or number in digits
@@ -32,11 +36,22 @@ HeardMessage to_record(const std::string& channel, const swarmtalk::Message& mes
 class RecordClock {
  public:
   using Steady = std::chrono::steady_clock;
-  RecordClock();
+  static constexpr std::chrono::milliseconds kLeastStep{500};
+
+  /// Of the system's clock to the steady one, in nanoseconds.
+  static std::int64_t system_offset_ns();
+
+  explicit RecordClock(std::int64_t offset_ns = system_offset_ns())
+      : offset_ns_(offset_ns), offset_now_ns_(offset_ns) {}
   std::uint64_t ns(Steady::time_point time) const;
+
+  /// By how much the system's clock was set since this was last called; none: by less than
+  /// kLeastStep, or not at all. @param offset_ns  as it is now
+  std::optional<std::chrono::nanoseconds> was_set(std::int64_t offset_ns = system_offset_ns());
 
  private:
   std::int64_t offset_ns_;
+  std::int64_t offset_now_ns_;
 };
 
 class Recorder {
@@ -59,6 +74,9 @@ class Recorder {
   bool encoded(const std::string& topic, const McapSchema& schema, std::string_view bytes,
                Clock::time_point at);
 
+  /// The system's clock was set, which moves no time of this recording: a metadata record says so.
+  bool clock_was_set(std::chrono::nanoseconds by, Clock::time_point at);
+
   /// Closes the chunk when its second is over. Call at least at next_close().
   bool tick(Clock::time_point now);
   Clock::time_point next_close() const { return next_close_; }
@@ -73,6 +91,7 @@ class Recorder {
  private:
   RecordClock clock_;
   TopicWriter topics_;
+  std::map<std::uint16_t, std::string> channel_topics_;  // by the name that each had first
   Clock::time_point next_close_{};
 };
 

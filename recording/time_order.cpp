@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "text/counted.hpp"
+
 namespace swarmtalk::recording {
 namespace {
 
@@ -11,6 +13,19 @@ std::size_t message_bytes(const Record& record) {
 }
 
 }  // namespace
+
+void TimeOrder::Misplaced::note(std::uint64_t time_ns) {
+  if (time_ns < latest_ns_ && latest_ns_ - time_ns > tolerance_ns_) ++count_;
+  latest_ns_ = std::max(latest_ns_, time_ns);
+}
+
+std::string TimeOrder::Misplaced::text(std::string_view thing) const {
+  if (count_ == 0) return {};
+  const std::string verb = count_ == 1 ? " is" : " are";
+  return text::counted(count_, thing) + verb +
+         " not in the order of time, and come as soon as the file has them; the tools of MCAP put "
+         "them in order: mcap sort FILE -o SORTED";
+}
 
 bool TimeOrder::is_first_known() const {
   constexpr std::uint64_t kWindowNs = std::chrono::nanoseconds(kWindow).count();

@@ -5,8 +5,11 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "recording/recording_reader.hpp"
@@ -23,6 +26,21 @@ class TimeOrder {
   /// @param wants  whether a record is to come at all
   TimeOrder(RecordingReader& reader, std::function<bool(const Record&)> wants)
       : reader_(reader), wants_(std::move(wants)) {}
+
+  /// Of records that are taken one after the other: those that come after later ones.
+  class Misplaced {
+   public:
+    /// @param tolerance  by which a record may be earlier
+    explicit Misplaced(std::chrono::nanoseconds tolerance) : tolerance_ns_(tolerance.count()) {}
+    void note(std::uint64_t time_ns);
+    /// One sentence without the file's name; empty: there are none. @param thing  "message"
+    std::string text(std::string_view thing) const;
+
+   private:
+    std::uint64_t tolerance_ns_;
+    std::uint64_t latest_ns_ = 0;
+    std::uint64_t count_ = 0;
+  };
 
   /// The next record; those of one time in the file's order. @return false: there are no more
   bool next(Record& record);

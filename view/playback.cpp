@@ -69,6 +69,9 @@ std::string Playback::open(const std::string& path) {
                                                                "record has an impossible time",
                                                                "records have impossible times");
   }
+  if (const std::string text = index_.misplaced().text("record"); !text.empty()) {
+    problem_ += (problem_.empty() ? "" : "; ") + text;
+  }
   jump_to(index_.first_ns());
   return {};
 }

@@ -27,6 +27,7 @@ void RecordingIndex::scan(recording::RecordingReader& reader) {
       continue;
     }
     note_place(reader.place());
+    misplaced_.note(record.time_ns);
     first_ns_ = records_ == 0 ? record.time_ns : std::min(first_ns_, record.time_ns);
     last_ns_ = std::max(last_ns_, record.time_ns);
     ++records_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "recording/recording_reader.hpp"
+#include "recording/time_order.hpp"
 
 namespace swarmtalk::view {
 
@@ -37,6 +38,8 @@ class RecordingIndex {
   // Of the records that can be shown; they need not stand in their order.
   std::uint64_t first_ns() const { return first_ns_; }
   std::uint64_t last_ns() const { return last_ns_; }
+
+  const recording::TimeOrder::Misplaced& misplaced() const { return misplaced_; }
 
   /// Messages in each of kBars equal parts of the time.
   const std::vector<std::uint32_t>& bars() const { return bars_; }
@@ -67,6 +70,7 @@ class RecordingIndex {
   std::vector<std::uint32_t> bars_;
   std::uint64_t records_ = 0;
   std::uint64_t bad_times_ = 0;
+  recording::TimeOrder::Misplaced misplaced_{recording::TimeOrder::kWindow};
   std::uint64_t first_ns_ = 0, last_ns_ = 0;
 };
 

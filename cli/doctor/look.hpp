@@ -25,7 +25,7 @@ std::vector<std::string> radios();
 /// @param config_file  looked at with `swarmtalkd --check` where the daemon does not run
 DaemonFacts look_at_daemon(const Common& common, double seconds, const std::string& config_file);
 
-/// Whether the kernel's clock is kept right by somebody (adjtimex(2), STA_UNSYNC).
+/// Whether the kernel's clock is kept right by somebody.
 std::optional<ClockFacts> look_at_clock();
 
 /// A daemon's answers as facts.

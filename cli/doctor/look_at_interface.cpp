@@ -2,12 +2,12 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/timex.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
 
+#include "cli/common/clock.hpp"
 #include "cli/doctor/look.hpp"
 
 namespace swarmtalk::cli::doctor {
@@ -73,9 +73,9 @@ std::vector<std::string> radios() {
 }
 
 std::optional<ClockFacts> look_at_clock() {
-  timex answer{};
-  if (adjtimex(&answer) < 0) return std::nullopt;
-  return ClockFacts{(answer.status & STA_UNSYNC) == 0};
+  const auto is_synchronised = is_clock_synchronised();
+  if (!is_synchronised) return std::nullopt;
+  return ClockFacts{*is_synchronised};
 }
 
 }  // namespace swarmtalk::cli::doctor

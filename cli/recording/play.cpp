@@ -17,6 +17,7 @@ using recording::Record;
 using recording::RecordingReader;
 
 constexpr std::chrono::milliseconds kAskPeriod{200};
+constexpr std::chrono::minutes kToldGap{1};
 constexpr std::chrono::seconds kQuietWait{3};  // then it is told what is waited for
 constexpr std::chrono::milliseconds kBusyPause{2};
 // What robots say on it is of that moment: their reports, and questions that would be answered.
@@ -33,12 +34,16 @@ class Player {
   Status prepare(RecordingReader& reader) {
     find_numbers();
     std::vector<std::string> unheard = arguments_.channels;
+    const auto look = [this](const Record& each) {
+      if (is_left_out(each)) ++harvested_;
+      if (each.kind == Record::Kind::kHeard) names_.insert(each.heard.channel());
+      return wants(each);
+    };
+    recording::TimeOrder records(reader, look);
     Record record;
-    while (reader.next(record)) {
-      if (is_left_out(record)) ++harvested_;
-      if (record.kind == Record::Kind::kHeard) names_.insert(record.heard.channel());
-      if (!wants(record)) continue;
+    while (records.next(record)) {
       ++messages_;
+      misplaced_.note(record.time_ns);
       std::erase_if(unheard, [&](const std::string& word) { return is_of(word, record); });
       bool& is_timestamped = channels_[record.heard.channel()];
       is_timestamped = is_timestamped || record.heard.has_buffering_delay_us();
@@ -54,6 +59,9 @@ class Player {
                     arguments_.file + " has no messages" +
                         (arguments_.channels.empty() ? "" : " of these channels") +
                         (harvested_ > 0 ? " but those" : "") + nearest_text(unheard));
+    }
+    if (const std::string text = misplaced_.text("message"); !text.empty()) {
+      fail(arguments_.file + ": " + text);
     }
     for (const std::string& word : unheard) {
       fail(arguments_.file + " has no messages of '" + word + "'" + nearest_text({word}));
@@ -120,6 +128,7 @@ class Player {
       const auto offset_ns =
           static_cast<double>(record.time_ns - std::min(*first_ns, record.time_ns));
       const auto due = after(start, seconds(offset_ns / 1e9 / arguments_.rate));
+      if (due - Clock::now() > kToldGap) tell_gap(due - Clock::now());
       if (!run_until(due) || !keep_order(record) || !publish(record)) return false;
     }
     return true;
@@ -179,6 +188,12 @@ class Player {
            (named != numbers_.end() && named->second == number);
   }
 
+  static void tell_gap(Clock::duration gap) {
+    const auto whole = std::chrono::duration_cast<std::chrono::seconds>(gap).count();
+    fail("nothing was recorded for the next " + std::to_string(whole) +
+         " s, so nothing leaves; --rate makes it shorter, Ctrl-C ends it");
+  }
+
   bool run_until(Clock::time_point due) {
     while (caught_signal() == 0 && Clock::now() < due) client_.run_once(due - Clock::now());
     return caught_signal() == 0;
@@ -229,6 +244,7 @@ class Player {
   std::map<std::string, bool> channels_;          // and whether they are timestamped
   std::map<std::string, Publisher> publishers_;
   std::uint64_t messages_ = 0;
+  recording::TimeOrder::Misplaced misplaced_{std::chrono::nanoseconds(0)};
   std::uint64_t harvested_ = 0;  // left out
   bool is_debug_off_ = false;    // its lines are left out
   std::uint64_t played_ = 0;

@@ -2,10 +2,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstdio>
+#include <ctime>
 #include <memory>
+#include <set>
 #include <vector>
 
+#include "cli/common/clock.hpp"
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
 #include "cli/common/link_watch.hpp"
@@ -80,6 +85,7 @@ class Output {
   }
 
   void tick() {
+    if (const auto step = clock_.was_set()) tell_step(*step);
     if (recorder_) recorder_->tick(Clock::now());
   }
   Clock::time_point next() const {
@@ -103,9 +109,23 @@ class Output {
   }
 
  private:
+  void tell_step(std::chrono::nanoseconds by) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%+.3f s", static_cast<double>(by.count()) / 1e9);
+    fail(std::string("this machine's clock was set by ") + text.data() +
+         "; the recording goes on in the time that it began with");
+    if (recorder_) recorder_->clock_was_set(by, Clock::now());
+  }
+
   void line(const char* type, Clock::time_point at, const Json& content) {
-    Json json{{"type", type}, {"time_ns", clock_.ns(at)}};
+    const std::uint64_t time_ns = clock_.ns(at);
+    Json json{{"type", type}, {"time_ns", time_ns}};
     json.update(content);
+    Json* const received =
+        json.contains("received_at_unix_s") ? &json["received_at_unix_s"] : nullptr;
+    if (received != nullptr && !received->is_null()) {  // a line has one clock
+      *received = static_cast<double>(time_ns / 1000) / 1e6;
+    }
     const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
     if (written_ == kExitOk) written_ = print(text);
   }
@@ -115,6 +135,15 @@ class Output {
   Scene scene_;
   int written_ = kExitOk;
 };
+
+std::string utc_now() {
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
+  return text.data();
+}
 
 class Recording {
  public:
@@ -178,7 +207,7 @@ class Recording {
 
   std::string summary() const {
     std::string text =
-        text::counted(heard_, "message") + " on " + text::counted(names_.size(), "channel");
+        text::counted(heard_, "message") + " on " + text::counted(channels_.size(), "channel");
     if (all_ && !all_->left_out_text().empty()) text += ", " + all_->left_out_text();
     return lost_ ? text + ", lost " + loss_text(lost_) : text;
   }
@@ -191,7 +220,7 @@ class Recording {
     if (is_enough() || !output_.is_good()) return;
     ++heard_;
     lost_ += message.lost_before;
-    names_.insert(channel);
+    channels_.insert(message.channel);
     output_.heard(channel, message);
   }
 
@@ -233,7 +262,7 @@ class Recording {
   Subscriber log_;
   std::vector<Subscriber> subscribers_;
   std::unique_ptr<AllChannels> all_;
-  std::set<std::string> names_;
+  std::set<std::uint16_t> channels_;
   std::uint64_t heard_ = 0;
   Loss lost_;
   Clock::time_point next_survey_ = Clock::time_point::min();
@@ -248,6 +277,10 @@ int record(const Common& common, const RecordArguments& arguments) {
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on a file's size is told as a full disk is
   Output output;
   if (const std::string problem = output.open(arguments); !problem.empty()) return fail(problem);
+  if (const auto is_synchronised = is_clock_synchronised(); is_synchronised == false) {
+    fail("this machine's clock is not synchronised: it says " + utc_now() +
+         ", and times of this recording may not fit those of other robots; see timedatectl");
+  }
   stop_on_signals(client);
   tell_connection(client);
   client.on_error([is_all = arguments.channels.empty()](const Status& status) {

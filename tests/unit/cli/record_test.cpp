@@ -3,7 +3,9 @@
 
 #include <csignal>
 #include <filesystem>
+#include <initializer_list>
 
+#include "recording/recorder.hpp"
 #include "recording/recording_reader.hpp"
 #include "tests/unit/cli/cli_fixture.hpp"
 
@@ -48,6 +50,35 @@ TEST_F(CliEndings, ARecordingIsWholeWhateverEndsIt) {
     EXPECT_EQ(heard, 3);
     EXPECT_EQ(reader.problem(), "");
   }
+}
+
+TEST_F(CliEndings, PlayTellsWhatIsOutOfOrderAndWhereItWillBeSilent) {
+  using std::chrono::seconds;
+  constexpr seconds kYears50 = std::chrono::hours(24 * 365 * 50);
+  const auto record = [&](std::initializer_list<seconds> times) {
+    std::filesystem::remove(file);
+    recording::Recorder recorder;
+    EXPECT_EQ(recorder.open(file, "test", true), "");
+    for (const seconds time : times) {
+      Message message;
+      message.channel = 7;
+      message.payload = "x";
+      recorder.heard("7", message, recording::Recorder::Clock::now() + time);
+    }
+    EXPECT_TRUE(recorder.finish());
+  };
+  record({seconds(0), seconds(2), seconds(-1), seconds(1)});
+  const Result played = run({"play", file, "--rate", "100"});
+  EXPECT_EQ(played.exit_code, 0) << played.error;
+  EXPECT_EQ(daemon.count(is_publish), 4);
+  EXPECT_NE(played.error.find("1 message is not in the order of time"), std::string::npos);
+  record({seconds(0), kYears50});
+  Program program(with_socket({"play", file}));
+  EXPECT_NE(program.read_error_line().find(std::to_string(kYears50.count() - 1)),
+            std::string::npos);
+  program.signal(SIGHUP);
+  EXPECT_EQ(program.finish().exit_code, 128 + SIGHUP);
+  EXPECT_EQ(daemon.count(is_publish), 5);
 }
 
 TEST_F(CliEndings, AnIgnoredHangupEndsNothing) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -78,7 +80,9 @@ TEST_F(Recording, TimeOrderPutsWhatCameInOneMomentBackInOrder) {
   Recorder recorder;
   ASSERT_EQ(recorder.open(path, "test", false), "");
   const auto hear = [&](const char* channel, const char* text, int ms) {
-    ASSERT_TRUE(recorder.heard(channel, message_of(text), now + milliseconds(ms)));
+    swarmtalk::Message message = message_of(text);
+    message.channel = static_cast<std::uint16_t>(*channel);
+    ASSERT_TRUE(recorder.heard(channel, message, now + milliseconds(ms)));
   };
   hear("a", "1", 10);
   hear("b", "3", 30);
@@ -94,6 +98,72 @@ TEST_F(Recording, TimeOrderPutsWhatCameInOneMomentBackInOrder) {
   std::vector<std::string> told;
   for (Record record; records.next(record);) told.push_back(record.heard.payload());
   EXPECT_EQ(told, (std::vector<std::string>{"1", "2", "3", "3 too", "4", "5"}));
+}
+
+TEST_F(Recording, WhatStandsTooFarAfterLaterOnesIsCounted) {
+  constexpr std::uint64_t kSecondNs = 1'000'000'000;
+  TimeOrder::Misplaced misplaced{TimeOrder::kWindow};
+  for (const std::uint64_t tenths : {10, 30, 20, 31, 100, 90, 110}) {
+    misplaced.note(tenths * kSecondNs / 10);
+  }
+  EXPECT_EQ(misplaced.text("message"), "");
+  misplaced.note(9 * kSecondNs);
+  EXPECT_EQ(misplaced.text("message").find("1 message is not in the order of time"), 0u);
+  misplaced.note(9 * kSecondNs);
+  misplaced.note(11 * kSecondNs);
+  EXPECT_EQ(misplaced.text("record").find("2 records are not"), 0u);
+  EXPECT_NE(misplaced.text("record").find("mcap sort"), std::string::npos);
+}
+
+// A channel has its number's digits for a name until a program of this robot names it.
+TEST_F(Recording, AChannelIsOneTopicWhateverItsNameWasAtTheMoment) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  ASSERT_TRUE(recorder.heard("7", message_of("1"), now));
+  ASSERT_TRUE(recorder.heard("p", message_of("2"), now));
+  swarmtalk::Message other = message_of("3");
+  other.channel = 8;
+  ASSERT_TRUE(recorder.heard("p", other, now));
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  std::vector<std::string> topics, names;
+  for (Record record; reader.next(record);) {
+    topics.push_back(record.topic);
+    names.push_back(record.heard.channel());
+  }
+  EXPECT_EQ(topics, (std::vector<std::string>{"/channel/7", "/channel/7", "/channel/p"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"7", "p", "p"}));
+}
+
+TEST(RecordClock, TellsOnceThatTheClockWasSetAndMovesNothing) {
+  constexpr std::int64_t kHourNs = std::int64_t{3600} * 1'000'000'000;
+  RecordClock clock(kHourNs);
+  const RecordClock::Steady::time_point time{std::chrono::seconds(5)};
+  EXPECT_EQ(clock.was_set(kHourNs + 400'000'000), std::nullopt);
+  EXPECT_EQ(clock.was_set(3 * kHourNs), std::chrono::hours(2));
+  EXPECT_EQ(clock.was_set(3 * kHourNs), std::nullopt);
+  EXPECT_EQ(clock.was_set(0), std::chrono::hours(-3));
+  EXPECT_EQ(clock.ns(time), static_cast<std::uint64_t>(kHourNs) + 5'000'000'000u);
+}
+
+TEST_F(Recording, AClockThatWasSetIsAFactInTheFile) {
+  Recorder recorder;
+  ASSERT_EQ(recorder.open(path, "test", false), "");
+  ASSERT_TRUE(recorder.heard("a", message_of("1"), now));
+  ASSERT_TRUE(recorder.clock_was_set(-std::chrono::seconds(3), now));
+  ASSERT_TRUE(recorder.heard("a", message_of("2"), now));
+  ASSERT_TRUE(recorder.finish());
+  RecordingReader reader;
+  ASSERT_EQ(reader.open(path), "");
+  int heard = 0;
+  for (Record record; reader.next(record);) ++heard;
+  EXPECT_EQ(heard, 2);
+  EXPECT_EQ(reader.problem(), "");
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(bytes.find("swarmtalk.clock_was_set"), std::string::npos);
+  EXPECT_NE(bytes.find("-3000000000"), std::string::npos);
 }
 
 TEST_F(Recording, TimeOrderKeepsAnHourOfMessagesWithoutWaitingForItsEnd) {
