@@ -3,6 +3,8 @@
 #include <sys/time.h>
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 
@@ -70,7 +72,8 @@ void ReplayLink::wake() {
 std::string ReplayLink::state() const {
   // What was recorded is not of now.
   const std::string remark = has_key_ ? ", sealed, freshness not checked" : "";
-  return (is_finished_ ? end_ : "up, replaying " + config_.capture_path) + remark;
+  return (is_finished_ ? end_ : "up, replaying " + config_.capture_path) + remark +
+         (output_problem_.empty() ? "" : ", " + output_problem_);
 }
 
 bool ReplayLink::read_next() {
@@ -143,6 +146,11 @@ void ReplayLink::write_frame(std::size_t frame_bytes) {
   header.caplen = header.len = static_cast<bpf_u_int32>(kEthernetHeaderBytes + frame_bytes);
   pcap_dump(reinterpret_cast<u_char*>(output_.get()), &header, send_buffer_.data());
   pcap_dump_flush(output_.get());
+  if (std::ferror(pcap_dump_file(output_.get())) == 0) return;
+  output_problem_ = "cannot write " + config_.output_path + ": " + std::strerror(errno);
+  link_log()->error("replay {}: {}; what is sent from now on is thrown away", config_.capture_path,
+                    output_problem_);
+  output_.reset();
 }
 
 }  // namespace swarmtalk::drivers

@@ -71,6 +71,7 @@ class ReplayLink final : public Link {
   std::unique_ptr<pcap_t, PcapCloser> capture_;
   std::unique_ptr<pcap_t, PcapCloser> output_format_;
   std::unique_ptr<pcap_dumper_t, PcapCloser> output_;
+  std::string output_problem_;
   boost::asio::steady_timer timer_;
   LinkUser* user_ = nullptr;
   LinkCounters counters_;

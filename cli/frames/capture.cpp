@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -21,7 +22,7 @@ namespace {
 
 constexpr int kSnapBytes = 65535;
 constexpr std::size_t kNodeAt = 8;  // in an air frame, docs/wire-format.md
-constexpr std::chrono::milliseconds kFlushPeriod(500);
+constexpr std::chrono::seconds kFlushPeriod(1);
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
 
 /// The capture and, beside it, a list of what was dropped.
@@ -37,9 +38,9 @@ class CaptureFiles {
       return problem;
     }
     if (std::string problem = capture_.take_place(); !problem.empty()) return problem;
-    const std::string list = path + ".dropped";
-    dropped_.reset(std::fopen(list.c_str(), "we"));
-    if (!dropped_) return "cannot write " + list + ": " + std::strerror(errno);
+    list_ = path + ".dropped";
+    dropped_.reset(std::fopen(list_.c_str(), "we"));
+    if (!dropped_) return "cannot write " + list_ + ": " + std::strerror(errno);
     std::fprintf(dropped_.get(), "frame\ttime\tlink\tcause\tcount\n");
     return {};
   }
@@ -58,13 +59,14 @@ class CaptureFiles {
     header.ts.tv_sec = static_cast<time_t>(captured.time_ns() / kNsPerS);
     header.ts.tv_usec = static_cast<suseconds_t>(captured.time_ns() % kNsPerS);  // nanoseconds
     header.caplen = header.len = static_cast<bpf_u_int32>(bytes.size());
-    pcap_dump(reinterpret_cast<u_char*>(capture_.get()), &header,
-              reinterpret_cast<const u_char*>(bytes.data()));
+    capture_.write(header, bytes);
   }
 
-  void flush() {
-    pcap_dump_flush(capture_.get());
-    std::fflush(dropped_.get());
+  /// @return empty, or what went wrong, now or before
+  std::string flush() {
+    if (std::string problem = capture_.flush(); !problem.empty()) return problem;
+    if (std::fflush(dropped_.get()) == 0 && std::ferror(dropped_.get()) == 0) return {};
+    return "cannot write " + list_ + ": " + std::strerror(errno);
   }
 
   std::uint64_t frames() const { return frames_; }
@@ -96,6 +98,7 @@ class CaptureFiles {
   Unsealer& unseal_;
   std::unique_ptr<pcap_t, FileCloser> format_;
   CaptureWriter capture_;
+  std::string list_;
   std::unique_ptr<std::FILE, FileCloser> dropped_;
   std::uint64_t frames_ = 0;
   std::uint64_t drops_ = 0;
@@ -114,6 +117,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   if (const std::string problem = unseal.load(arguments.key_file); !problem.empty()) {
     return fail(problem);
   }
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on a file's size is told as a full disk is
   if (!arguments.from.empty()) return copy_capture(arguments, unseal);
   OperatorConnection daemon;
   if (const Status status = daemon.open(common.socket_path); !status) return fail(status);
@@ -131,12 +135,19 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   const bool has_end = arguments.timeout_s > 0;
   const auto end = after(Clock::now(), seconds(has_end ? arguments.timeout_s : 1e12));
   int exit_code = kExitOk;
-  while (caught_signal() == 0 && (arguments.count == 0 || files.frames() < arguments.count)) {
+  std::string problem;
+  auto next_flush = Clock::now();
+  while (problem.empty() && caught_signal() == 0 &&
+         (arguments.count == 0 || files.frames() < arguments.count)) {
     envelope.Clear();
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
-    const Status status = daemon.next(envelope, std::min(left, kFlushPeriod));
+    if (Clock::now() >= next_flush) {
+      problem = files.flush();
+      next_flush = Clock::now() + kFlushPeriod;
+    }
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(std::min(end, next_flush) - Clock::now());
+    const Status status = daemon.next(envelope, left);
     if (status.code() == StatusCode::kTimeout) {
-      files.flush();
       if (!has_end || Clock::now() < end) continue;
       if (arguments.count > 0) exit_code = kExitTimeout;
       break;
@@ -148,7 +159,8 @@ int capture(const Common& common, const CaptureArguments& arguments) {
     if (!envelope.has_captured()) continue;
     files.write(envelope.captured());
   }
-  files.flush();
+  if (problem.empty()) problem = files.flush();
+  if (!problem.empty()) return fail(problem + "; the files are readable up to there");
   const int printed =
       unseal.tell(arguments.file + ": " + text::counted(files.frames(), "frame") + "; " +
                   arguments.file + ".dropped: " + text::counted(files.drops(), "line"));

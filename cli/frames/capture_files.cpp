@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 
 namespace swarmtalk::cli {
@@ -48,10 +49,26 @@ std::string CaptureWriter::open(const std::string& path, bool replaces, pcap_t* 
   return dumper_ ? std::string() : "cannot write " + path + ": " + pcap_geterr(format);
 }
 
+// pcap_dump() keeps quiet about it.
+void CaptureWriter::look_for_failure() {
+  const int error = errno;
+  if (error_ == 0 && std::ferror(pcap_dump_file(dumper_.get())) != 0) error_ = error;
+}
+
+void CaptureWriter::write(const pcap_pkthdr& header, std::string_view bytes) {
+  pcap_dump(reinterpret_cast<u_char*>(dumper_.get()), &header,
+            reinterpret_cast<const u_char*>(bytes.data()));
+  look_for_failure();
+}
+
+std::string CaptureWriter::flush() {
+  pcap_dump_flush(dumper_.get());
+  look_for_failure();
+  return error_ == 0 ? std::string() : "cannot write " + path_ + ": " + std::strerror(error_);
+}
+
 std::string CaptureWriter::take_place() {
-  if (pcap_dump_flush(dumper_.get()) != 0) {
-    return "cannot write " + path_ + ": " + std::strerror(errno);
-  }
+  if (std::string problem = flush(); !problem.empty()) return problem;
   if (new_path_.empty()) return {};
   if (::rename(new_path_.c_str(), path_.c_str()) != 0) {
     return "cannot replace " + path_ + ": " + std::strerror(errno);

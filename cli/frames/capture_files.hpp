@@ -40,12 +40,18 @@ class CaptureWriter {
   /// The new file is where the old one was. @return empty, or what went wrong
   std::string take_place();
 
-  pcap_dumper_t* get() const { return dumper_.get(); }
+  void write(const pcap_pkthdr& header, std::string_view bytes);
+
+  /// What was written is in the file. @return empty, or what went wrong, now or before
+  std::string flush();
 
  private:
+  void look_for_failure();
+
   std::string path_;
   std::string new_path_;  // empty: the file is in its place
   std::unique_ptr<pcap_dumper_t, FileCloser> dumper_;
+  int error_ = 0;  // the first
 };
 
 inline std::span<const std::uint8_t> bytes_of(std::string_view text) {

@@ -117,8 +117,7 @@ int copy_capture(const CaptureArguments& arguments, Unsealer& unseal) {
     }
     pcap_pkthdr written = *header;
     written.caplen = written.len = static_cast<bpf_u_int32>(bytes.size());
-    pcap_dump(reinterpret_cast<u_char*>(target.get()), &written,
-              reinterpret_cast<const u_char*>(bytes.data()));
+    target.write(written, bytes);
     ++frames;
   }
   if (result != PCAP_ERROR_BREAK && result != 1) {

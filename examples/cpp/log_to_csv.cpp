@@ -40,7 +40,7 @@ void write(std::FILE* file, const std::string& channel, const swarmtalk::Message
                static_cast<unsigned long long>(m.lost_before.total()));
   for (const auto byte : m.bytes()) std::fprintf(file, "%02x", static_cast<unsigned>(byte));
   std::fprintf(file, "\n");
-  std::fflush(file);
+  if (std::fflush(file) != 0) running->stop();
 }
 
 }  // namespace
@@ -76,8 +76,9 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, on_signal);
   std::cout << "writing to " << argv[1] << " until Ctrl-C" << std::endl;
   robot.run();
-  if (std::fclose(file) != 0) {
-    std::perror(argv[1]);
+  const bool is_incomplete = std::ferror(file) != 0;
+  if (std::fclose(file) != 0 || is_incomplete) {
+    std::cerr << argv[1] << " is incomplete: is the disk full?\n";
     return 1;
   }
 }

@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 
 #include "recording/recorder.hpp"
@@ -26,6 +27,27 @@ class CliEndings : public Cli {
     arguments = with_socket(arguments);
     arguments.insert(arguments.begin(), {"-c", "trap '' HUP; exec \"$0\" \"$@\"", SWARMTALK_CLI});
     return arguments;
+  }
+  void capture_begins() {
+    daemon.says = [](const ipc::Envelope& request) {
+      std::vector<ipc::Envelope> envelopes(request.has_capture() ? 1 : 0);
+      if (request.has_capture()) envelopes[0].mutable_done();
+      return envelopes;
+    };
+  }
+  /// A hundred frames a second, for half a minute at most.
+  void capture_until(const std::function<bool()>& is_enough) {
+    for (int i = 0; i < 3000 && !is_enough(); ++i) {
+      daemon.send_raw(captured());
+      ::usleep(10'000);
+    }
+  }
+  static std::string captured() {
+    ipc::Envelope envelope;
+    envelope.mutable_captured()->set_frame(std::string(60, 'f'));
+    std::string bytes;
+    ipc::append_frame(envelope, bytes);
+    return bytes;
   }
   const std::string file = std::filesystem::path(path).parent_path() / "r.mcap";
 };
@@ -79,6 +101,44 @@ TEST_F(CliEndings, PlayTellsWhatIsOutOfOrderAndWhereItWillBeSilent) {
   program.signal(SIGHUP);
   EXPECT_EQ(program.finish().exit_code, 128 + SIGHUP);
   EXPECT_EQ(daemon.count(is_publish), 5);
+}
+
+TEST_F(CliEndings, ACaptureIsInItsFileWhileFramesGoOnComing) {
+  capture_begins();
+  const std::string capture = file + ".pcap";
+  Program program(with_socket({"capture", capture}));
+  wait_for([](const ipc::Envelope& each) { return each.has_capture(); }, 1);
+  constexpr std::uintmax_t kHeaderBytes = 24, kBufferBytes = 4096;
+  std::uintmax_t size = kHeaderBytes;
+  capture_until([&] {
+    std::error_code none_yet;
+    size = std::filesystem::file_size(capture, none_yet);
+    if (none_yet) size = kHeaderBytes;
+    return (size - kHeaderBytes) % kBufferBytes != 0;
+  });
+  program.signal(SIGKILL);
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 1000 + SIGKILL) << result.error;
+  EXPECT_NE((size - kHeaderBytes) % kBufferBytes, 0u) << "it waits for its buffer to be full";
+}
+
+TEST_F(CliEndings, ACaptureThatDoesNotFitIsAFailure) {
+  capture_begins();
+  const std::string capture = file + ".pcap";
+  Strings words = with_socket({"capture", capture, "-C", "200"});
+  words.insert(words.begin(), {"-c", "ulimit -f 4; exec \"$0\" \"$@\"", SWARMTALK_CLI});
+  Program program(words, nullptr, "/bin/sh");
+  wait_for([](const ipc::Envelope& each) { return each.has_capture(); }, 1);
+  for (int i = 0; i < 200; ++i) daemon.send_raw(captured());
+  const Result result = program.finish();
+  EXPECT_EQ(result.exit_code, 1) << result.out;
+  EXPECT_NE(result.error.find("cannot write " + capture + ": File too large"), std::string::npos)
+      << result.error;
+  Strings copying{
+      "-c",   "ulimit -f 1; exec \"$0\" \"$@\"", SWARMTALK_CLI, "capture", file + ".copy", "--from",
+      capture};
+  const Result copied = Program(copying, nullptr, "/bin/sh").finish();
+  EXPECT_EQ(copied.exit_code, 1) << copied.out;
 }
 
 TEST_F(CliEndings, AnIgnoredHangupEndsNothing) {

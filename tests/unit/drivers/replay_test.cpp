@@ -121,6 +121,19 @@ TEST_F(ReplayLinkTest, WritesWhatIsTransmittedAsACaptureThatCanBeReplayed) {
   EXPECT_EQ(again.receptions[0].transmitter, 1);
 }
 
+TEST_F(ReplayLinkTest, AnOutputThatIsFullIsInItsState) {
+  write_capture("in.pcap", {1});
+  ReplayConfig with_output = config("in.pcap");
+  with_output.output_path = "/dev/full";
+  ReplayLink link(io_, with_output);
+  EXPECT_EQ(link.state().find("/dev/full"), std::string::npos);
+  for (std::uint8_t i = 0; i < 2; ++i) user_.waiting.push_back(numbered_packet(i, 500));
+  link.start(user_);
+  ASSERT_TRUE(run_until(io_, [&] { return counter(link, "packets_sent") == 2; }));
+  EXPECT_NE(link.state().find("cannot write /dev/full: No space left"), std::string::npos)
+      << link.state();
+}
+
 TEST_F(ReplayLinkTest, EndsAtACaptureThatIsCutOff) {
   write_capture("in.pcap", {1, 2, 3});
   std::filesystem::resize_file(path("in.pcap"), std::filesystem::file_size(path("in.pcap")) - 10);
