@@ -103,6 +103,7 @@ class Session final : public std::enable_shared_from_this<Session> {
   // session_output.cpp: what waits to the socket
   void on_output();
   void write_all();
+  void write_last_answers();
   void wait_writable();
   bool write_once();  // false: the client's buffer is full, or the session is closed
 

@@ -125,8 +125,13 @@ Session::Read Session::read_once() {
   do {
     got = recv(socket_.fd(), room.data(), room.size(), 0);
   } while (got < 0 && errno == EINTR);
-  if (got <= 0) {
-    if (got == 0 || !would_block(errno)) close(got == 0 ? kHungUp : std::strerror(errno));
+  if (got == 0) {
+    write_last_answers();
+    close(kHungUp);
+    return Read::kNothing;
+  }
+  if (got < 0) {
+    if (!would_block(errno)) close(std::strerror(errno));
     return Read::kNothing;
   }
   reader_.commit(static_cast<std::size_t>(got));

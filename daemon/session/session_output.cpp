@@ -69,6 +69,16 @@ bool Session::write_once() {
   return false;
 }
 
+// Whoever ends only its own side still reads what it asked for; nobody waits for it.
+void Session::write_last_answers() {
+  output_.put_answers_ahead();
+  if (output_.unwritten().empty()) output_.refill();
+  const std::string_view bytes = output_.unwritten();
+  if (!bytes.empty()) {
+    (void)send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  }
+}
+
 void Session::wait_writable() {
   is_waiting_writable_ = true;
   watch();

@@ -56,6 +56,19 @@ TEST_F(SessionTest, AllThatAClientSentBeforeItEndedLeaves) {
   EXPECT_TRUE(hub_.channels().empty());
 }
 
+TEST_F(SessionTest, WhoEndsOnlyItsOwnSideHearsAllAnswers) {
+  auto peer = greeted();
+  constexpr std::uint32_t kRequests = 100;
+  for (std::uint32_t i = 1; i <= kRequests; ++i) peer->subscribe(i, "c" + std::to_string(i));
+  peer->end_requests();
+  step();
+  const auto answers = peer->receive();
+  ASSERT_EQ(answers.size(), kRequests);
+  EXPECT_EQ(answers.back().request_id(), kRequests);
+  EXPECT_TRUE(peer->is_closed);
+  EXPECT_EQ(clients_.size(), 0u);
+}
+
 TEST_F(SessionTest, AClientThatHangsUpWithGarbageIsClosed) {
   auto peer = greeted();
   const auto id = advertised(*peer, "hello", 300);

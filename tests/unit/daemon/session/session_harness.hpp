@@ -31,6 +31,7 @@ class TestPeer {
     if (descriptor_ >= 0) ::close(descriptor_);
     descriptor_ = -1;
   }
+  void end_requests() { ::shutdown(descriptor_, SHUT_WR); }
   void send_bytes(const std::string& bytes) {
     ASSERT_EQ(::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT),
               static_cast<ssize_t>(bytes.size()));
