@@ -12,14 +12,13 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "text/encoding.hpp"
 #include "text/plain.hpp"
 #include "text/utf8.hpp"
 
 namespace swarmtalk::text {
 namespace {
 
-constexpr std::size_t kStartBytes = 8;  // UTF-16 and UTF-32, as Windows writes it, has zeros there
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr const char* kControl =
     "a control character; remove it (in double quotes write \\u and its four hexadecimal digits)";
 constexpr const char* kBareReturn =
@@ -63,15 +62,9 @@ bool begins_character(char c) {
 
 class Converter {
  public:
-  explicit Converter(std::string_view text) : text_(text) {}
+  explicit Converter(std::string_view text) : text_(without_mark(text)) {}
 
   AsciiToml convert() {
-    if (text_.find('\0') < kStartBytes || is_next("\xFF\xFE") || is_next("\xFE\xFF")) {
-      fail(kNotUtf8);
-      return std::move(result_);
-    }
-    if (text_.substr(0, kByteOrderMark.size()) == kByteOrderMark)
-      text_.remove_prefix(kByteOrderMark.size());
     while (at_ < text_.size() && result_.line == 0) {
       const char c = text_[at_];
       if (c == '"' || c == '\'') {
@@ -241,6 +234,9 @@ AsciiToml to_ascii(std::string_view text) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+  if (const std::string problem = encoding_problem(text); !problem.empty()) {
+    throw std::runtime_error(file + ": " + problem);
+  }
   const AsciiToml ascii = to_ascii(text);
   const auto error_at = [&](unsigned line, const std::string& what) {
     return std::runtime_error(file + ":" + std::to_string(line) + ": not TOML: " + what);

@@ -56,6 +56,25 @@ TEST(TomlText, NamesTheLineOfWhatMustNotBeThere) {
   EXPECT_EQ(to_ascii("\n# \x7f").line, 2u);
 }
 
+TEST(TomlText, InAnotherEncodingSaysWhichAndHasNoLine) {
+  for (const std::string& text : {std::string("\xFF\xFE"
+                                              "a\0=\0001\0",
+                                              8),
+                                  std::string("a\0=\0001\0", 6)}) {
+    try {
+      parse_toml(text, "a.toml");
+      FAIL() << "it is taken";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "a.toml: is UTF-16; save it as UTF-8");
+    }
+  }
+  EXPECT_EQ(parse_toml("\xEF\xBB\xBF"
+                       "a = 1\r\n",
+                       "a.toml")["a"]
+                .value_or(0),
+            1);
+}
+
 TEST(TomlText, OfAFileNamesItWithTheLine) {
   const std::string path = testing::TempDir() + "swarmtalk-toml-" + std::to_string(::getpid());
   const auto error_of = [&](const std::string& file) {

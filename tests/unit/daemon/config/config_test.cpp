@@ -249,8 +249,7 @@ const Wrong kWrong[] = {
      "f.toml:3: not TOML: column 16: a carriage return without a line feed; save the file with "
      "line ends of "
      "Unix or Windows"},
-    {"utf_16", std::string("\xFF\xFE[\0l\0", 6),
-     "f.toml:1: not TOML: column 1: bytes that are not UTF-8; save the file as UTF-8"},
+    {"utf_16", std::string("\xFF\xFE[\0l\0", 6), "f.toml: is UTF-16; save it as UTF-8"},
     {"latin_1_key", std::string(kLink) + "caf\xe9 = 1\n",
      "f.toml:3: not TOML: column 4: bytes that are not UTF-8; save the file as UTF-8"},
     {"key_of_many_parts", std::string(kLink) + many_parts() + "a = 1\n",
