@@ -20,7 +20,7 @@ std::optional<std::string> from_hex(std::string_view digits) {
   std::string bytes(digits.size() / 2 + 1, '\0');
   std::size_t size = 0;
   if (sodium_hex2bin(reinterpret_cast<std::uint8_t*>(bytes.data()), bytes.size(), digits.data(),
-                     digits.size(), " :\n", &size, nullptr) != 0) {
+                     digits.size(), " :\t\r\n", &size, nullptr) != 0) {
     return std::nullopt;
   }
   bytes.resize(size);

@@ -13,7 +13,8 @@ namespace swarmtalk::hex {
 std::string to_hex(std::span<const std::uint8_t> bytes);
 std::string to_hex(std::string_view bytes);
 
-/// Digits in pairs; spaces, colons and a leading 0x are skipped. @return nullopt if it is not hex
+/// Digits in pairs; blanks, ends of lines, colons and a leading 0x are skipped.
+/// @return nullopt if it is not hex
 std::optional<std::string> from_hex(std::string_view digits);
 
 }  // namespace swarmtalk::hex

@@ -53,11 +53,12 @@ HexImage parse_hex_file(const std::string& text) {
   HexImage image;
   std::vector<bool> is_set;
   for (const hex::Block& block : file.blocks) {
+    if (std::string why = hex::beside_program_problem(block); !why.empty()) return {{}, why};
     const std::size_t end = std::size_t{block.address} + block.bytes.size();
     if (end > kProgramBytesMax) {
       return refused(block,
-                     "address " + shown(end - 1) + " lies behind the last byte of programs, " +
-                         shown(kProgramBytesMax - 1) + ": there begins the robots' bootloader");
+                     "address " + shown(end - 1) + " lies after the last byte of programs, " +
+                         shown(kProgramBytesMax - 1) + ": the robots' bootloader begins there");
     }
     if (image.bytes.size() < end) {
       image.bytes.resize(end, kErased);

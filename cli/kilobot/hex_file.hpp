@@ -15,7 +15,7 @@ struct HexImage {
   std::string problem;              // not empty: one sentence, and no bytes
 };
 
-/// @param text  the whole file; lines end with LF or CR LF
+/// @param text  the whole file
 HexImage parse_hex_file(const std::string& text);
 
 /// Why these bytes cannot be a robot's program, or "". A robot that was given another AVR's program

@@ -7,6 +7,8 @@
 
 #include "emulation/kilobot/image.hpp"
 #include "emulation/kilobot/signal_model.hpp"
+#include "hex/intel_hex.hpp"
+#include "text/encoding.hpp"
 
 namespace swarmtalk::emulator {
 namespace {
@@ -19,6 +21,27 @@ constexpr std::size_t kTransmitMask = 0x90, kUid = 0xB0;
 void put_big_endian(Eeprom& eeprom, std::size_t at, std::uint16_t value) {
   eeprom[at] = static_cast<std::uint8_t>(value >> 8);
   eeprom[at + 1] = static_cast<std::uint8_t>(value);
+}
+
+/// Where avr-gcc puts it: a file that has it there may hold the program as well.
+bool is_in_eeprom_space(const hex::Block& block) {
+  return block.address >> 16 == 0x81;
+}
+
+Eeprom eeprom_of(const std::string& path, const std::vector<hex::Block>& blocks) {
+  Eeprom eeprom(kEepromBytes, 0xFF);
+  const bool has_space = std::any_of(blocks.begin(), blocks.end(), is_in_eeprom_space);
+  for (const hex::Block& block : blocks) {
+    if (has_space && !is_in_eeprom_space(block)) continue;
+    const std::size_t at = has_space ? block.address & 0xFFFF : block.address;
+    if (at + block.bytes.size() > kEepromBytes) {
+      throw std::runtime_error(path + ": line " + std::to_string(block.line) +
+                               ": beyond the 1024 bytes of EEPROM");
+    }
+    std::copy(block.bytes.begin(), block.bytes.end(),
+              eeprom.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return eeprom;
 }
 
 }  // namespace
@@ -43,13 +66,17 @@ Eeprom make_eeprom(const Calibration& calibration) {
 Eeprom load_eeprom(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw std::runtime_error(path + ": cannot be opened");
-  Eeprom eeprom{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!eeprom.empty() && eeprom[0] == ':')
-    eeprom = load_image(path).flash;
-  else if (eeprom.size() > kEepromBytes)
-    throw std::runtime_error(path + ": longer than the 1024 bytes of EEPROM");
-  eeprom.resize(kEepromBytes, 0xFF);
-  return eeprom;
+  std::string file{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const hex::IntelHex hex = hex::parse_intel_hex(file);
+  if (hex.problem.empty()) return eeprom_of(path, hex.blocks);
+  const auto fail = [&](const std::string& what) { throw std::runtime_error(path + ": " + what); };
+  if (text::without_mark(file).starts_with(':')) fail(hex.problem);
+  if (file.size() > kEepromBytes) {
+    const std::string problem = text::encoding_problem(file);
+    fail(problem.empty() ? "longer than the 1024 bytes of EEPROM" : problem);
+  }
+  file.resize(kEepromBytes, '\xFF');
+  return Eeprom(file.begin(), file.end());
 }
 
 void save_eeprom(const std::string& path, const Eeprom& eeprom) {

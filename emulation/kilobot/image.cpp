@@ -99,6 +99,7 @@ Image load_hex(const std::string& path, const Bytes& file) {
   Image image;
   std::uint32_t lowest = kFlashBytes;
   for (const hex::Block& block : hex.blocks) {
+    if (const std::string why = hex::beside_program_problem(block); !why.empty()) fail(path, why);
     const std::string where = path + ": line " + std::to_string(block.line);
     place(where, image, block.address, block.bytes.data(), block.bytes.size());
     lowest = std::min(lowest, block.address);
@@ -122,8 +123,7 @@ Image load_image(const std::string& path) {
   Bytes file{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   if (file.size() >= SELFMAG && std::memcmp(file.data(), ELFMAG, SELFMAG) == 0)
     return load_elf(path, file);
-  if (!file.empty() && file[0] == ':') return load_hex(path, file);
-  fail(path, "neither an ELF nor an Intel hex file");
+  return load_hex(path, file);
 }
 
 }  // namespace swarmtalk::emulator

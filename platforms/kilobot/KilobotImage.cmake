@@ -60,7 +60,8 @@ function(kilobot_image name)
   add_custom_command(OUTPUT ${elf} ${hex}
     COMMAND ${KILOBOT_CXX} ${KILOBOT_FLAGS} ${KILOBOT_LINK_FLAGS} ${address_flag}
             ${objects} ${KILOBOT_EXTRA_OBJECTS} -o ${elf}
-    COMMAND ${KILOBOT_OBJCOPY} -O ihex -R .eeprom ${elf} ${hex}
+    COMMAND ${KILOBOT_OBJCOPY} -O ihex -R .eeprom -R .fuse -R .lock -R .signature
+            ${elf} ${hex}
     DEPENDS ${objects} COMMENT "Kilobot image ${name}" VERBATIM COMMAND_EXPAND_LISTS)
   set_property(GLOBAL APPEND PROPERTY KILOBOT_IMAGES ${elf} ${hex})
 endfunction()

@@ -70,14 +70,22 @@ TEST(HexFile, TellsWhatIsWrongAndWhere) {
   EXPECT_NE(problem(record(0x6DFF, 0, {1, 2}) + kEndRecord).find("0x6e00"), std::string::npos);
   EXPECT_NE(problem(record(0, 4, {0, 1}) + record(0, 0, {1}) + kEndRecord).find("0x10000"),
             std::string::npos);
-  EXPECT_NE(problem("hello\n").find("line 1: a record begins"), std::string::npos);
+  EXPECT_NE(problem("hello\n").find("line 1: this is not"), std::string::npos);
   EXPECT_NE(problem(":0100000001\n" + kEndRecord).find("not as long"), std::string::npos);
   EXPECT_NE(problem(":00\n").find("not as long"), std::string::npos);
   EXPECT_NE(problem(":0x\n").find("pairs"), std::string::npos);
   EXPECT_NE(problem(record(0, 9, {}) + kEndRecord).find("type 9"), std::string::npos);
-  EXPECT_NE(problem(kEndRecord + good).find("behind the end"), std::string::npos);
+  EXPECT_NE(problem(kEndRecord + good).find("after the end"), std::string::npos);
   EXPECT_EQ(problem(kEndRecord), "it holds no program");
   EXPECT_NE(problem("").find("no end record"), std::string::npos);
+}
+
+TEST(HexFile, RefusesWhatIsNotForTheFlashWithTheCommandThatLeavesItOut) {
+  const std::string why =
+      problem(record(0, 0, {1}) + record(0, 4, {0, 0x81}) + record(2, 0, {7}) + kEndRecord);
+  EXPECT_TRUE(why.starts_with("line 3: ")) << why;
+  EXPECT_NE(why.find("EEPROM"), std::string::npos) << why;
+  EXPECT_NE(why.find("-R .eeprom -R .fuse -R .lock"), std::string::npos) << why;
 }
 
 TEST(HexFile, TakesTheLastByteOfTheProgramAreaAndNoMore) {

@@ -14,6 +14,7 @@ TEST(Hex, EveryByteComesBack) {
 TEST(Hex, ReadsTheFormsPeopleType) {
   EXPECT_EQ(from_hex("48:65:6C"), "Hel");
   EXPECT_EQ(from_hex("0x48 65 6c"), "Hel");
+  EXPECT_EQ(from_hex("48\t65\r\n6c\r\n"), "Hel");
   EXPECT_EQ(from_hex(""), "");
 }
 

@@ -43,5 +43,26 @@ TEST(Eeprom, ComesBackFromItsFile) {
   EXPECT_THROW(load_eeprom(path), std::runtime_error);
 }
 
+TEST(Eeprom, IsReadFromIntelHexWhereverThatHasIt) {
+  const std::string path = (std::filesystem::temp_directory_path() /
+                            ("swarmtalk-eeprom-hex" + std::to_string(::getpid())))
+                               .string();
+  const std::string program = ":0400100001020304E2\n", space = ":02000004008179\n",
+                    seven = ":0100000007F8\n", end = ":00000001FF\n";
+  for (const std::string& text : {seven + end, space + seven + end, program + space + seven + end,
+                                  "\xEF\xBB\xBF" + seven + end, "; of me\n" + seven + end}) {
+    std::ofstream(path, std::ios::binary) << text;
+    const Eeprom eeprom = load_eeprom(path);
+    EXPECT_EQ(eeprom.size(), kEepromBytes);
+    EXPECT_EQ(eeprom[0], 7) << text;
+    EXPECT_EQ(eeprom[0x10], 0xFF) << "no program: " << text;
+  }
+  for (const std::string& text : {":0104000007F4\n" + end, seven, ":0100000007F9\n" + end}) {
+    std::ofstream(path, std::ios::binary) << text;
+    EXPECT_THROW(load_eeprom(path), std::runtime_error) << text;
+  }
+  std::filesystem::remove(path);
+}
+
 }  // namespace
 }  // namespace swarmtalk::emulator

@@ -62,8 +62,22 @@ TEST_F(ImageTest, RefusesCodeBeyondTheFlash) {
   EXPECT_NE(error_of(":020000040001F9\n:0400100001020304E2\n:00000001FF\n"), "");
 }
 
+TEST_F(ImageTest, ReadsIntelHexThatAnEditorHasSaved) {
+  EXPECT_EQ(
+      load("\xEF\xBB\xBF; mine\r\r\n :0400100001020304E2\r\r\n:00000001FF\r\r\n\x1A").flash[0x10],
+      1);
+}
+
+TEST_F(ImageTest, RefusesWhatIsNotForTheFlashWithTheCommandThatLeavesItOut) {
+  const std::string error =
+      error_of(":0400100001020304E2\n:02000004008179\n:0100000007F8\n:00000001FF\n");
+  EXPECT_NE(error.find(": line 3: "), std::string::npos) << error;
+  EXPECT_NE(error.find("EEPROM"), std::string::npos) << error;
+  EXPECT_NE(error.find("-R .eeprom -R .fuse -R .lock"), std::string::npos) << error;
+}
+
 TEST_F(ImageTest, RefusesOtherFiles) {
-  EXPECT_NE(error_of("hello").find("neither"), std::string::npos);
+  EXPECT_NE(error_of("hello").find("not an Intel HEX file"), std::string::npos);
   EXPECT_NE(error_of(std::string("\x7F"
                                  "ELF",
                                  4))
