@@ -51,13 +51,37 @@ KEYS = {"program", "platform", "robots", "runs", "seed", "seconds", "spacing_mm"
         "radio", "body", "clock", "message", "fault"}
 
 
-def read_file(path: str) -> dict:
-    """A scenario file (TOML) as it stands; keys are checked."""
+def wide_encoding(data: bytes) -> str:
+    """UTF-16 or UTF-32, if a file is in that; else nothing. As text/encoding.cpp has it."""
+    zeros = [byte == 0 for byte in data[:4]]
+    if (zeros in ([False, True, True, True], [True, True, True, False])
+            or data[:4] in (b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return "UTF-32"
+    if (zeros in ([False, True] * 2, [True, False] * 2)
+            or data[:2] in (b"\xff\xfe", b"\xfe\xff")):
+        return "UTF-16"
+    return ""
+
+
+def read_toml(path: str) -> dict:
+    """A file's table. Raises ScenarioError with one line that begins with the file's name."""
     try:
         with open(path, "rb") as file:
-            scenario = tomllib.load(file)
-    except (OSError, tomllib.TOMLDecodeError) as error:
+            data = file.read()
+        if encoding := wide_encoding(data):
+            raise ScenarioError(f"{path}: is {encoding}; save it as UTF-8")
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ScenarioError(f"{path}:{line}: bytes that are not UTF-8; save the file as "
+                            "UTF-8") from error
+    except (OSError, ValueError, RecursionError) as error:
         raise ScenarioError(f"{path}: {error}") from error
+
+
+def read_file(path: str) -> dict:
+    """A scenario file (TOML) as it stands; keys are checked."""
+    scenario = read_toml(path)
     unknown = set(scenario) - KEYS
     if unknown:
         raise ScenarioError(f"{path}: no key '{sorted(unknown)[0]}'; there is: "

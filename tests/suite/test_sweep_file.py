@@ -6,6 +6,7 @@ import pytest
 from test_runner import ROOT, suite
 
 sys.path.insert(0, str(ROOT / "suite/runner"))
+import limits  # noqa: E402
 import scenarios  # noqa: E402
 from sweep import SweepError, plan as plans, profiles  # noqa: E402
 
@@ -152,3 +153,32 @@ def test_the_shipped_sweeps_are_sound():
     assert len(files) >= 6
     for file in files:
         assert plans.read(str(file)).cells, file
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-32-le"])
+def test_a_file_in_another_encoding_is_refused_with_the_remedy(tmp_path, encoding):
+    path = tmp_path / "s.toml"
+    path.write_bytes(GOOD.encode(encoding))
+    for read_file, error in ((scenarios.read_file, limits.ScenarioError), (plans.read, SweepError)):
+        with pytest.raises(error) as refused:
+            read_file(str(path))
+        assert str(refused.value) == f"{path}: is {encoding[:6].upper()}; save it as UTF-8"
+
+
+def test_a_file_with_bytes_that_are_not_utf_8_is_refused_with_the_line(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_bytes((GOOD + "# Größe\nrobots = 4\n").encode("latin-1"))
+    for read_file, error in ((scenarios.read_file, limits.ScenarioError), (plans.read, SweepError)):
+        with pytest.raises(error) as refused:
+            read_file(str(path))
+        assert str(refused.value).startswith(f"{path}:2: ")
+    done = suite(tmp_path, "run", "--scenario", "s.toml")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "s.toml:2: " in done.stderr
+
+
+def test_a_byte_order_mark_and_line_ends_of_windows_are_taken(tmp_path):
+    path = tmp_path / "s.toml"
+    text = GOOD + "# Größe\nrobots = 4\n"
+    path.write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
+    assert scenarios.read_file(str(path)) == {"program": "hop_count", "robots": 4}
+    assert plans.read(str(path)).cells

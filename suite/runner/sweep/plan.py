@@ -9,7 +9,6 @@ import itertools
 import json
 import math
 import numbers
-import tomllib
 
 import limits
 import metrics
@@ -268,10 +267,9 @@ def read_cells(table: dict, fixed: dict, most: int) -> tuple[dict, list[Cell]]:
 def read(path: str) -> Plan:
     """Raises SweepError with one line that begins with the file's name."""
     try:
-        with open(path, "rb") as file:
-            table = tomllib.load(file)
-    except (OSError, ValueError) as error:  # no TOML, no UTF-8
-        raise SweepError(f"{path}: {error}") from error
+        table = scenarios.read_toml(path)
+    except limits.ScenarioError as error:
+        raise SweepError(str(error)) from error
     try:
         unknown = sorted(set(table) - FILE_KEYS)
         if unknown:
