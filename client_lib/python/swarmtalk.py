@@ -2897,15 +2897,29 @@ def _tell_swarm_at_death(client, name):
     sys.excepthook = tell
 
 
+def _wide_encoding(source):
+    """UTF-16 or UTF-32, if a file is in that, as some editors of Windows save it; else nothing."""
+    zeros = [byte == 0 for byte in bytearray(source[:4])]
+    if (zeros in ([False, True, True, True], [True, True, True, False])
+            or source[:4] in (b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return "UTF-32"
+    if (zeros in ([False, True] * 2, [True, False] * 2)
+            or source[:2] in (b"\xff\xfe", b"\xfe\xff")):
+        return "UTF-16"
+    return ""
+
+
 def run_script(path, robot=None, channel="coachbot", within=None):
     """Runs a Coachbot script, a file with `usr(robot)`, as it is. Returns when usr() does.
 
     What kills the script is printed, goes to the debug channel line by line, where `swarmtalk-cli
-    log` shows it on any robot, and is raised again. A file that cannot be read raises IOError
-    before anything is asked of the daemon.
+    log` shows it on any robot, and is raised again. A file that cannot be read raises IOError, one
+    in UTF-16 BadArgument, before anything is asked of the daemon.
     """
     with open(path, "rb") as file:
         source = file.read()
+    if _wide_encoding(source):
+        raise _bad("%s is %s; save it as UTF-8" % (path, _wide_encoding(source)))
     name = os.path.basename(path)
     wrapped = Robot(robot, Client(name), channel, within)
     client = wrapped.swarm

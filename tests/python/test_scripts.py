@@ -368,6 +368,19 @@ def test_the_command_runs_a_script_or_says_why_not(world, tmp_path, monkeypatch,
     assert "does not exist" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_a_script_in_another_encoding_is_refused_with_the_remedy(
+        world, tmp_path, monkeypatch, capsys, encoding):
+    monkeypatch.setenv("SWARMTALK_SOCKET", str(world.daemon.path))
+    path = tmp_path / "script.py"
+    path.write_bytes("def usr(robot):\n    pass\n".encode(encoding))
+    known = len(world.daemon.of(ADVERTISE))
+    assert run_main(path) == 1
+    assert capsys.readouterr().err == "swarmtalk: %s is %s; save it as UTF-8\n" % (
+        path, encoding[:6].upper())
+    assert len(world.daemon.of(ADVERTISE)) == known, "the daemon is asked for nothing"
+
+
 def test_another_python_gets_the_same_words(monkeypatch, capsys):
     started = []
     monkeypatch.setattr(swarmtalk.os, "execvp", lambda *words: started.append(words))
