@@ -81,8 +81,10 @@ void add_pub(CLI::App& app, PubArguments& arguments) {
       "the message; - reads it from standard input; -- goes before one that begins with -");
   auto* file = command->add_option("--file", arguments.file, "read it from this file");
   payload->excludes(file);
-  auto* lines = command->add_flag("-l,--lines", arguments.is_lines,
-                                  "each line of standard input, or of --file, is a message");
+  auto* lines =
+      command->add_flag("-l,--lines", arguments.is_lines,
+                        "each line of standard input, or of --file, is a message, without "
+                        "its LF or CR LF");
   payload->excludes(lines);
   command
       ->add_option("--fmt", arguments.struct_format,

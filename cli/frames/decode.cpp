@@ -9,6 +9,7 @@
 #include "cli/frames/capture_files.hpp"
 #include "cli/text/format.hpp"
 #include "cli/text/hex.hpp"
+#include "text/encoding.hpp"
 #include "text/utf8.hpp"
 
 namespace swarmtalk::cli {
@@ -129,11 +130,14 @@ frame::ProfileId profile_of(const std::string& name) {
   return frame::ProfileId::kWifi;
 }
 
-int decode_one(const Common& common, const std::string& profile, const std::string& word) {
+/// @param where  goes before what is wrong: "line 3: ", or nothing
+int decode_one(const Common& common, const std::string& profile, const std::string& word,
+               const std::string& where) {
   const auto bytes = from_hex(word);
   if (!bytes) {
     const std::string begin = word.substr(0, 20) + (word.size() > 20 ? "..." : "");
-    return fail("'" + begin + "' is not hexadecimal: pairs of digits, as in 53:54:01", kExitUsage);
+    return fail(where + "'" + begin + "' is not hexadecimal: pairs of digits, as in 53:54:01",
+                kExitUsage);
   }
   std::string problem;
   Json json;
@@ -156,7 +160,7 @@ int decode_one(const Common& common, const std::string& profile, const std::stri
     if (const int printed = print(text); printed != kExitOk) return printed;
   }
   return problem.empty() ? kExitOk
-                         : fail("a frame of " + std::to_string(bytes->size()) +
+                         : fail(where + "a frame of " + std::to_string(bytes->size()) +
                                 (bytes->size() == 1 ? " byte: " : " bytes: ") + problem);
 }
 
@@ -164,36 +168,41 @@ int decode_one(const Common& common, const std::string& profile, const std::stri
 
 int decode(const Common& common, const DecodeArguments& arguments) {
   int exit_code = kExitOk;
-  const auto take = [&](const std::string& word) {
-    const int one = decode_one(common, arguments.profile, word);
+  const auto take = [&](const std::string& word, const std::string& where) {
+    const int one = decode_one(common, arguments.profile, word, where);
     if (one != kExitOk) exit_code = one;
   };
   for (const std::string& word : arguments.frames) {
     if (word != "-") {
-      take(word);
+      take(word, "");
       continue;
     }
     std::string line;
     char buffer[4096];
     ssize_t count = 0;
-    std::size_t lines = 0;
+    std::size_t number = 0;
+    bool has_frame = false;
+    const auto take_line = [&](std::string_view read) {
+      if (++number == 1) read = text::without_mark(read);
+      if (read.find_first_not_of(" \t\r") == std::string_view::npos) return;
+      has_frame = true;
+      take(std::string(text::without_return(read)), "line " + std::to_string(number) + ": ");
+    };
     while ((count = ::read(STDIN_FILENO, buffer, sizeof buffer)) > 0) {
       line.append(buffer, static_cast<std::size_t>(count));
+      const std::string problem = number == 0 ? text::encoding_problem(line) : "";
+      if (!problem.empty()) return fail("standard input " + problem, kExitUsage);
       for (auto end = line.find('\n'); end != std::string::npos; end = line.find('\n')) {
-        if (end > 0) {
-          take(line.substr(0, end));
-          ++lines;
-        }
+        take_line(std::string_view(line).substr(0, end));
         line.erase(0, end + 1);
       }
-      if (line.size() > kMaxInputBytes) return fail("a line is longer than any frame");
+      if (line.size() > kMaxInputBytes) {
+        return fail("line " + std::to_string(number + 1) + " is longer than any frame");
+      }
     }
     if (count < 0) return fail(std::string("cannot read standard input: ") + std::strerror(errno));
-    if (!line.empty()) {
-      take(line);
-    } else if (lines == 0) {
-      exit_code = fail("there was no frame on standard input");
-    }
+    if (!line.empty()) take_line(line);
+    if (!has_frame) exit_code = fail("there was no frame on standard input");
   }
   return exit_code;
 }

@@ -6,7 +6,6 @@
 #include "cli/common/deadline.hpp"
 #include "cli/common/quiet_watch.hpp"
 #include "cli/talk/pub_input.hpp"
-#include "text/counted.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -69,27 +68,27 @@ class Sender {
         wait_for(input);
         continue;
       }
-      const int exit_code = send_in_turn(payload);
+      const int exit_code = send_in_turn(payload, &input);
       if (exit_code != kExitOk && caught_signal() == 0) return exit_code;
     }
     return kExitSignal + caught_signal();
   }
 
  private:
-  /// Waits for its time, and until it has left. @return the exit code of a failure
-  int send_in_turn(const std::string& payload) {
+  /// Waits for its time, and until it has left.
+  /// @param lines  where the payload is from, if it is one of them
+  /// @return the exit code of a failure
+  int send_in_turn(const std::string& payload, const PubInput* lines = nullptr) {
     run_until(next_, [] { return false; });
     if (caught_signal() != 0) return kExitOk;
     const Status status = send(payload);
     if (caught_signal() != 0) return kExitOk;
     if (!status && (arguments_.repeat != 0 || !is_interruption(status))) {
-      const bool is_lost = arguments_.is_lines && status.code() == StatusCode::kDisconnected;
-      if (!is_lost) return fail(status);
-      return fail("lost swarmtalkd; " + text::counted(left_, "line has", "lines have") +
-                      " been sent, the next one and those after it have not",
-                  kExitNoDaemon);
+      if (lines == nullptr) return fail(status);
+      const bool is_lost = status.code() == StatusCode::kDisconnected;
+      const auto why = is_lost ? "swarmtalkd is gone" : status.text();
+      return fail(Status(status.code(), lines->not_sent(why)));
     }
-    if (status) ++left_;
     tell(status);
     if (arguments_.rate_hz > 0) next_ = after(next_, seconds(1 / arguments_.rate_hz));
     const auto now = Clock::now();
@@ -139,7 +138,6 @@ class Sender {
   std::optional<Status> sent_;
   Publisher publisher_;
   bool is_interrupted_ = false;
-  std::uint64_t left_ = 0;  // messages
   Clock::time_point next_ = Clock::now();
 };
 

@@ -8,6 +8,8 @@
 #include <cstring>
 
 #include "cli/text/hex.hpp"
+#include "text/counted.hpp"
+#include "text/encoding.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -79,17 +81,40 @@ PubInput::State PubInput::next_line(std::string& payload) {
     return problem_.empty() ? State::kEnd : State::kBad;
   }
   ++line_;
-  payload = waiting_.substr(0, end);
+  std::string_view line = std::string_view(waiting_).substr(0, end);
+  if (end != std::string::npos) line = text::without_return(line);
+  std::string why;
+  if (line_ == 1) {
+    const bool is_marked = line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF");
+    if (is_marked) why = "it " + text::encoding_problem(line);
+    line = text::without_mark(line);
+  }
+  payload = line;
   waiting_.erase(0, end == std::string::npos ? end : end + 1);
-  std::string why =
-      payload.size() > kMaxBytes ? "it is too long for any channel" : convert(payload);
+  if (why.empty() && payload.size() > kMaxBytes) why = "it is too long for any channel";
+  if (why.empty() && is_hex_ && words_of(payload).empty()) {
+    why = "it is blank, and --hex takes pairs of digits; remove it";
+  }
+  if (why.empty()) why = convert(payload);
   if (why.empty()) return State::kMessage;
-  problem_ = "line " + std::to_string(line_) + " of " + name_ + ": " + why +
-             "; the lines before it have been sent";
+  problem_ = not_sent(why);
   return State::kBad;
 }
 
+std::string PubInput::not_sent(std::string_view why) const {
+  const std::string before =
+      line_ == 1 ? "nothing has"
+                 : text::counted(line_ - 1, "line before it has", "lines before it have");
+  return "line " + std::to_string(line_) + " of " + name_ + " was not sent: " + std::string(why) +
+         "; " + before + " been sent";
+}
+
 std::string PubInput::convert(std::string& payload) const {
+  if (!is_hex_ && !format_) return {};
+  if (const std::string problem = text::encoding_problem(payload); !problem.empty()) {
+    return "DATA " + problem;
+  }
+  payload = text::without_mark(payload);
   if (is_hex_) {
     const auto bytes = from_hex(payload);
     if (!bytes) return "DATA is not hexadecimal: pairs of digits, as in 48:65:6c";

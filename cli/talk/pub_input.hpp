@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/common/commands.hpp"
 #include "cli/text/struct_format.hpp"
@@ -29,12 +30,17 @@ class PubInput {
   const std::string& payload() const { return payload_; }
   bool is_cut() const { return is_cut_; }
 
-  /// With lines: the next one, as a message, if it is there. Empty lines are messages, too.
+  /// With lines: the next one, as a message, if it is there. A carriage return before the line feed
+  /// and a mark before the first line are no part of it. An empty line is an empty message, but not
+  /// in hexadecimal.
   /// @return kWait: read() when fd() is readable; kBad: problem() says which line
   State next_line(std::string& payload);
   int fd() const { return fd_; }
   void read();
   const std::string& problem() const { return problem_; }
+
+  /// That the line last taken was not sent, why, and how many before it were.
+  std::string not_sent(std::string_view why) const;
 
  private:
   std::string convert(std::string& payload) const;

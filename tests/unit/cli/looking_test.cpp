@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "frame/air_frame.hpp"
 #include "tests/unit/cli/cli_fixture.hpp"
@@ -73,7 +74,10 @@ TEST_F(CliLooking, WhoHasLostTheDaemonBetweenLinesIsToldHowManyHaveLeft) {
   const Result result = program.finish();
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_EQ(
-      result.error.find("swarmtalk-cli: lost swarmtalkd; 2 lines have been sent, the next one"), 0u)
+      result.error.find("swarmtalk-cli: line 3 of standard input was not sent: swarmtalkd is gone"),
+      0u)
+      << result.error;
+  EXPECT_NE(result.error.find("; 2 lines before it have been sent"), std::string::npos)
       << result.error;
   EXPECT_EQ(lines(result.error), 1) << result.error;
 }
@@ -113,9 +117,88 @@ TEST_F(CliLooking, PubSendsAMessageALine) {
   EXPECT_EQ(published().size(), 4u) << "the line before was sent";
   EXPECT_EQ(lines(wrong.error), 1) << wrong.error;
   EXPECT_EQ(wrong.error.find("swarmtalk-cli: line 2 of "), 0u) << wrong.error;
-  EXPECT_NE(wrong.error.find(": format <HH takes 2 values, not 1; the lines before"),
+  EXPECT_NE(wrong.error.find(": format <HH takes 2 values, not 1; 1 line before it has"),
             std::string::npos)
       << wrong.error;
+}
+
+TEST_F(CliLooking, LinesOfOtherSystemsAreTheSameMessages) {
+  const std::string mark = "\xEF\xBB\xBF";
+  const Strings hex{"pub", "a", "--lines", "--hex"}, raw{"pub", "a", "--lines"};
+  const Strings values{"pub", "a", "--lines", "--fmt", "<BB"};
+  const std::string zeros{"g\0o\0", 4};
+  std::vector<std::string> all;
+  for (const auto& [command, input, messages] :
+       std::vector<std::tuple<Strings, std::string, Strings>>{
+           {raw, "go\r\n\r\nstop", {"go", "", "stop"}},
+           {raw, mark + "go\nstop\n", {"go", "stop"}},
+           {raw, "go\n" + mark + "stop\n", {"go", mark + "stop"}},
+           {raw, "g\ro\nstop\r\r\n", {"g\ro", "stop\r"}},
+           {raw, zeros + "\n\xFF\n", {zeros, "\xFF"}},
+           {hex, "676f\r\n73:74\t6f 70\r\n", {"go", "stop"}},
+           {hex, mark + "67 6f\n", {"go"}},
+           {values, mark + "103 111\r\n115, 116\r\n", {"go", "st"}}}) {
+    const Result done = run(command, input);
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    all.insert(all.end(), messages.begin(), messages.end());
+    EXPECT_EQ(published(), all) << json(command) << ' ' << testing::PrintToString(input);
+  }
+}
+
+TEST_F(CliLooking, ALineThatCannotBeSentIsNamedWithHowManyWere) {
+  const Strings hex{"pub", "a", "--lines", "--hex"}, raw{"pub", "a", "--lines"};
+  const Strings values{"pub", "a", "--lines", "--fmt", "<BB"};
+  for (const auto& [command, input, line] :
+       std::vector<std::tuple<Strings, std::string, std::size_t>>{
+           {raw, "one\ntwo\n" + std::string(20'000, 'x') + "\nfour\n", 3},
+           {raw, "one\r\n" + std::string(300'000, 'x') + "\r\n", 2},
+           {raw, std::string("\xFF\xFEg\0o\0\n\0", 8), 1},
+           {hex, "00\n\n11\n", 2},
+           {hex, "00\r\n11\r\n\t \r\n", 3},
+           {hex, "00\nx0\n", 2},
+           {hex,
+            std::string("0\0"
+                        "0\0\n\0",
+                        6),
+            1},
+           {values, "1 2\n\n", 2},
+           {values, "1 2\n1 256\n", 2}}) {
+    const std::size_t before = published().size();
+    const Result done = run(command, input);
+    EXPECT_EQ(done.exit_code, 1) << done.error;
+    EXPECT_EQ(lines(done.error), 1) << done.error;
+    EXPECT_EQ(done.error.find("swarmtalk-cli: line " + std::to_string(line) +
+                              " of standard input was not sent: "),
+              0u)
+        << done.error;
+    EXPECT_EQ(published().size() - before, line - 1) << done.error;
+    const std::string sent = line == 1   ? "; nothing has been sent\n"
+                             : line == 2 ? "; 1 line before it has been sent\n"
+                                         : "; 2 lines before it have been sent\n";
+    EXPECT_TRUE(done.error.ends_with(sent)) << done.error;
+  }
+}
+
+TEST_F(CliLooking, DecodeReadsLinesOfOtherSystemsAndNamesThoseThatAreNoFrames) {
+  const Strings words{"decode", "-", "--packet", "wifi", "--json"};
+  const std::string packet(2 * 24, '0');
+  for (const std::string& input :
+       {packet + "\r\n\r\n" + packet + "\r\n", "\xEF\xBB\xBF" + packet + "\n \n" + packet}) {
+    const Result done = run(words, input);
+    EXPECT_EQ(done.exit_code, 0) << done.error;
+    EXPECT_EQ(lines(done.out), 2) << done.error;
+  }
+  const Result wrong = run(words, packet + "\n\nzz\r\n" + packet + "\n00\n");
+  EXPECT_EQ(lines(wrong.out), 3) << "a short one, too";
+  EXPECT_NE(wrong.error.find(": line 3: 'zz' is not hexadecimal"), std::string::npos)
+      << wrong.error;
+  EXPECT_NE(wrong.error.find(": line 5: a frame of 1 byte"), std::string::npos) << wrong.error;
+  const Result wide = run(words, std::string("\xFF\xFE"
+                                             "0\0"
+                                             "0\0\n\0",
+                                             8));
+  EXPECT_EQ(wide.exit_code, 2);
+  EXPECT_NE(wide.error.find("standard input is UTF-16; save it as UTF-8"), std::string::npos);
 }
 
 TEST_F(CliLooking, HzCountsAChannelThatIsNamedTwiceOnce) {
