@@ -3,11 +3,16 @@
 #include <sodium/utils.h>
 
 #include <algorithm>
+#include <cctype>
+#include <stdexcept>
+
+#include "text/encoding.hpp"
 
 namespace swarmtalk::view {
 namespace {
 
 constexpr std::string_view kBearer = "Bearer ";
+constexpr std::size_t kLeastTokenBytes = 8;
 
 bool is_local_name(std::string_view name) {
   return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
@@ -34,6 +39,27 @@ bool is_origin_good(const AccessRules& rules, const Visitor& visitor) {
 }
 
 }  // namespace
+
+std::string token_of(std::string_view text, const std::string& path) {
+  if (const std::string problem = text::encoding_problem(text); !problem.empty()) {
+    throw std::runtime_error(path + " " + problem);
+  }
+  text = text::without_mark(text);
+  if (text.empty()) {
+    throw std::runtime_error("cannot read a token from " + path +
+                             ": write one into its first line");
+  }
+  const std::string_view token = text::without_return(text.substr(0, text.find('\n')));
+  const auto is_good = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+  };
+  if (token.size() < kLeastTokenBytes || !std::all_of(token.begin(), token.end(), is_good)) {
+    throw std::runtime_error("the token in " + path + " must have at least " +
+                             std::to_string(kLeastTokenBytes) +
+                             " characters, of letters, digits and - _ . only");
+  }
+  return std::string(token);
+}
 
 bool is_equal_secret(std::string_view one, std::string_view other) {
   return one.size() == other.size() && sodium_memcmp(one.data(), other.data(), one.size()) == 0;

@@ -31,6 +31,11 @@ std::string refusal(const AccessRules& rules, const Visitor& visitor);
 /// The value of a parameter of the target's query; empty: there is none.
 std::string_view query_value(std::string_view target, std::string_view name);
 
+/// The token that a file holds in its first line; a mark and a carriage return are no part of it.
+/// @param path  the file's, for the error
+/// @throws std::runtime_error  one sentence: why there is none
+std::string token_of(std::string_view text, const std::string& path);
+
 /// Whether the texts are equal, in a time that does not tell where they differ.
 bool is_equal_secret(std::string_view one, std::string_view other);
 

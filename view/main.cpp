@@ -20,6 +20,7 @@
 #include "usage/ending_signals.hpp"
 #include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
+#include "view/access.hpp"
 #include "view/observer.hpp"
 #include "view/playback.hpp"
 #include "view/server.hpp"
@@ -40,7 +41,7 @@ constexpr int kExitFailure = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitNoDaemon = 3;
 constexpr int kExitSignal = 128;
-constexpr std::size_t kLeastTokenBytes = 8;
+constexpr std::size_t kMostTokenFileBytes = 4096;
 
 struct Arguments {
   ObserverOptions observer;
@@ -58,21 +59,11 @@ int fail(const std::string& text, int exit_code) {
 }
 
 std::string read_token(const std::string& path) {
-  std::ifstream file(path);
-  std::string token;
-  if (!file || !std::getline(file, token)) {
-    throw std::runtime_error("cannot read a token from " + path +
-                             ": write one into its first line");
-  }
-  const auto is_good = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
-  };
-  if (token.size() < kLeastTokenBytes || !std::all_of(token.begin(), token.end(), is_good)) {
-    throw std::runtime_error("the token in " + path + " must have at least " +
-                             std::to_string(kLeastTokenBytes) +
-                             " characters, of letters, digits and - _ . only");
-  }
-  return token;
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kMostTokenFileBytes, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return token_of(text, path);
 }
 
 std::string random_token() {

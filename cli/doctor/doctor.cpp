@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 
 #include "cli/common/operator.hpp"
 #include "cli/doctor/diagnose.hpp"
@@ -31,18 +32,18 @@ std::vector<std::string> interfaces_of(const DaemonFacts& daemon, const std::str
 
 /// What the other robot's doctor has printed. @return kBadArgument: it cannot be read
 Status read_peer_report(const std::string& file, std::uint32_t own_node, PeerFacts& peer) {
-  Json json;
+  std::string text;
   if (file == "-") {
-    json = Json::parse(std::cin, nullptr, false);
+    text.assign(std::istreambuf_iterator<char>(std::cin), {});
   } else {
-    std::ifstream stream(file);
+    std::ifstream stream(file, std::ios::binary);
     if (!stream) return Status(StatusCode::kBadArgument, "cannot read " + file);
-    json = Json::parse(stream, nullptr, false);
+    text.assign(std::istreambuf_iterator<char>(stream), {});
   }
-  peer.report = json.is_discarded() ? std::nullopt : read_report(json, own_node);
+  std::string problem;
+  peer.report = read_report(text, own_node, problem);
   if (peer.report) return Status();
-  return Status(StatusCode::kBadArgument, (file == "-" ? "standard input" : file) +
-                                              " is not what `swarmtalk-cli doctor --json` prints");
+  return Status(StatusCode::kBadArgument, (file == "-" ? "standard input" : file) + " " + problem);
 }
 
 std::string reload_daemon(const Common& common) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -54,6 +55,10 @@ Status test_peer(const Common& common, const PeerArguments& arguments, PeerFacts
 
 /// @return none: it is not the output of `doctor --json`
 std::optional<PeerReport> read_report(const nlohmann::ordered_json& json, std::uint32_t own_node);
+
+/// The same of a file's text. @param problem  if there is none: why, to go after the file's name
+std::optional<PeerReport> read_report(std::string_view text, std::uint32_t own_node,
+                                      std::string& problem);
 
 /// Whether something at this address answers by TCP: a connection, or that it is refused.
 /// @return none: the address has no meaning here. Waits at most four seconds

@@ -1,4 +1,5 @@
 #include "cli/doctor/peer.hpp"
+#include "text/encoding.hpp"
 
 namespace swarmtalk::cli::doctor {
 
@@ -32,6 +33,16 @@ std::optional<PeerReport> read_report(const nlohmann::ordered_json& json, std::u
       report.hears_us = report.hears_us || (node.is_number_unsigned() && node == own_node);
     }
   }
+  return report;
+}
+
+std::optional<PeerReport> read_report(std::string_view text, std::uint32_t own_node,
+                                      std::string& problem) {
+  problem = text::encoding_problem(text);  // as the shell of Windows writes it
+  if (!problem.empty()) return std::nullopt;
+  const auto json = nlohmann::ordered_json::parse(text, nullptr, false);
+  auto report = json.is_discarded() ? std::nullopt : read_report(json, own_node);
+  if (!report) problem = "is not what `swarmtalk-cli doctor --json` prints";
   return report;
 }
 

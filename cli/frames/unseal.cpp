@@ -17,6 +17,7 @@
 #include "cli/frames/capture_files.hpp"
 #include "cli/text/hex.hpp"
 #include "text/counted.hpp"
+#include "text/encoding.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -31,10 +32,14 @@ std::string Unsealer::load(const std::string& key_file) {
   if (!file) return "cannot read the key file " + key_file + ": " + std::strerror(errno);
   std::ostringstream read;
   read << file.rdbuf();  // nothing of a folder
-  std::string text = read.str();
-  if (text.size() > kMaxKeyFileBytes) text.clear();
-  std::erase_if(text, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
-  const auto key = from_hex(text);
+  std::string digits = read.str();
+  if (digits.size() > kMaxKeyFileBytes) digits.clear();
+  if (const std::string problem = text::encoding_problem(digits); !problem.empty()) {
+    return key_file + " " + problem;
+  }
+  digits = text::without_mark(digits);
+  std::erase_if(digits, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
+  const auto key = from_hex(digits);
   std::array<std::uint8_t, frame::SwarmKey::kBytes> bytes{};
   if (!key || key->size() != bytes.size()) {
     return key_file + " is not a swarm key: 64 hexadecimal digits, as swarmtalk-cli keygen makes";

@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "text/encoding.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
@@ -60,6 +62,7 @@ void check_owner_and_mode(const std::string& path, const struct stat& status) {
 
 std::shared_ptr<const frame::SwarmKey> parse_key(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
+  text = text::without_mark(text);
   const std::size_t begin = std::min(text.find_first_not_of(kBlanks), text.size());
   text.remove_prefix(begin);
   while (!text.empty() && kBlanks.find(text.back()) != std::string_view::npos) {
@@ -101,7 +104,10 @@ std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
   check_owner_and_mode(path, status);
   std::array<char, kMaxKeyFileBytes> text;
   const ssize_t got = read(file.get(), text.data(), text.size());
-  auto key = got < 0 ? nullptr : parse_key({text.data(), static_cast<std::size_t>(got)});
+  const std::string_view read_text(text.data(),
+                                   static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+  const std::string encoding = text::encoding_problem(read_text);
+  auto key = parse_key(read_text);
   explicit_bzero(text.data(), text.size());
   if (key != nullptr && is_secret(*key)) return key;
   if (key != nullptr) {
@@ -109,9 +115,11 @@ std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
                              " holds one byte 32 times, which is not a secret; make a key with "
                              "`swarmtalk-cli keygen FILE`");
   }
+  if (!encoding.empty()) throw std::runtime_error(path + " " + encoding);
   throw std::runtime_error(path +
-                           " holds no key (64 hexadecimal digits); make one with `swarmtalk-cli "
-                           "keygen FILE`");
+                           " holds no key (64 hexadecimal digits and nothing else); copy the file "
+                           "of another robot, or make a key for all with `swarmtalk-cli keygen "
+                           "FILE`");
 }
 
 }  // namespace swarmtalk::daemon

@@ -201,6 +201,20 @@ TEST_F(CliLooking, DecodeReadsLinesOfOtherSystemsAndNamesThoseThatAreNoFrames) {
   EXPECT_NE(wide.error.find("standard input is UTF-16; save it as UTF-8"), std::string::npos);
 }
 
+TEST_F(CliLooking, AKeyFileOfAnotherSystemIsTakenOrNamed) {
+  const std::string digits(64, '1');
+  std::string wide = "\xFF\xFE";
+  for (const char c : digits) wide += {c, '\0'};
+  const auto error_with = [&](const std::string& key) {
+    return run({"capture", path + ".pcap", "--from", path + ".none", "--unseal", file(key)}).error;
+  };
+  EXPECT_NE(error_with("\xEF\xBB\xBF" + digits + "\r\n").find("cannot read " + path + ".none"),
+            std::string::npos);
+  for (const std::string& key : {wide, wide.substr(2)}) {
+    EXPECT_NE(error_with(key).find(" is UTF-16; save it as UTF-8\n"), std::string::npos);
+  }
+}
+
 TEST_F(CliLooking, HzCountsAChannelThatIsNamedTwiceOnce) {
   Program program(with_socket({"hz", "a", "a", "--json", "--period", "0.2"}));
   wait_for([](const auto& envelope) { return envelope.has_unsubscribe(); }, 1);

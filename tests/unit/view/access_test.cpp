@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+#include <string>
+
 namespace swarmtalk::view {
 namespace {
 
@@ -102,6 +105,33 @@ TEST(Access, ParametersAreFoundInAnyOrder) {
   EXPECT_EQ(query_value("/?token=x=y", "token"), "x=y");
   EXPECT_EQ(query_value("/path", "token"), "");
   EXPECT_EQ(query_value("/?&&&", "token"), "");
+}
+
+TEST(Token, IsTheFirstLineOfItsFileOnWhateverSystemThatWasWritten) {
+  for (const char* text :
+       {"secret-1", "secret-1\n", "secret-1\r\n", "secret-1\nmore\n", "\xEF\xBB\xBFsecret-1\r\n"}) {
+    EXPECT_EQ(token_of(text, "t"), "secret-1") << text;
+  }
+}
+
+TEST(Token, ThatIsNoneIsRefusedWithTheFilesName) {
+  const auto problem = [](const std::string& text) {
+    try {
+      return "taken: " + token_of(text, "a/t");
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+  };
+  std::string wide = "\xFF\xFE";
+  for (const char c : std::string("secret-1\r\n")) wide += {c, '\0'};
+  EXPECT_EQ(problem(wide), "a/t is UTF-16; save it as UTF-8");
+  EXPECT_EQ(problem(wide.substr(2)), "a/t is UTF-16; save it as UTF-8");
+  for (const char* text :
+       {"", "\xEF\xBB\xBF", "\r\nsecret-1\n", "secret\n", "secret 12\n", "secret-1 \n"}) {
+    const std::string found = problem(text);
+    EXPECT_NE(found.find(" a/t"), std::string::npos) << found;
+    EXPECT_EQ(found.find("UTF-16"), std::string::npos) << found;
+  }
 }
 
 }  // namespace

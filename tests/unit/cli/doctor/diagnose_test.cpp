@@ -410,5 +410,25 @@ TEST(PeerReport, IsReadFromWhatDoctorPrintsAndNothingElse) {
   }
 }
 
+TEST(PeerReport, IsReadFromAFileThatAnotherSystemsShellHasWritten) {
+  const std::string json = R"({"robot": {"node_id": 2, "version": "1.2.3"}, "links": []})";
+  std::string problem;
+  for (const std::string& text : {json, json + "\r\n", "\xEF\xBB\xBF" + json}) {
+    const auto report = read_report(text, 3, problem);
+    ASSERT_TRUE(report) << problem;
+    EXPECT_EQ(report->version, "1.2.3");
+  }
+  std::string wide = "\xFF\xFE";
+  for (const char c : json) wide += {c, '\0'};
+  for (const std::string& text : {wide, wide.substr(2)}) {
+    EXPECT_FALSE(read_report(text, 3, problem));
+    EXPECT_EQ(problem, "is UTF-16; save it as UTF-8");
+  }
+  for (const char* text : {"", "[]", "{", "{}", "Gr\xF6\xDF"}) {
+    EXPECT_FALSE(read_report(text, 3, problem)) << text;
+    EXPECT_NE(problem.find("`swarmtalk-cli doctor --json`"), std::string::npos) << problem;
+  }
+}
+
 }  // namespace
 }  // namespace swarmtalk::cli::doctor

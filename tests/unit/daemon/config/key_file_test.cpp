@@ -73,6 +73,20 @@ TEST_F(KeyFile, WithoutAKeyIsRefused) {
   }
 }
 
+TEST_F(KeyFile, ThatAnEditorOfWindowsHasSavedIsTakenOrNamed) {
+  write("\xEF\xBB\xBF" + kDigits + "\r\n");
+  EXPECT_EQ(load_key(path())->bytes()[31], 31);
+  std::string little, big;
+  for (const char c : kDigits + "\r\n") {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& text : {little, big, "\xFF\xFE" + little, "\xFE\xFF" + big}) {
+    write(text);
+    EXPECT_EQ(problem(), path() + " is UTF-16; save it as UTF-8");
+  }
+}
+
 TEST_F(KeyFile, OfOneByteAgainAndAgainIsRefused) {
   for (const char digit : {'0', 'f'}) {
     write(std::string(64, digit));
