@@ -36,6 +36,13 @@ std::string_view trimmed(std::string_view line, std::string_view blanks) {
   return line.substr(0, line.find_last_not_of(blanks) + 1);
 }
 
+/// A line that would be a record, were its colon not damaged, is none.
+bool is_comment(std::string_view line) {
+  if (!line.starts_with(';') && !line.starts_with('#')) return false;
+  return line.size() <= 2 * kRecordOverhead ||
+         line.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string_view::npos;
+}
+
 enum RecordType : std::uint8_t {
   kData = 0,
   kEnd = 1,
@@ -56,8 +63,7 @@ class Parser {
       const std::string_view line =
           trimmed(take_line_of(text), has_ended_ ? kAfterTheEnd : kBlanks);
       ++line_;
-      const bool is_comment = line.starts_with(';') || line.starts_with('#');
-      if (!line.empty() && !is_comment) take_line(line);
+      if (!line.empty() && !is_comment(line)) take_line(line);
     }
     if (problem_.empty() && !has_ended_) {
       problem_ = "it has no end record (:00000001FF): the file is cut short";

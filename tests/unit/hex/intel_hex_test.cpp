@@ -38,6 +38,8 @@ TEST(IntelHex, TellsTheFirstThingThatIsWrongWithItsLineAndGivesNothing) {
            {":02000000ff00\n", "line 1: the record is not as long as it says"},
            {":01000000ff00\n\nhello\n", "line 3: a record begins with ':'"},
            {":01000000ff00\nS00C0000\n", "line 2: a record begins with ':'"},
+           {":01000000ff00\n;01000100fe00\n", "line 2: a record begins with ':'"},
+           {":01000000ff00\n#0400100001020304E2\n", "line 2: a record begins with ':'"},
            {":01000000ff 00\n", "line 1: a record is pairs of hexadecimal digits"},
            {std::string(":01000000ff00\0\n", 15),
             "line 1: a record is pairs of hexadecimal digits"},
