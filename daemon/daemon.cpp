@@ -21,6 +21,11 @@ namespace {
 
 constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
 
+const NodeConfig& resolved(ParsedConfig& parsed) {
+  resolve_node_id(parsed.config.node, parsed.lines);
+  return parsed.config.node;
+}
+
 }  // namespace
 
 // The socket is taken first: a second daemon must not disturb the first one's links.
@@ -28,7 +33,7 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
     : parsed_(std::move(parsed)),
       signals_(io_, SIGTERM, SIGINT, SIGHUP),
       // Resolved for good: links whose packets have no room for it need ids of their own.
-      identity_(parsed_.config.node.id = resolve_node_id(parsed_.config.node, parsed_.lines)),
+      identity_(resolved(parsed_).id),
       poses_(parsed_.config.node),
       names_(parsed_.config.channels),
       hub_(names_, parsed_.config.limits, counters_, identity_),
@@ -147,9 +152,9 @@ void Daemon::run() {
   wait_signal();
   hub_.set_waiting_hook([this] { watch_links(); });
   hub_.set_copy_hook([this](Hub::Time at) { wait_for_copy(at); });
-  log_of("daemon")->info("swarmtalkd {} serves {} as node {}{}", SWARMTALK_VERSION,
+  log_of("daemon")->info("swarmtalkd {} serves {} as node {} ({})", SWARMTALK_VERSION,
                          socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
-                         identity_.id(), identity_.is_fixed() ? "" : " (chosen at random)");
+                         identity_.id(), parsed_.config.node.id_source);
   ::malloc_trim(0);  // what reading the command line and the configuration needed
   service_manager_.ready();
   loop::Loop::of(io_).run();

@@ -14,6 +14,7 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
 #include "daemon/config/config_parser.hpp"
+#include "daemon/config/node_id_rule.hpp"
 #include "daemon/daemon.hpp"
 #include "usage/mistakes.hpp"
 #include "usage/usage.hpp"
@@ -65,6 +66,19 @@ std::string reason(const std::string& what) {
          "; raise it with `ulimit -n " + enough + "` (systemd: LimitNOFILE=" + enough + ")";
 }
 
+/// As which node this machine would run, if that depends on the machine. The file is right even if
+/// it is none: it may be for others.
+std::string id_here(ParsedConfig& parsed) {
+  NodeConfig& node = parsed.config.node;
+  if (node.id_rule == NodeIdRule::kRandom || node.id_rule == NodeIdRule::kNumber) return "";
+  try {
+    resolve_node_id(node, parsed.lines);
+  } catch (const ConfigError& error) {
+    return std::string("this machine cannot run with it: ") + error.what() + "\n";
+  }
+  return "this machine is node " + std::to_string(*node.id) + " (" + node.id_source + ")\n";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -88,7 +102,7 @@ int main(int argc, char** argv) {
     const auto load = [&options] { return load_config(options.config_file, options.instead); };
     ParsedConfig parsed = load();
     if (options.is_check) {
-      std::printf("%s: ok\n", options.config_file.c_str());
+      std::printf("%s: ok\n%s", options.config_file.c_str(), id_here(parsed).c_str());
       return 0;
     }
     start_logging(parsed.config.log_level, parsed.config.log_levels);

@@ -57,9 +57,12 @@ struct FixedPose {
 
 enum class NodeIdRule : std::uint8_t { kRandom, kNumber, kHostname, kAddress };
 
+constexpr const char* kIdByChance = "chosen at random";  // NodeConfig::id_source
+
 struct NodeConfig {
   NodeIdRule id_rule = NodeIdRule::kRandom;  // node_id_rule.hpp
-  std::optional<std::uint16_t> id;           // kNumber
+  std::optional<std::uint16_t> id;           // kNumber; of the other rules when it is resolved
+  std::string id_source;                     // where it is from, for people, when it is resolved
   std::int32_t id_offset = 0;                // added to what kHostname and kAddress find
   std::string id_interface;                  // kAddress; empty: the only one
   std::optional<FixedPose> pose;             // none: unknown until a client sets it

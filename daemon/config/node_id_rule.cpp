@@ -6,9 +6,11 @@
 #include <netinet/in.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <map>
 #include <memory>
+#include <set>
+#include <utility>
 
 #include "daemon/common/printable.hpp"
 
@@ -19,40 +21,147 @@ constexpr const char* kIdKey = "node.id";
 constexpr std::size_t kMaxDigits = 9;
 constexpr std::string_view kDecimal = "0123456789";
 
-/// Interface to its first IPv4 address, without loopback.
-std::map<std::string, in_addr> addresses() {
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return {};
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(list, &freeifaddrs);
-  std::map<std::string, in_addr> found;
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    if ((entry->ifa_flags & IFF_LOOPBACK) != 0) continue;
-    found.emplace(entry->ifa_name, reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr);
+/// A number that the rule has found, as it is written, and where.
+struct Found {
+  std::string digits;
+  std::string place;   // "the host's name 'robot-07'"
+  std::string source;  // the same for the log: "from the host's name 'robot-07'"
+};
+
+std::string text_of(std::uint32_t address) {
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const in_addr in_network_order{htonl(address)};
+  inet_ntop(AF_INET, &in_network_order, text.data(), text.size());
+  return text.data();
+}
+
+std::string name_of(const HostAddress& address) {
+  return text_of(address.address) + " of " + printable(address.interface);
+}
+
+bool is_link_local(const HostAddress& address) {
+  return address.address >> 16 == 0xA9FE;  // 169.254.0.0/16, RFC 3927
+}
+
+/// Those that count, sorted. @param left_out  gets the others, with the reason
+std::vector<HostAddress> counting(std::vector<HostAddress> all, const std::string& interface,
+                                  std::string& left_out) {
+  std::sort(all.begin(), all.end(), [](const HostAddress& a, const HostAddress& b) {
+    return std::pair(a.interface, a.address) < std::pair(b.interface, b.address);
+  });
+  std::vector<HostAddress> found;
+  for (const HostAddress& each : all) {
+    if (!interface.empty() && each.interface != interface) continue;
+    const char* reason = is_link_local(each) ? "link-local" : "of an interface that is down";
+    if (!is_link_local(each) && each.is_up)
+      found.push_back(each);
+    else
+      left_out += (left_out.empty() ? ": " : ", ") + name_of(each) + " is " + reason;
   }
   return found;
 }
 
-std::int64_t number_of_address(const NodeConfig& node, const KeyLines& lines) {
-  const std::map<std::string, in_addr> found = addresses();
-  if (!node.id_interface.empty()) {
-    const auto wanted = found.find(node.id_interface);
-    if (wanted != found.end()) return ntohl(wanted->second.s_addr) & 0xFFu;
-    throw lines.error("node.id_interface", "\"" + printable(node.id_interface) +
-                                               "\" has no IPv4 address (yet?); the daemon can only "
-                                               "take its id from one when it is there");
+Found number_of_address(const NodeConfig& node, const KeyLines& lines, const Host& host) {
+  std::string left_out;
+  const std::vector<HostAddress> found = counting(host.addresses, node.id_interface, left_out);
+  if (found.empty() && node.id_interface.empty()) {
+    throw lines.error(kIdKey, "is \"ip\", but this machine has no IPv4 address (yet?)" + left_out);
   }
-  if (found.size() == 1) return ntohl(found.begin()->second.s_addr) & 0xFFu;
   if (found.empty()) {
-    throw lines.error(kIdKey, "is \"ip\", but this machine has no IPv4 address (yet?)");
+    throw lines.error("node.id_interface", "\"" + printable(node.id_interface) +
+                                               "\" has no IPv4 address (yet?)" + left_out +
+                                               "; the daemon can only take its id from one when "
+                                               "it is there");
   }
-  std::string names;
-  for (const auto& [name, address] : found) names += (names.empty() ? "" : ", ") + name;
-  throw lines.error(kIdKey, "is \"ip\", and " + names +
-                                " have IPv4 addresses; say which counts with id_interface");
+  std::set<std::string> interfaces;
+  for (const HostAddress& each : found) interfaces.insert(printable(each.interface));
+  if (interfaces.size() > 1) {
+    std::string names;
+    for (const std::string& each : interfaces) names += (names.empty() ? "" : ", ") + each;
+    throw lines.error(kIdKey, "is \"ip\", and " + names +
+                                  " have IPv4 addresses; say which counts with id_interface");
+  }
+  const HostAddress& first = found.front();
+  const auto differs = [&](const HostAddress& each) {
+    return (each.address & 0xFFu) != (first.address & 0xFFu);
+  };
+  if (std::any_of(found.begin(), found.end(), differs)) {
+    std::string all;
+    for (const HostAddress& each : found) all += (all.empty() ? "" : ", ") + text_of(each.address);
+    throw lines.error(kIdKey, "is \"ip\", and the addresses of " + printable(first.interface) +
+                                  " end in different numbers: " + all +
+                                  "; use \"hostname\" or a number, or remove all but one");
+  }
+  return {std::to_string(first.address & 0xFFu), name_of(first), name_of(first)};
+}
+
+/// The last number of the name's first label: robot-07.lab2 gives 7.
+Found number_of_name(const KeyLines& lines, const Host& host) {
+  const std::string label = host.name.substr(0, host.name.find('.'));
+  std::vector<std::string> numbers;
+  for (std::size_t first = label.find_first_of(kDecimal); first != std::string::npos;) {
+    const std::size_t end = std::min(label.find_first_not_of(kDecimal, first), label.size());
+    numbers.push_back(label.substr(first, end - first));
+    first = label.find_first_of(kDecimal, end);
+  }
+  const std::string name = "the host's name '" + printable(host.name) + "'";
+  if (numbers.empty()) {
+    const char* where = label == host.name ? "" : " before its first dot";
+    throw lines.error(kIdKey, "is \"hostname\", but " + name + " has no number in it" + where +
+                                  "; rename the host (sudo hostnamectl set-hostname robot7), or "
+                                  "give a number");
+  }
+  if (numbers.size() == 1) return {numbers[0], name, "from " + name};
+  std::string all;
+  for (const std::string& each : numbers) {
+    all += (all.empty() ? "" : &each == &numbers.back() ? " and " : ", ") + each;
+  }
+  const std::string last = "the last of the numbers " + all + " in " + name;
+  return {numbers.back(), last, "from " + last};
+}
+
+/// @throws ConfigError  it is no node id
+std::uint16_t id_of(const Found& found, const NodeConfig& node, const KeyLines& lines) {
+  const bool is_name = node.id_rule == NodeIdRule::kHostname;
+  const std::string remedy =
+      is_name ? "; rename the host (sudo hostnamectl set-hostname robot7), or give a number"
+              : "; give a number";
+  const std::string digits =
+      found.digits.substr(std::min(found.digits.find_first_not_of('0'), found.digits.size() - 1));
+  if (digits.size() > kMaxDigits) {
+    throw lines.error(kIdKey,
+                      found.place + " gives " + digits + "; a node id is 1 to 65534" + remedy);
+  }
+  const std::int64_t id = std::stoll(digits) + node.id_offset;
+  if (id >= kNodeIdLimits.least && id <= kNodeIdLimits.most) return static_cast<std::uint16_t>(id);
+  const std::string offset = node.id_offset == 0
+                                 ? " gives "
+                                 : " and id_offset " + std::to_string(node.id_offset) + " give ";
+  throw lines.error(
+      kIdKey, found.place + offset + std::to_string(id) + "; a node id is 1 to 65534" + remedy);
 }
 
 }  // namespace
+
+Host look_at_host() {
+  Host host;
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  host.name = name.data();
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return host;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(list, &freeifaddrs);
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    if ((entry->ifa_flags & IFF_LOOPBACK) != 0) continue;
+    const auto& address = *reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);
+    HostAddress& made = host.addresses.emplace_back();
+    made.interface = entry->ifa_name;
+    made.address = ntohl(address.sin_addr.s_addr);
+    made.is_up = (entry->ifa_flags & IFF_UP) != 0;
+  }
+  return host;
+}
 
 std::string read_node_id_rule(const std::string& text, NodeConfig& node) {
   node.id.reset();
@@ -76,40 +185,21 @@ std::string read_node_id_rule(const std::string& text, NodeConfig& node) {
   return {};
 }
 
-std::optional<std::int64_t> number_in_hostname(const std::string& name) {
-  const std::size_t last = name.find_last_of(kDecimal);
-  if (last == std::string::npos) return std::nullopt;
-  const std::size_t before = name.find_last_not_of(kDecimal, last);
-  const std::size_t first = before == std::string::npos ? 0 : before + 1;
-  const std::string digits = name.substr(first, last - first + 1);
-  if (digits.size() > kMaxDigits) return std::nullopt;
-  return std::stoll(digits);
-}
-
-std::optional<std::uint16_t> resolve_node_id(const NodeConfig& node, const KeyLines& lines) {
-  if (node.id_rule == NodeIdRule::kRandom) return std::nullopt;
-  if (node.id_rule == NodeIdRule::kNumber) return node.id;
-  std::int64_t number = 0;
-  std::string source;
-  if (node.id_rule == NodeIdRule::kHostname) {
-    std::array<char, 256> name{};
-    gethostname(name.data(), name.size() - 1);
-    const auto found = number_in_hostname(name.data());
-    source = "the host's name '" + printable(name.data()) + "'";
-    if (!found) {
-      throw lines.error(kIdKey, "is \"hostname\", but " + source +
-                                    " has no number in it; rename the host (hostnamectl hostname "
-                                    "robot7), or give a number");
-    }
-    number = *found;
-  } else {
-    number = number_of_address(node, lines);
-    source = "the IPv4 address";
+void resolve_node_id(NodeConfig& node, const KeyLines& lines, const std::function<Host()>& look) {
+  if (node.id_rule == NodeIdRule::kRandom) {
+    node.id_source = kIdByChance;
+    return;
   }
-  const std::int64_t id = number + node.id_offset;
-  if (id >= kNodeIdLimits.least && id <= kNodeIdLimits.most) return static_cast<std::uint16_t>(id);
-  throw lines.error(
-      kIdKey, source + " and id_offset give " + std::to_string(id) + "; a node id is 1 to 65534");
+  if (node.id_rule == NodeIdRule::kNumber) {
+    node.id_source = std::string("from ") + (lines.is_option(kIdKey) ? "--node-id" : kIdKey);
+    return;
+  }
+  const Host host = look();
+  const Found found = node.id_rule == NodeIdRule::kHostname ? number_of_name(lines, host)
+                                                            : number_of_address(node, lines, host);
+  node.id = id_of(found, node, lines);
+  node.id_source = found.source;
+  if (node.id_offset != 0) node.id_source += ", id_offset " + std::to_string(node.id_offset);
 }
 
 }  // namespace swarmtalk::daemon

@@ -73,12 +73,12 @@ void Operator::reload_on_signal() {
 std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& reply) {
   ConfigChanges changes;
   try {
-    const ParsedConfig fresh = load_();
+    ParsedConfig fresh = load_();
     LinkKeys keys = load_keys(fresh.config, fresh.lines);
     changes = compare(parts_.config.lines, fresh.lines);
     if (has_prefix(changes.applied, "node.id")) {
-      const auto id = resolve_node_id(fresh.config.node, fresh.lines);
-      const auto refusal = parts_.hub.set_node_id(id);
+      resolve_node_id(fresh.config.node, fresh.lines);
+      const auto refusal = parts_.hub.set_node_id(fresh.config.node.id);
       if (refusal) throw fresh.lines.error("node.id", refusal->text);
     }
     for (Station* station : parts_.hub.stations()) {

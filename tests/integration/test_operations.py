@@ -146,11 +146,23 @@ def test_a_host_without_a_number_is_told_so(tmp_path):
     config = tmp_path / "d.toml"
     config.write_text('[node]\nid = "hostname"\n' + LINK.format(port=udp_port()))
     command = [program("swarmtalkd"), "--config", str(config), "--socket", str(tmp_path / "s")]
-    done = run("unshare", "--uts", "sh", "-c", 'hostname robot && exec "$@"', "sh", *command)
-    if "unshare" in done.stderr:
-        pytest.skip("a host name of its own needs root")
+
+    def named(name, *more):
+        done = run("unshare", "--uts", "sh", "-c", 'hostname "$0" && exec "$@"', name, *command,
+                   *more)
+        if "unshare" in done.stderr:
+            pytest.skip("a host name of its own needs root")
+        return done
+
+    done = named("robot")
     assert done.returncode == 1
     one_line(done.stderr, r"d.toml:2: key 'node.id'", "has no number in it")
+    done = named("robot", "--check")  # the file is right, for another host
+    assert done.returncode == 0
+    assert done.stdout.startswith(f"{config}: ok\nthis machine cannot run with it: {config}:2: key")
+    done = named("robot-07.lab2", "--check")
+    assert done.stdout == (f"{config}: ok\n"
+                           "this machine is node 7 (from the host's name 'robot-07.lab2')\n")
 
 
 def log_levels_change_at_run_time(daemon):
