@@ -161,6 +161,7 @@ void convert(const ipc::Status& from, DaemonStatus& to) {
   to.version = from.version();
   to.node_id = from.node_id();
   to.node_id_fixed = from.node_id_fixed();
+  to.node_id_source = from.node_id_source();
   to.epoch = from.epoch();
   to.uptime = std::chrono::milliseconds(from.uptime_ms());
   to.clients = from.clients();

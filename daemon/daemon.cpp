@@ -55,6 +55,7 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
       copy_timer_(io_),
       report_timer_(io_) {
   status_.set_clients(clients_);
+  status_.set_node_id_source(parsed_.config.node.id_source);
   clients_.operations = &operator_;
   open_stations();
   if (parsed_.config.reserved.report) start_answering();

@@ -18,6 +18,8 @@ int reload(const Common& common) {
   for (const std::string& key : answer.reloaded().needs_restart()) {
     text += "needs a restart: " + key + "\n";
   }
+  const std::string& stays = answer.reloaded().node_id_stays();
+  if (!stays.empty()) text += "the node id stays as it is: " + stays + "\n";
   return print(text.empty() ? "nothing has changed\n" : text);
 }
 

@@ -135,6 +135,7 @@ Json to_json(const DaemonStatus& status) {
   json["version"] = status.version;
   json["node_id"] = status.node_id;
   json["node_id_fixed"] = status.node_id_fixed;
+  json["node_id_source"] = status.node_id_source;
   json["epoch"] = status.epoch;
   json["uptime_ms"] = status.uptime.count();
   json["clients"] = status.clients;
@@ -383,8 +384,8 @@ std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) 
 
 std::string to_text(const DaemonStatus& status, const Look& look) {
   std::string text = "swarmtalkd " + status.version + ", robot " + std::to_string(status.node_id) +
-                     (status.node_id_fixed ? "" : " (automatic)") + ", up " +
-                     duration(status.uptime) + ", " + std::to_string(status.clients) +
+                     (status.node_id_source.empty() ? "" : " (" + status.node_id_source + ")") +
+                     ", up " + duration(status.uptime) + ", " + std::to_string(status.clients) +
                      (status.clients == 1 ? " client\n" : " clients\n");
   text += "pose    " + pose_text(status) + "\n";
   if (!status.config_file.empty()) text += "config  " + status.config_file + "\n";

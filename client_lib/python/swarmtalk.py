@@ -528,7 +528,8 @@ _STATUS = {
     7: ("links", _link, []), 8: ("channels", lambda buf: _record(_CHANNEL, buf), []),
     9: ("counters", _counter, []), 10: ("config_file", _text, u""),
     11: ("node_id_fixed", bool, False),
-    12: ("programs", lambda buf: _record(_PROGRAM, buf), [])}
+    12: ("programs", lambda buf: _record(_PROGRAM, buf), []),
+    13: ("node_id_source", _text, u"")}
 
 
 # ---- Publishers and subscribers -----------------------------------------------------------------

@@ -9,7 +9,6 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
 #include "daemon/config/key_file.hpp"
-#include "daemon/config/node_id_rule.hpp"
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/link_factory.hpp"
@@ -54,8 +53,8 @@ LinkKeys load_keys(const Config& config, const KeyLines& lines) {
   return keys;
 }
 
-Operator::Operator(Parts parts, std::function<ParsedConfig()> load)
-    : parts_(std::move(parts)), load_(std::move(load)) {}
+Operator::Operator(Parts parts, std::function<ParsedConfig()> load, std::function<Host()> look)
+    : parts_(std::move(parts)), load_(std::move(load)), look_(std::move(look)) {}
 
 std::shared_ptr<const frame::SwarmKey> Operator::key_of(const std::string& link) const {
   return find(parts_.keys, link).key;
@@ -70,16 +69,48 @@ void Operator::reload_on_signal() {
   reload("SIGHUP", ignored);
 }
 
+std::uint32_t Operator::id_now() const {
+  ipc::Hello hello;
+  parts_.status.fill_hello(hello);
+  return hello.node_id();
+}
+
+/// Applies the rule anew: the host may have another name or address, and then node.id has changed.
+/// An address may be gone for a moment, which must not be in the way of other changes.
+/// @return why the id stays as it is; empty: the rule gives one
+std::string Operator::find_node_id(ParsedConfig& fresh, ConfigChanges& changes) const {
+  NodeConfig& node = fresh.config.node;
+  const NodeConfig& before = parts_.config.config.node;
+  const bool is_same_rule = !has_prefix(changes.applied, "node.id");
+  try {
+    resolve_node_id(node, fresh.lines, look_);
+  } catch (const ConfigError& error) {
+    if (!is_same_rule || node.id_rule != NodeIdRule::kAddress) throw;
+    node.id = before.id;
+    node.id_source = before.id_source;
+    return error.what();
+  }
+  if (is_same_rule && node.id != before.id) changes.applied.emplace_back("node.id");
+  return {};
+}
+
 std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& reply) {
   ConfigChanges changes;
+  std::string what_else;
   try {
     ParsedConfig fresh = load_();
     LinkKeys keys = load_keys(fresh.config, fresh.lines);
     changes = compare(parts_.config.lines, fresh.lines);
+    const std::string why_it_stays = find_node_id(fresh, changes);
     if (has_prefix(changes.applied, "node.id")) {
-      resolve_node_id(fresh.config.node, fresh.lines);
       const auto refusal = parts_.hub.set_node_id(fresh.config.node.id);
       if (refusal) throw fresh.lines.error("node.id", refusal->text);
+      parts_.status.set_node_id_source(fresh.config.node.id_source);
+      what_else = fmt::format("; this is now node {} ({})", id_now(), fresh.config.node.id_source);
+    }
+    if (!why_it_stays.empty()) {
+      reply.set_node_id_stays(why_it_stays);
+      what_else = fmt::format("; the node id stays {}: {}", id_now(), why_it_stays);
     }
     for (Station* station : parts_.hub.stations()) {
       const KeyPair pair = find(keys, station->name());
@@ -104,10 +135,12 @@ std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& r
   for (const std::string& key : changes.applied) reply.add_applied(key);
   for (const std::string& key : changes.need_restart) reply.add_needs_restart(key);
   const std::string applied =
-      fmt::format("configuration reloaded; {}{}",
+      fmt::format("configuration reloaded; {}{}{}",
                   changes.applied.empty() ? "nothing new applies" : "now applies: ",
-                  fmt::join(changes.applied, ", "));
-  const bool is_logged = log_change(reload_log_, who, applied);
+                  fmt::join(changes.applied, ", "), what_else);
+  const bool is_logged =
+      log_change(reload_log_, who, applied,
+                 reply.has_node_id_stays() ? spdlog::level::warn : spdlog::level::info);
   if (is_logged && !changes.need_restart.empty()) {
     log_of("daemon")->warn("configuration: these need a restart: {}",
                            fmt::join(changes.need_restart, ", "));
@@ -118,9 +151,11 @@ std::optional<Refusal> Operator::reload(const std::string& who, ipc::Reloaded& r
 std::optional<Refusal> Operator::check_configuration(ipc::Reloaded& reply) {
   ConfigChanges changes;
   try {
-    const ParsedConfig fresh = load_();
+    ParsedConfig fresh = load_();
     load_keys(fresh.config, fresh.lines);
     changes = compare(parts_.config.lines, fresh.lines);
+    const std::string why_it_stays = find_node_id(fresh, changes);
+    if (!why_it_stays.empty()) reply.set_node_id_stays(why_it_stays);
   } catch (const std::exception& error) {
     return Refusal{ipc::ERROR_CONFIGURATION, error.what(), std::nullopt};
   }
@@ -219,10 +254,9 @@ std::optional<Refusal> Operator::set_node_id(const std::string& who,
   std::optional<std::uint16_t> id;
   if (node_id) id = static_cast<std::uint16_t>(*node_id);
   if (auto refusal = parts_.hub.set_node_id(id)) return refusal;
-  ipc::Hello hello;
-  parts_.status.fill_hello(hello);
-  log_change(id_log_, who,
-             fmt::format("node id is now {}{}", hello.node_id(), id ? "" : " (automatic)"));
+  const char* source = id ? "set by swarmtalk-cli node-id" : kIdByChance;
+  parts_.status.set_node_id_source(source);
+  log_change(id_log_, who, fmt::format("node id is now {} ({})", id_now(), source));
   return std::nullopt;
 }
 

@@ -12,6 +12,7 @@
 #include "daemon/common/log_limiter.hpp"
 #include "daemon/config/config_changes.hpp"
 #include "daemon/config/config_parser.hpp"
+#include "daemon/config/node_id_rule.hpp"
 #include "daemon/hub/channel_table.hpp"
 #include "daemon/hub/hub.hpp"
 #include "daemon/operator/capture.hpp"
@@ -47,7 +48,9 @@ class Operator final : public Operations {
   };
   /// @param load  reads the configuration file again, with the command line's options on top;
   ///   throws ConfigError
-  Operator(Parts parts, std::function<ParsedConfig()> load);
+  /// @param look  at what node.id may be taken from
+  Operator(Parts parts, std::function<ParsedConfig()> load,
+           std::function<Host()> look = look_at_host);
 
   /// Key of a link; null: none.
   std::shared_ptr<const frame::SwarmKey> key_of(const std::string& link) const;
@@ -72,12 +75,15 @@ class Operator final : public Operations {
   void stop_capture(CaptureListener& listener) override;
 
  private:
+  std::uint32_t id_now() const;
   bool log_change(LogLimiter& limiter, const std::string& who, const std::string& what,
                   spdlog::level::level_enum level = spdlog::level::info);
+  std::string find_node_id(ParsedConfig& fresh, ConfigChanges& changes) const;
   void apply(const ParsedConfig& fresh, const ConfigChanges& changes);
 
   Parts parts_;
   std::function<ParsedConfig()> load_;
+  std::function<Host()> look_;
   // So many changes at once are told one by one, then one a second.
   LogLimiter reload_log_{kLinesAtOnce};
   LogLimiter level_log_{kLinesAtOnce};

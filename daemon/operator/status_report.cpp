@@ -90,6 +90,7 @@ void StatusReport::fill_status(ipc::Status& status) {
   status.set_version(SWARMTALK_VERSION);
   status.set_node_id(identity_.id());
   status.set_node_id_fixed(identity_.is_fixed());
+  status.set_node_id_source(node_id_source_);
   status.set_epoch(identity_.epoch());
   status.set_uptime_ms(static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));

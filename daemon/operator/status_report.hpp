@@ -17,6 +17,8 @@ class StatusReport final : public StatusSource {
 
   /// Whose number the status tells.
   void set_clients(const Clients& clients) { clients_ = &clients; }
+  /// Where the node id is from, for people.
+  void set_node_id_source(const std::string& source) { node_id_source_ = source; }
 
   void fill_hello(ipc::Hello& hello) override;
   void fill_status(ipc::Status& status) override;
@@ -34,6 +36,7 @@ class StatusReport final : public StatusSource {
   const NodeIdentity& identity_;
   const DaemonCounters& counters_;
   std::string config_file_;
+  std::string node_id_source_;
   const Clients* clients_ = nullptr;
   std::chrono::steady_clock::time_point started_at_ = std::chrono::steady_clock::now();
 };

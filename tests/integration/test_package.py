@@ -164,6 +164,15 @@ def check_reload(robot):
     robot.systemctl("reload", UNIT)
 
 
+def check_rename(robot, number):
+    """What doctor says to do about two robots of one id, to the letter."""
+    assert robot.do("hostnamectl", "set-hostname", f"robot{number}").returncode == 0
+    assert robot.cli("reload").stdout == "applied: node.id\n"
+    status = json.loads(robot.cli("status", "--json").stdout)
+    assert status["node_id"] == number
+    assert f"this is now node {number} (from the host's name" in robot.journal()
+
+
 FIELD = CONFIG.replace("[node]", """[node]
 pose_socket = "/run/swarmtalkd/pose.sock"
 """).replace("[links.wire]", """[links.wire]
@@ -249,6 +258,7 @@ def test_two_robots_under_a_booted_systemd(robots, wire):
     assert cross(second, first, "after the watchdog")["text"] == "after the watchdog"
 
     check_reload(first)
+    check_rename(first, 11)
     second.systemctl("stop", UNIT)
     assert second.show("ActiveState") == "inactive"
     assert second.cli("status").returncode == 0, "a client's connection starts the daemon"

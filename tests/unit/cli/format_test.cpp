@@ -174,6 +174,7 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
   DaemonStatus status;
   status.version = "0.1.0";
   status.node_id = 3;
+  status.node_id_source = "chosen at random";
   status.uptime = std::chrono::seconds(93784);
   LinkStatus link;
   link.name = "wlan0";
@@ -187,7 +188,7 @@ TEST(Format, StatusShowsLinksChannelsAndCountersThatCount) {
   channel.subscribers = 2;
   status.channels.push_back(channel);
   const std::string text = to_text(status);
-  EXPECT_NE(text.find("robot 3 (automatic), up 1 d 02:03:04"), std::string::npos) << text;
+  EXPECT_NE(text.find("robot 3 (chosen at random), up 1 d 02:03:04"), std::string::npos) << text;
   EXPECT_NE(text.find("PACKETS UP TO"), std::string::npos) << text;
   EXPECT_NE(text.find("1400 bytes"), std::string::npos) << text;
   EXPECT_NE(text.find("hello    40961"), std::string::npos) << text;

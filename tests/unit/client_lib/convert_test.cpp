@@ -121,6 +121,7 @@ TEST(Convert, BringsAllOfTheStatus) {
   EXPECT_EQ(to.version, from.version());
   EXPECT_EQ(to.node_id, from.node_id());
   EXPECT_EQ(to.node_id_fixed, from.node_id_fixed());
+  EXPECT_EQ(to.node_id_source, from.node_id_source());
   EXPECT_EQ(to.epoch, from.epoch());
   EXPECT_EQ(static_cast<std::uint64_t>(to.uptime.count()), from.uptime_ms());
   EXPECT_EQ(to.clients, from.clients());

@@ -101,6 +101,7 @@ struct DaemonStatus {
   std::string version;
   std::uint32_t node_id = 0;
   bool node_id_fixed = false;  // configured; otherwise it changes on collision
+  std::string node_id_source;  // for people: "from the host's name 'robot-07'"
   std::uint32_t epoch = 0;
   std::chrono::milliseconds uptime{0};
   std::uint32_t clients = 0;

@@ -42,11 +42,19 @@ class OperatorTest : public testing::Test {
   /// The daemon, started with what the file says.
   void start() {
     parsed_ = load();
-    operator_.emplace(Operator::Parts{parsed_, load_keys(parsed_.config, parsed_.lines), hub_,
-                                      poses_, names_, status_, metrics_, capture_},
-                      [this] { return load(); });
+    resolve_node_id(parsed_.config.node, parsed_.lines, [this] { return host_; });
+    if (parsed_.config.node.id) hub_.set_node_id(parsed_.config.node.id);
+    operator_.emplace(
+        Operator::Parts{parsed_, load_keys(parsed_.config, parsed_.lines), hub_, poses_, names_,
+                        status_, metrics_, capture_},
+        [this] { return load(); }, [this] { return host_; });
   }
   ParsedConfig load() const { return parse_config(text_, "f.toml"); }
+  std::string id_source() {
+    ipc::Status status;
+    status_.fill_status(status);
+    return status.node_id_source();
+  }
   /// @return why not; empty: reloaded
   std::string reload() {
     reply_.Clear();
@@ -64,6 +72,7 @@ class OperatorTest : public testing::Test {
   const FakeLink& link() { return static_cast<FakeLink&>(station_.link()); }
 
   std::string folder_, text_ = kLink;
+  Host host_;
   boost::asio::io_context io_;
   ParsedConfig parsed_;
   ChannelTable names_{{}};
@@ -135,6 +144,64 @@ TEST_F(OperatorTest, NodeIdOfTheFileIsTaken) {
   EXPECT_EQ(reload(), "");
   EXPECT_EQ(identity_.id(), 300);
   EXPECT_EQ(station_.node_id, 300);
+}
+
+TEST_F(OperatorTest, HostThatIsRenamedHasAnotherNodeIdAfterAReloadOfTheSameFile) {
+  host_.name = "robot-07";
+  write("node.id = \"hostname\"\n" + std::string(kLink));
+  start();
+  EXPECT_EQ(reload(), "");
+  EXPECT_THAT(reply_.applied(), IsEmpty());
+  EXPECT_FALSE(operator_->set_node_id("test", 1234));
+  EXPECT_EQ(id_source(), "set by swarmtalk-cli node-id");
+  EXPECT_EQ(reload(), "");
+  EXPECT_EQ(identity_.id(), 1234) << "the rule gives what it gave";
+  host_.name = "robot-08";
+  ipc::Reloaded would;
+  EXPECT_FALSE(operator_->check_configuration(would));
+  EXPECT_THAT(would.applied(), ElementsAre("node.id"));
+  EXPECT_EQ(identity_.id(), 1234);
+  EXPECT_EQ(reload(), "");
+  EXPECT_THAT(reply_.applied(), ElementsAre("node.id"));
+  EXPECT_EQ(identity_.id(), 8);
+  EXPECT_EQ(station_.node_id, 8);
+  EXPECT_EQ(id_source(), "from the host's name 'robot-08'");
+  EXPECT_EQ(reload(), "");
+  EXPECT_THAT(reply_.applied(), IsEmpty());
+}
+
+TEST_F(OperatorTest, HostWhoseNewNameHasNoNumberIsNotReloaded) {
+  host_.name = "robot-07";
+  write("node.id = \"hostname\"\n" + std::string(kLink));
+  start();
+  host_.name = "raspberrypi";
+  write("log.level = \"error\"\n" + text_);
+  EXPECT_THAT(reload(), HasSubstr("key 'node.id': is \"hostname\", but the host's name"));
+  EXPECT_EQ(identity_.id(), 7);
+  EXPECT_EQ(log_levels()[0], Level("daemon", "info"));
+}
+
+TEST_F(OperatorTest, AddressThatIsGoneLeavesTheNodeIdAndOtherChangesApply) {
+  const auto at = [](std::uint32_t last) { return HostAddress{"wlan0", 0xC0A80100 + last, true}; };
+  host_.addresses = {at(32)};
+  write("node.id = \"ip\"\n" + std::string(kLink));
+  start();
+  EXPECT_EQ(identity_.id(), 32);
+  host_.addresses.clear();
+  write(text_ + "rate_hz = 7\n");
+  EXPECT_EQ(reload(), "");
+  EXPECT_THAT(reply_.applied(), ElementsAre("links.fake.rate_hz"));
+  EXPECT_THAT(reply_.node_id_stays(), HasSubstr("this machine has no IPv4 address"));
+  EXPECT_EQ(identity_.id(), 32);
+  host_.addresses = {at(33)};
+  EXPECT_EQ(reload(), "");
+  EXPECT_THAT(reply_.applied(), ElementsAre("node.id"));
+  EXPECT_FALSE(reply_.has_node_id_stays());
+  EXPECT_EQ(identity_.id(), 33);
+  host_.addresses.clear();
+  write("node.id_offset = 1\n" + text_);
+  EXPECT_THAT(reload(), HasSubstr("this machine has no IPv4 address")) << "another rule";
+  EXPECT_EQ(identity_.id(), 33);
 }
 
 TEST_F(OperatorTest, KeyFileWithNewContentIsAChangeOfTheKey) {
