@@ -75,11 +75,21 @@ void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
   }
 }
 
+constexpr const char* kOtherId =
+    "on one of the two, change what its id is from (`swarmtalk-cli status` there says: its host's "
+    "name, its address or node.id), then `swarmtalk-cli reload` there";
+
 void diagnose_ids(const DaemonFacts& daemon, Report& report) {
+  if (daemon.id_trouble) {
+    report.add({"node-id-missing", Severity::kWarning, "robot " + std::to_string(daemon.node_id),
+                "keeps its node id, but would not start again: " + *daemon.id_trouble,
+                "do what the line says; `swarmtalkd --check --config " + daemon.config_file +
+                    "` says when this machine has an id again"});
+  }
   if (daemon.id_collisions > 0 && daemon.is_id_fixed) {
     report.add({"node-id-collision", Severity::kError, "robot " + std::to_string(daemon.node_id),
-                "another robot has this node id too",
-                "give one of the two another node.id or host name, then `swarmtalk-cli reload`"});
+                "another robot has this node id too; here it is " + daemon.node_id_source,
+                kOtherId});
   }
   std::vector<std::uint32_t> told;
   for (const NeighbourFacts& each : daemon.neighbours) {
@@ -92,8 +102,7 @@ void diagnose_ids(const DaemonFacts& daemon, Report& report) {
       addresses += (addresses.empty() ? "" : " and ") + other.address;
     }
     report.add({"node-id-collision", Severity::kError, "robot " + std::to_string(each.node_id),
-                "two robots have this node id: " + addresses,
-                "give one of the two another node.id or host name, then `swarmtalk-cli reload`"});
+                "two robots have this node id: " + addresses, kOtherId});
   }
 }
 

@@ -68,7 +68,9 @@ struct DaemonFacts {
   std::string version;
   std::uint32_t node_id = 0;
   bool is_id_fixed = false;
-  std::uint64_t id_collisions = 0;  // with our own id, while doctor looked
+  std::string node_id_source;
+  std::optional<std::string> id_trouble;  // why its rule would give none at a start now
+  std::uint64_t id_collisions = 0;        // with our own id, while doctor looked
   std::string config_file;
   std::optional<std::string> config_error;  // of the file as it is now
   bool is_config_compared = false;          // with what is in force

@@ -97,6 +97,7 @@ void compare_configuration(OperatorConnection& daemon, DaemonFacts& facts) {
     return;
   }
   facts.is_config_compared = true;
+  if (answer.reloaded().has_node_id_stays()) facts.id_trouble = answer.reloaded().node_id_stays();
   for (const std::string& key : answer.reloaded().applied()) facts.config_reload.push_back(key);
   for (const std::string& key : answer.reloaded().needs_restart()) {
     facts.config_restart.push_back(key);
@@ -148,6 +149,7 @@ void take_status(const ipc::Status& first, const ipc::Status& second, DaemonFact
   facts.version = second.version();
   facts.node_id = second.node_id();
   facts.is_id_fixed = second.node_id_fixed();
+  facts.node_id_source = second.node_id_source();
   facts.config_file = second.config_file();
   const std::uint64_t collisions = value_of(second, "duplicate_node_ids");
   facts.id_collisions = collisions - std::min(collisions, value_of(first, "duplicate_node_ids"));

@@ -159,9 +159,22 @@ TEST_F(CabledRobot, HasAReceiveBufferThatTheKernelCuts) {
 
 TEST_F(CabledRobot, SharesItsIdWithAnother) {
   daemon_.id_collisions = 1;
-  EXPECT_EQ(only("node-id-collision").subject, "robot 1");
+  daemon_.node_id_source = "from the host's name 'robot-01'";
+  const Finding found = only("node-id-collision");
+  EXPECT_EQ(found.subject, "robot 1");
+  EXPECT_NE(found.what.find("'robot-01'"), std::string::npos);
+  EXPECT_NE(found.remedy.find("`swarmtalk-cli reload`"), std::string::npos);
   daemon_.is_id_fixed = false;  // it draws another one
   EXPECT_TRUE(report().findings.empty());
+}
+
+TEST_F(CabledRobot, WouldNotFindItsIdAtItsNextStart) {
+  daemon_.id_trouble = "robot.toml:2: key 'node.id': is \"ip\", but";
+  daemon_.config_file = "robot.toml";
+  const Finding found = only("node-id-missing");
+  EXPECT_EQ(found.severity, Severity::kWarning);
+  EXPECT_NE(found.what.find("robot.toml:2: key"), std::string::npos);
+  EXPECT_NE(found.remedy.find("`swarmtalkd --check --config robot.toml`"), std::string::npos);
 }
 
 TEST_F(CabledRobot, HearsTwoRobotsOfOneIdAndNamesBothOnce) {
@@ -209,6 +222,7 @@ TEST(DaemonAnswers, AreReadAsFactsAndCountersAsTheirRise) {
   first.set_version("1.2.3");
   first.set_node_id(5);
   first.set_node_id_fixed(true);
+  first.set_node_id_source("from node.id");
   first.set_config_file("robot.toml");
   ipc::LinkStatus& link = *first.add_links();
   link.set_name("air");
@@ -233,6 +247,7 @@ TEST(DaemonAnswers, AreReadAsFactsAndCountersAsTheirRise) {
   EXPECT_EQ(facts.version, "1.2.3");
   EXPECT_EQ(facts.node_id, 5u);
   EXPECT_TRUE(facts.is_id_fixed);
+  EXPECT_EQ(facts.node_id_source, "from node.id");
   EXPECT_EQ(facts.config_file, "robot.toml");
   EXPECT_EQ(facts.id_collisions, 2u);
   ASSERT_EQ(facts.links.size(), 1u);
