@@ -86,9 +86,15 @@ void diagnose_ids(const DaemonFacts& daemon, Report& report) {
                 "do what the line says; `swarmtalkd --check --config " + daemon.config_file +
                     "` says when this machine has an id again"});
   }
-  if (daemon.id_collisions > 0 && daemon.is_id_fixed) {
+  const auto namesake = std::find_if(daemon.neighbours.begin(), daemon.neighbours.end(),
+                                     [&](const NeighbourFacts& each) {
+                                       return each.is_duplicate && each.node_id == daemon.node_id;
+                                     });
+  const bool is_heard = namesake != daemon.neighbours.end();
+  if ((daemon.id_collisions > 0 || is_heard) && daemon.is_id_fixed) {
     report.add({"node-id-collision", Severity::kError, "robot " + std::to_string(daemon.node_id),
-                "another robot has this node id too; here it is " + daemon.node_id_source,
+                "another robot" + (is_heard ? " (" + namesake->address + ")" : "") +
+                    " has this node id too; here it is " + daemon.node_id_source,
                 kOtherId});
   }
   std::vector<std::uint32_t> told;

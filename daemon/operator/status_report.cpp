@@ -40,6 +40,15 @@ void fill_settings(const drivers::Link& link, ipc::LinkStatus& entry) {
 
 constexpr int kMostUsersTold = 32;  // in a status, so that it fits a frame
 
+/// Whether it speaks under our id, and has not taken another one since. Ghosts share one address.
+bool has_our_id(Station& station, const Neighbour& neighbour, const std::vector<Neighbour>& all) {
+  if (neighbour.node != station.identity().id()) return false;
+  return std::none_of(all.begin(), all.end(), [&](const Neighbour& other) {
+    return !other.is_ghost && other.hardware != 0 && other.hardware == neighbour.hardware &&
+           other.last_heard > neighbour.last_heard;
+  });
+}
+
 void fill_neighbour(Station& station, const Neighbour& from, Neighbour::Time now,
                     const drivers::Signals& signals, ipc::Neighbour& to) {
   const std::uint64_t age_ms = whole_ms(now - from.last_heard);
@@ -146,7 +155,9 @@ void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
     if (!heard.empty()) signals = station->link().signals();
     for (const Neighbour& each : heard) {
       if (reply.neighbours_size() < kMostNeighbours) {
-        fill_neighbour(*station, each, now, signals, *reply.add_neighbours());
+        ipc::Neighbour& entry = *reply.add_neighbours();
+        fill_neighbour(*station, each, now, signals, entry);
+        if (has_our_id(*station, each, heard)) entry.set_duplicate_id(true);
       } else {
         ++left_out;
       }

@@ -164,6 +164,9 @@ TEST_F(CabledRobot, SharesItsIdWithAnother) {
   EXPECT_EQ(found.subject, "robot 1");
   EXPECT_NE(found.what.find("'robot-01'"), std::string::npos);
   EXPECT_NE(found.remedy.find("`swarmtalk-cli reload`"), std::string::npos);
+  daemon_.id_collisions = 0;  // it says little, and was heard before doctor looked
+  daemon_.neighbours.push_back({"air", 1, "02:00:00:00:01:02", 10, 5, true, {}});
+  EXPECT_NE(only("node-id-collision").what.find("02:00:00:00:01:02"), std::string::npos);
   daemon_.is_id_fixed = false;  // it draws another one
   EXPECT_TRUE(report().findings.empty());
 }

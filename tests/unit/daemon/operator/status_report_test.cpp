@@ -88,6 +88,22 @@ TEST_F(StatusReportTest, SaysAllThatIsKnownOfANeighbour) {
   EXPECT_FALSE(told.ghost());
 }
 
+TEST_F(StatusReportTest, MarksANeighbourThatHasOurNodeIdOnThatLink) {
+  first_.around = {heard_ago(first_.identity().id(), 0ms)};
+  second_.around = {heard_ago(first_.identity().id(), 0ms)};
+  const ipc::Neighbours reply = neighbours();
+  ASSERT_EQ(reply.neighbours_size(), 2);
+  EXPECT_TRUE(reply.neighbours(0).duplicate_id());
+  EXPECT_FALSE(reply.neighbours(1).duplicate_id()) << "there we are node 6";
+  Neighbour before = heard_ago(first_.identity().id(), 2000ms), after = heard_ago(8, 100ms);
+  before.hardware = after.hardware = 70;
+  first_.around = {before, after};
+  EXPECT_FALSE(neighbours().neighbours(0).duplicate_id()) << "it has another id now";
+  before.is_ghost = after.is_ghost = true;
+  first_.around = {before, after};
+  EXPECT_TRUE(neighbours().neighbours(0).duplicate_id()) << "two ghosts of one machine";
+}
+
 TEST_F(StatusReportTest, LeavesOutWhatIsNotKnownOfANeighbour) {
   Neighbour heard = heard_ago(7, 0ms);
   heard.pose = frame::FramePose::stale();
