@@ -55,7 +55,8 @@ std::string find_daemon_program() {
   return {};
 }
 
-/// What `swarmtalkd --check` says of a file; none: it is right, or nobody can be asked.
+/// What `swarmtalkd --check` says of a file; none: it is right and gives this machine a node id, or
+/// nobody can be asked.
 std::optional<std::string> check_file(const std::string& file) {
   const std::string program = find_daemon_program();
   if (program.empty() || ::access(file.c_str(), F_OK) != 0) return std::nullopt;
@@ -81,7 +82,12 @@ std::optional<std::string> check_file(const std::string& file) {
   ::close(pipe[0]);
   int status = 0;
   if (child < 0 || ::waitpid(child, &status, 0) != child) return std::nullopt;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::nullopt;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+    constexpr std::string_view kNotHere = "this machine cannot run with it: ";
+    const std::size_t found = text.find(kNotHere);
+    if (found == std::string::npos) return std::nullopt;
+    text.erase(0, found + kNotHere.size());
+  }
   text = text.substr(0, text.find('\n'));
   constexpr std::string_view kOwnName = "swarmtalkd: ";
   return text.starts_with(kOwnName) ? text.substr(kOwnName.size()) : text;

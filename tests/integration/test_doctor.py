@@ -165,6 +165,11 @@ def test_a_wrong_configuration_is_named_with_its_line(robot):
     found, _ = examine(robot, "--config", robot._config)
     assert sorted(found) == ["configuration-wrong", "daemon-absent"]
     assert "links.air.beacon" in found["configuration-wrong"]["what"]
+    # A right file that is not for this machine.
+    robot.configure('[node]\nid = "ip"\nid_interface = "nosuch0"\n' + HEALTHY)
+    found, _ = examine(robot, "--config", robot._config)
+    assert sorted(found) == ["configuration-wrong", "daemon-absent"]
+    assert re.search(":3: key 'node.id_interface'", found["configuration-wrong"]["what"])
 
 
 def test_a_configuration_that_is_not_in_force_is_named_and_reloaded(robot):
