@@ -223,6 +223,14 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
                     (interface.is_radio ? "; if that fails: rfkill list" : "")});
     return true;
   }
+  if (!interface.bridge.empty()) {
+    report.add({"bridge-port", severity, name,
+                "the interface is a port of " + interface.bridge + ", which takes all its frames",
+                "set interface = \"" + interface.bridge + "\"" +
+                    (link != nullptr ? " in [links." + link->name + "]" : "") +
+                    ", then sudo systemctl restart swarmtalkd"});
+    return true;
+  }
   const bool is_too_small = link != nullptr && link->packet_limit_bytes > 0 &&
                             link->packet_limit_bytes < link->packet_bytes;
   if (is_too_small) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "interface/interface_info.hpp"
 #include "nl80211/radio.hpp"
 
 namespace swarmtalk::cli::doctor {
@@ -21,12 +22,7 @@ struct RadioFacts {
   std::optional<std::string> country;
 };
 
-struct InterfaceFacts {
-  std::string name;
-  unsigned index = 0;  // 0: there is none of this name
-  bool is_switched_on = false;
-  bool has_carrier = false;
-  std::size_t mtu_bytes = 0;
+struct InterfaceFacts : InterfaceInfo {
   bool is_radio = false;  // 802.11, says the kernel; then `radio`, unless it cannot be asked
   std::optional<RadioFacts> radio;
 };

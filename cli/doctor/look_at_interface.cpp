@@ -1,47 +1,14 @@
 #include <net/if.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cstring>
 
 #include "cli/common/clock.hpp"
 #include "cli/doctor/look.hpp"
 
 namespace swarmtalk::cli::doctor {
-namespace {
-
-bool is_radio(const std::string& name) {
-  struct stat status {};
-  return ::stat(("/sys/class/net/" + name + "/phy80211").c_str(), &status) == 0;
-}
-
-void read_flags(InterfaceFacts& facts) {
-  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (socket < 0) return;
-  ifreq request{};
-  std::memcpy(request.ifr_name, facts.name.c_str(),
-              std::min<std::size_t>(facts.name.size(), IFNAMSIZ - 1));
-  if (ioctl(socket, SIOCGIFFLAGS, &request) == 0) {
-    facts.is_switched_on = (request.ifr_flags & IFF_UP) != 0;
-    facts.has_carrier = (request.ifr_flags & IFF_RUNNING) != 0;
-  }
-  if (ioctl(socket, SIOCGIFMTU, &request) == 0) {
-    facts.mtu_bytes = static_cast<std::size_t>(std::max(request.ifr_mtu, 0));
-  }
-  close(socket);
-}
-
-}  // namespace
-
 InterfaceFacts look_at_interface(const std::string& name, nl80211::Asker* asker) {
   InterfaceFacts facts;
+  static_cast<InterfaceInfo&>(facts) = InterfaceAsker().find(name);
   facts.name = name;
-  facts.index = if_nametoindex(name.c_str());
   if (facts.index == 0) return facts;
-  read_flags(facts);
   if (asker != nullptr) facts.radio = look_at_radio(*asker, facts.index);
   facts.is_radio = facts.radio.has_value() || is_radio(name);
   return facts;

@@ -3,30 +3,19 @@
 // of changes or a lost message cannot leave a link with a wrong picture.
 #pragma once
 
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "interface/interface_info.hpp"
+
 namespace swarmtalk::drivers {
 
-struct InterfaceInfo {
-  unsigned index = 0;  // 0: there is no such interface, and the rest means nothing
-  std::string name;
-  bool is_switched_on = false;  // ip link set NAME up
-  bool has_carrier = false;
-  bool is_loopback = false;
-  bool is_ethernet = false;  // Wi-Fi counts as Ethernet
-  std::size_t mtu_bytes = 0;
-  std::array<std::uint8_t, 6> mac{};
-};
-
-/// Whether the kernel calls it 802.11: a Wi-Fi interface, in whatever mode.
-bool is_radio(const std::string& interface);
+/// Why no robot is reached or heard through an interface that there is, and what to do about it:
+/// "is switched off (ip link set wlan0 up)". Empty: nothing is in the way.
+std::string obstacle_of(const InterfaceInfo& interface);
 
 class InterfaceWatch {
  public:
@@ -37,8 +26,8 @@ class InterfaceWatch {
   /// Calls `on_change` after each change of any interface, until this is destroyed.
   void start(std::function<void()> on_change);
 
-  InterfaceInfo find(const std::string& name) const;
-  InterfaceInfo find(unsigned index) const;
+  InterfaceInfo find(const std::string& name) const { return asker_.find(name); }
+  InterfaceInfo find(unsigned index) const { return asker_.find(index); }
 
   /// Names of this machine's interfaces: "eth0, lo".
   static std::string names();
@@ -47,6 +36,7 @@ class InterfaceWatch {
   void wait();
   void drain();
 
+  InterfaceAsker asker_;
   int descriptor_;  // of socket_, for calls that only read
   boost::asio::posix::stream_descriptor socket_;
   std::function<void()> on_change_;

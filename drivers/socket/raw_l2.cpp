@@ -120,12 +120,8 @@ void RawL2Link::refresh() {
              kEthernetHeaderBytes + std::max(interface.mtu_bytes, kUsualMtuBytes));
   const std::string renamed =
       interface.name == config_.interface ? "" : " (renamed to '" + interface.name + "')";
-  if (!interface.is_switched_on) {
-    return set_state(false, "down: " + name + renamed + " is switched off (ip link set " +
-                                interface.name + " up)");
-  }
-  if (!interface.has_carrier) {
-    return set_state(false, "down: " + name + renamed + " has no carrier" + kCarrierRemedy);
+  if (const std::string obstacle = obstacle_of(interface); !obstacle.empty()) {
+    return set_state(false, "down: " + name + renamed + " " + obstacle);
   }
   set_state(true, "up" + renamed + ", MTU " + std::to_string(interface.mtu_bytes) + " bytes" +
                       mtu_remark());

@@ -32,7 +32,6 @@ namespace swarmtalk::drivers {
 
 /// What to do about an interface, behind the state that a link has without it.
 inline constexpr const char* kGoneRemedy = " (ip link lists those there are)";
-inline constexpr const char* kCarrierRemedy = " (plug in its cable, or join its Wi-Fi)";
 
 class SocketLink : public Link, public Tappable {
  public:

@@ -143,12 +143,9 @@ void UdpLink::refresh() {
     interface = watch().find(config_.interface);
     const std::string name = "interface '" + config_.interface + "'";
     if (interface.index == 0) return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
-    if (!interface.is_switched_on) {
-      return set_state(
-          false, "down: " + name + " is switched off (ip link set " + interface.name + " up)");
+    if (const std::string obstacle = obstacle_of(interface); !obstacle.empty()) {
+      return set_state(false, "down: " + name + " " + obstacle);
     }
-    if (!interface.has_carrier)
-      return set_state(false, "down: " + name + " has no carrier" + kCarrierRemedy);
     frame_bytes = std::min(
         frame_bytes, std::max(interface.mtu_bytes, kIpAndUdpHeaderBytes) - kIpAndUdpHeaderBytes);
   }

@@ -93,6 +93,15 @@ TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffOrUnplugged) {
   EXPECT_EQ(only("interface-missing").subject, "a0");
 }
 
+TEST_F(CabledRobot, HasABridgeOverItsInterface) {
+  facts_.interfaces[0].bridge = "br0";
+  const Finding port = only("bridge-port");
+  EXPECT_EQ(port.severity, Severity::kError);
+  EXPECT_NE(port.remedy.find("set interface = \"br0\" in [links.air]"), std::string::npos);
+  daemon_.links[0].is_up = false;
+  EXPECT_EQ(only("bridge-port").subject, "a0");
+}
+
 TEST_F(CabledRobot, HasASmallMtu) {
   facts_.interfaces[0].mtu_bytes = 600;
   daemon_.links[0].packet_limit_bytes = 500;

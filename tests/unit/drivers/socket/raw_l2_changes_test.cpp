@@ -55,6 +55,7 @@ class RawL2Changes : public LinkPair<RawL2Link, RawL2Config> {
   // Steps of the stories below.
   void survive_down_and_up();
   void notice_that_the_other_end_is_down();
+  void be_down_as_a_port_of_a_bridge();
   void pull_nothing_while_down();
   void survive_deletion_and_return();
   void survive_deletion_and_return_before_it_is_noticed();
@@ -78,6 +79,15 @@ void RawL2Changes::notice_that_the_other_end_is_down() {
   network_->ip('b', "link set air0 down");
   expect_state_of_a("has no carrier (plug in its cable, or join its Wi-Fi)", false);
   network_->ip('b', "link set air0 up");
+  expect_exchange();
+}
+
+void RawL2Changes::be_down_as_a_port_of_a_bridge() {
+  network_->ip('a', "link add name br0 type bridge");
+  network_->ip('a', "link set air0 master br0");
+  expect_state_of_a("is a port of br0, which takes all its frames (set interface = \"br0\")",
+                    false);
+  network_->ip('a', "link del br0");
   expect_exchange();
 }
 
@@ -194,6 +204,7 @@ void RawL2Changes::prefer_another_interface_of_its_name_to_the_renamed_one() {
 TEST_F(RawL2Changes, LivesThroughDownsDeletionsAndTheLossOfItsCapabilities) {
   survive_down_and_up();
   notice_that_the_other_end_is_down();
+  be_down_as_a_port_of_a_bridge();
   pull_nothing_while_down();
   survive_deletion_and_return();
   survive_deletion_and_return_before_it_is_noticed();

@@ -1,0 +1,152 @@
+#include "interface/interface_info.hpp"
+
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+
+namespace swarmtalk {
+namespace {
+
+constexpr std::size_t kMostAnswerBytes = 32768;  // statistics and all; virtual functions are more
+
+using Bytes = std::span<const std::uint8_t>;
+
+template <typename Value>
+Value value_of(Bytes bytes) {
+  Value value{};
+  std::memcpy(&value, bytes.data(), std::min(bytes.size(), sizeof value));
+  return value;
+}
+
+/// Calls `each` with type and bytes of each attribute.
+template <typename Each>
+void for_attributes(Bytes bytes, Each each) {
+  while (bytes.size() >= sizeof(rtattr)) {
+    const auto head = value_of<rtattr>(bytes);
+    if (head.rta_len < sizeof head || head.rta_len > bytes.size()) return;
+    each(head.rta_type & NLA_TYPE_MASK, bytes.first(head.rta_len).subspan(sizeof head));
+    bytes = bytes.subspan(std::min<std::size_t>(RTA_ALIGN(head.rta_len), bytes.size()));
+  }
+}
+
+std::string text_of(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()),
+          strnlen(reinterpret_cast<const char*>(bytes.data()), bytes.size())};
+}
+
+/// Sends one question and reads its answer. @return 0: there is none
+std::size_t ask_kernel(int socket, Bytes question, std::span<std::uint8_t> answer) {
+  sockaddr_nl kernel{};
+  kernel.nl_family = AF_NETLINK;
+  while (recv(socket, answer.data(), answer.size(), MSG_DONTWAIT) >= 0) {  // of earlier questions
+  }
+  if (sendto(socket, question.data(), question.size(), 0, reinterpret_cast<sockaddr*>(&kernel),
+             sizeof kernel) < 0) {
+    return 0;
+  }
+  // The kernel answers within sendto().
+  const ssize_t size = recv(socket, answer.data(), answer.size(), MSG_DONTWAIT);
+  return size < 0 ? 0 : static_cast<std::size_t>(size);
+}
+
+}  // namespace
+
+int open_route_socket(unsigned groups) {
+  const int socket = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
+  sockaddr_nl address{};
+  address.nl_family = AF_NETLINK;
+  address.nl_groups = groups;
+  if (socket < 0 || bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+    const std::string reason = std::strerror(errno);
+    if (socket >= 0) close(socket);
+    throw std::runtime_error("cannot watch the network interfaces: " + reason);
+  }
+  return socket;
+}
+
+InterfaceInfo read_interface(Bytes answer) {
+  InterfaceInfo info;
+  if (answer.size() < NLMSG_LENGTH(sizeof(ifinfomsg))) return info;
+  if (value_of<nlmsghdr>(answer).nlmsg_type != RTM_NEWLINK) return info;
+  const auto link = value_of<ifinfomsg>(answer.subspan(NLMSG_HDRLEN));
+  info.index = static_cast<unsigned>(link.ifi_index);
+  info.is_switched_on = (link.ifi_flags & IFF_UP) != 0;
+  info.has_carrier = (link.ifi_flags & IFF_RUNNING) != 0;
+  info.is_loopback = (link.ifi_flags & IFF_LOOPBACK) != 0;
+  info.is_ethernet = link.ifi_type == ARPHRD_ETHER;
+  unsigned master = 0;
+  std::string kind_of_master;
+  for_attributes(answer.subspan(NLMSG_SPACE(sizeof link)), [&](int type, Bytes value) {
+    if (type == IFLA_IFNAME) info.name = text_of(value);
+    if (type == IFLA_MTU) info.mtu_bytes = value_of<std::uint32_t>(value);
+    if (type == IFLA_ADDRESS) {
+      std::copy_n(value.begin(), std::min(value.size(), info.mac.size()), info.mac.begin());
+    }
+    if (type == IFLA_MASTER) master = value_of<std::uint32_t>(value);
+    if (type != IFLA_LINKINFO) return;
+    for_attributes(value, [&](int inner, Bytes text) {
+      if (inner == IFLA_INFO_SLAVE_KIND) kind_of_master = text_of(text);
+    });
+  });
+  // Other masters (bond, team, vrf, batadv) leave a port its frames, or those of our kind.
+  if (kind_of_master == "bridge") info.bridge_index = master;
+  return info;
+}
+
+InterfaceAsker::InterfaceAsker() : socket_(open_route_socket(0)) {}
+
+InterfaceAsker::~InterfaceAsker() {
+  close(socket_);
+}
+
+InterfaceInfo InterfaceAsker::ask(unsigned index, const std::string& name) const {
+  struct {
+    nlmsghdr head;
+    ifinfomsg link;
+    rtattr name_head;
+    std::array<char, IFNAMSIZ> name;
+  } question{};
+  question.head.nlmsg_type = RTM_GETLINK;
+  question.head.nlmsg_flags = NLM_F_REQUEST;
+  question.head.nlmsg_len = sizeof question - (index == 0 ? 0 : RTA_SPACE(IFNAMSIZ));
+  question.link.ifi_index = static_cast<int>(index);
+  question.name_head = {RTA_LENGTH(IFNAMSIZ), IFLA_IFNAME};
+  std::copy(name.begin(), name.end(), question.name.begin());
+  std::array<std::uint8_t, kMostAnswerBytes> answer;
+  const Bytes bytes(reinterpret_cast<const std::uint8_t*>(&question), question.head.nlmsg_len);
+  return read_interface(Bytes(answer).first(ask_kernel(socket_, bytes, answer)));
+}
+
+InterfaceInfo InterfaceAsker::find(const std::string& name) const {
+  if (name.empty() || name.size() >= IFNAMSIZ) return {};
+  InterfaceInfo info = ask(0, name);
+  if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
+  info.name = name;
+  return info;
+}
+
+InterfaceInfo InterfaceAsker::find(unsigned index) const {
+  if (index == 0) return {};
+  InterfaceInfo info = ask(index, {});
+  if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
+  return info;
+}
+
+bool is_radio(const std::string& interface) {
+  // A name with a slash is none, and would lead elsewhere.
+  if (interface.empty() || interface.find('/') != std::string::npos) return false;
+  struct stat status {};
+  return ::stat(("/sys/class/net/" + interface + "/phy80211").c_str(), &status) == 0;
+}
+
+}  // namespace swarmtalk

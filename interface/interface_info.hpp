@@ -1,0 +1,54 @@
+// InterfaceInfo: what the kernel says of a network interface (a route socket, and /sys for radios).
+// Asked by the daemon's links and by doctor, on their own threads. Needs no privilege.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace swarmtalk {
+
+struct InterfaceInfo {
+  unsigned index = 0;  // 0: there is no such interface, and the rest means nothing
+  std::string name;
+  bool is_switched_on = false;  // ip link set NAME up
+  bool has_carrier = false;
+  bool is_loopback = false;
+  bool is_ethernet = false;  // Wi-Fi counts as Ethernet
+  std::size_t mtu_bytes = 0;
+  std::array<std::uint8_t, 6> mac{};
+  unsigned bridge_index = 0;  // of the bridge that it is a port of; 0: of none
+  std::string bridge;         // its name
+};
+
+/// From the kernel's answer to RTM_GETLINK. All but the bridge's name.
+InterfaceInfo read_interface(std::span<const std::uint8_t> answer);
+
+class InterfaceAsker {
+ public:
+  /// Opens a route socket in the calling thread's network namespace.
+  /// @throws std::runtime_error
+  InterfaceAsker();
+  ~InterfaceAsker();
+  InterfaceAsker(const InterfaceAsker&) = delete;
+  InterfaceAsker& operator=(const InterfaceAsker&) = delete;
+
+  InterfaceInfo find(const std::string& name) const;
+  InterfaceInfo find(unsigned index) const;
+
+ private:
+  InterfaceInfo ask(unsigned index, const std::string& name) const;
+
+  int socket_;
+};
+
+/// Opens a route socket that hears of changes. @param groups  RTMGRP_..., or 0
+/// @throws std::runtime_error
+int open_route_socket(unsigned groups);
+
+/// Whether the kernel calls it 802.11: a Wi-Fi interface, in whatever mode.
+bool is_radio(const std::string& interface);
+
+}  // namespace swarmtalk

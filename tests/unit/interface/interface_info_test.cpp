@@ -1,0 +1,100 @@
+// What is read from the kernel's answers, which are made here.
+#include "interface/interface_info.hpp"
+
+#include <gtest/gtest.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+
+#include <cstring>
+#include <vector>
+
+namespace swarmtalk {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+void append(Bytes& to, const void* from, std::size_t size) {
+  const auto* bytes = static_cast<const std::uint8_t*>(from);
+  to.insert(to.end(), bytes, bytes + size);
+  to.resize(NLMSG_ALIGN(to.size()));
+}
+
+Bytes attribute(int type, const Bytes& value) {
+  const rtattr head{static_cast<unsigned short>(RTA_LENGTH(value.size())),
+                    static_cast<unsigned short>(type)};
+  Bytes made;
+  append(made, &head, sizeof head);
+  append(made, value.data(), value.size());
+  return made;
+}
+
+Bytes text(const std::string& words) {
+  Bytes made(words.begin(), words.end());
+  made.push_back(0);
+  return made;
+}
+
+Bytes number(std::uint32_t value) {
+  Bytes made;
+  append(made, &value, sizeof value);
+  return made;
+}
+
+Bytes answer(unsigned flags, std::initializer_list<Bytes> attributes = {}) {
+  nlmsghdr head{};
+  head.nlmsg_type = RTM_NEWLINK;
+  ifinfomsg link{};
+  link.ifi_type = ARPHRD_ETHER;
+  link.ifi_index = 3;
+  link.ifi_flags = flags;
+  Bytes made;
+  append(made, &head, sizeof head);
+  append(made, &link, sizeof link);
+  for (const Bytes& each : attributes) made.insert(made.end(), each.begin(), each.end());
+  return made;
+}
+
+Bytes master(const std::string& kind) {
+  Bytes made = attribute(IFLA_MASTER, number(9));
+  const Bytes of = attribute(IFLA_LINKINFO, attribute(IFLA_INFO_SLAVE_KIND, text(kind)));
+  made.insert(made.end(), of.begin(), of.end());
+  return made;
+}
+
+TEST(InterfaceInfo, IsReadFromTheKernelsAnswer) {
+  const InterfaceInfo info = read_interface(
+      answer(IFF_UP | IFF_RUNNING | 1u << 16,
+             {attribute(IFLA_IFNAME, text("wlan0")), attribute(IFLA_MTU, number(1500)),
+              attribute(IFLA_ADDRESS, {2, 0, 0, 0, 0, 7})}));
+  EXPECT_EQ(info.index, 3u);
+  EXPECT_EQ(info.name, "wlan0");
+  EXPECT_EQ(info.mtu_bytes, 1500u);
+  EXPECT_EQ(info.mac, (std::array<std::uint8_t, 6>{2, 0, 0, 0, 0, 7}));
+  EXPECT_TRUE(info.is_switched_on && info.has_carrier && info.is_ethernet);
+  EXPECT_FALSE(info.is_loopback);
+  EXPECT_FALSE(read_interface(answer(IFF_UP)).has_carrier);
+  EXPECT_TRUE(read_interface(answer(IFF_LOOPBACK)).is_loopback);
+}
+
+TEST(InterfaceInfo, OnlyABridgeTakesThePortsFrames) {
+  EXPECT_EQ(read_interface(answer(IFF_UP, {master("bridge")})).bridge_index, 9u);
+  for (const char* const kind : {"bond", "team", "vrf", "batadv", ""}) {
+    EXPECT_EQ(read_interface(answer(IFF_UP, {master(kind)})).bridge_index, 0u) << kind;
+  }
+}
+
+TEST(InterfaceInfo, AnAnswerThatIsCutIsReadAsFarAsItGoes) {
+  const Bytes whole = answer(IFF_UP, {attribute(IFLA_IFNAME, text("wlan0")), master("bridge")});
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_EQ(read_interface(cut).bridge_index, 0u) << size;
+  }
+  Bytes error = whole;
+  const std::uint16_t type = NLMSG_ERROR;
+  std::memcpy(error.data() + offsetof(nlmsghdr, nlmsg_type), &type, sizeof type);
+  EXPECT_EQ(read_interface(error).index, 0u);
+}
+
+}  // namespace
+}  // namespace swarmtalk
