@@ -103,6 +103,16 @@ InterfaceInfo read_interface(Bytes answer) {
   return info;
 }
 
+bool is_without_source(Bytes answer) {
+  if (answer.size() < NLMSG_LENGTH(sizeof(rtmsg))) return false;
+  if (value_of<nlmsghdr>(answer).nlmsg_type != RTM_NEWROUTE) return false;
+  std::uint32_t source = 0;
+  for_attributes(answer.subspan(NLMSG_SPACE(sizeof(rtmsg))), [&](int type, Bytes value) {
+    if (type == RTA_PREFSRC) source = value_of<std::uint32_t>(value);
+  });
+  return source == 0;
+}
+
 InterfaceAsker::InterfaceAsker() : socket_(open_route_socket(0)) {}
 
 InterfaceAsker::~InterfaceAsker() {
@@ -140,6 +150,29 @@ InterfaceInfo InterfaceAsker::find(unsigned index) const {
   InterfaceInfo info = ask(index, {});
   if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
   return info;
+}
+
+bool InterfaceAsker::lacks_source(unsigned index, std::uint32_t destination) const {
+  struct {
+    nlmsghdr head;
+    rtmsg route;
+    rtattr to_head;
+    std::uint32_t to;
+    rtattr through_head;
+    std::uint32_t through;
+  } question{};
+  question.head.nlmsg_type = RTM_GETROUTE;
+  question.head.nlmsg_flags = NLM_F_REQUEST;
+  question.head.nlmsg_len = sizeof question;
+  question.route.rtm_family = AF_INET;
+  question.route.rtm_dst_len = 32;
+  question.to_head = {RTA_LENGTH(sizeof destination), RTA_DST};
+  question.to = destination;
+  question.through_head = {RTA_LENGTH(sizeof index), RTA_OIF};
+  question.through = index;
+  std::array<std::uint8_t, kMostAnswerBytes> answer;
+  const Bytes bytes(reinterpret_cast<const std::uint8_t*>(&question), sizeof question);
+  return is_without_source(Bytes(answer).first(ask_kernel(socket_, bytes, answer)));
 }
 
 bool is_radio(const std::string& interface) {

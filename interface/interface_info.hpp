@@ -26,6 +26,9 @@ struct InterfaceInfo {
 /// From the kernel's answer to RTM_GETLINK. All but the bridge's name.
 InterfaceInfo read_interface(std::span<const std::uint8_t> answer);
 
+/// From the kernel's answer to RTM_GETROUTE: a route without an address to send from.
+bool is_without_source(std::span<const std::uint8_t> answer);
+
 class InterfaceAsker {
  public:
   /// Opens a route socket in the calling thread's network namespace.
@@ -37,6 +40,11 @@ class InterfaceAsker {
 
   InterfaceInfo find(const std::string& name) const;
   InterfaceInfo find(unsigned index) const;
+
+  /// Whether datagrams leave through an interface from 0.0.0.0, so that each receiver drops them:
+  /// neither it nor another interface has an IPv4 address for them.
+  /// @param destination  network byte order
+  bool lacks_source(unsigned index, std::uint32_t destination) const;
 
  private:
   InterfaceInfo ask(unsigned index, const std::string& name) const;

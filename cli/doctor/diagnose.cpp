@@ -244,6 +244,17 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
     report.add({"no-carrier", severity, name, "the interface has no carrier", "plug its cable in"});
     return true;
   }
+  const bool needs_address = link != nullptr && link->type == "udp" && !interface.is_loopback;
+  if (needs_address && interface.has_carrier && !interface.has_ipv4_address) {
+    report.add({"no-address", link->is_up ? Severity::kWarning : Severity::kError, name,
+                link->is_up
+                    ? "the interface has no IPv4 address, so the datagrams of link " + link->name +
+                          " leave from another interface's"
+                    : "the interface has no IPv4 address, which link " + link->name + " needs",
+                "look at its DHCP client, or sudo ip address add 10.83.84.N/24 dev " + name +
+                    " with another N on each robot"});
+    return !link->is_up;
+  }
   return false;
 }
 

@@ -1,14 +1,33 @@
+#include <ifaddrs.h>
 #include <net/if.h>
+#include <sys/socket.h>
 
 #include "cli/common/clock.hpp"
 #include "cli/doctor/look.hpp"
 
 namespace swarmtalk::cli::doctor {
+namespace {
+
+bool has_ipv4_address(const std::string& name) {
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return true;  // not told
+  bool has_one = false;
+  for (const ifaddrs* each = list; each != nullptr; each = each->ifa_next) {
+    const bool is_ipv4 = each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET;
+    if (is_ipv4 && name == each->ifa_name) has_one = true;
+  }
+  freeifaddrs(list);
+  return has_one;
+}
+
+}  // namespace
+
 InterfaceFacts look_at_interface(const std::string& name, nl80211::Asker* asker) {
   InterfaceFacts facts;
   static_cast<InterfaceInfo&>(facts) = InterfaceAsker().find(name);
   facts.name = name;
   if (facts.index == 0) return facts;
+  facts.has_ipv4_address = has_ipv4_address(name);
   if (asker != nullptr) facts.radio = look_at_radio(*asker, facts.index);
   facts.is_radio = facts.radio.has_value() || is_radio(name);
   return facts;

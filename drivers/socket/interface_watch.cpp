@@ -12,7 +12,7 @@
 namespace swarmtalk::drivers {
 
 InterfaceWatch::InterfaceWatch(boost::asio::io_context& io)
-    : descriptor_(open_route_socket(RTMGRP_LINK)), socket_(io, descriptor_) {}
+    : descriptor_(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR)), socket_(io, descriptor_) {}
 
 void InterfaceWatch::start(std::function<void()> on_change) {
   on_change_ = std::move(on_change);

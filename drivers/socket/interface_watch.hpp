@@ -1,10 +1,12 @@
-// InterfaceWatch: what a network interface is like, and word of every change (a route socket).
+// InterfaceWatch: what a network interface is like, and word of every change of it or of its IPv4
+// addresses (a route socket).
 // Needs no privilege. The change message itself is not read: it only says "look again", so a burst
 // of changes or a lost message cannot leave a link with a wrong picture.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -23,11 +25,14 @@ class InterfaceWatch {
   /// @throws std::runtime_error
   explicit InterfaceWatch(boost::asio::io_context& io);
 
-  /// Calls `on_change` after each change of any interface, until this is destroyed.
+  /// Calls `on_change` after each change of any interface or IPv4 address, until this is destroyed.
   void start(std::function<void()> on_change);
 
   InterfaceInfo find(const std::string& name) const { return asker_.find(name); }
   InterfaceInfo find(unsigned index) const { return asker_.find(index); }
+  bool lacks_source(unsigned index, std::uint32_t destination) const {
+    return asker_.lacks_source(index, destination);
+  }
 
   /// Names of this machine's interfaces: "eth0, lo".
   static std::string names();

@@ -160,6 +160,12 @@ void UdpLink::refresh() {
     return set_state(false, std::string("down: cannot join the group: ") + std::strerror(errno) +
                                 (config_.interface.empty() ? " (name an interface)" : ""));
   }
+  // The loopback interface needs none.
+  if (interface.index != 0 && !interface.is_loopback &&
+      watch().lacks_source(interface.index, destination_.sin_addr.s_addr)) {
+    return set_state(false, "down: interface '" + config_.interface +
+                                "' has no IPv4 address yet (give it one, or wait for DHCP)");
+  }
   set_state(true, "up, frames of up to " + std::to_string(frame_bytes) + " bytes" + mtu_remark());
 }
 

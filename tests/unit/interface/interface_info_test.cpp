@@ -84,6 +84,21 @@ TEST(InterfaceInfo, OnlyABridgeTakesThePortsFrames) {
   }
 }
 
+TEST(InterfaceInfo, ARouteWithoutAnAddressToSendFromIsOne) {
+  nlmsghdr head{};
+  head.nlmsg_type = RTM_NEWROUTE;
+  const rtmsg route{};
+  Bytes made;
+  append(made, &head, sizeof head);
+  EXPECT_FALSE(is_without_source(made)) << "no answer";
+  append(made, &route, sizeof route);
+  EXPECT_TRUE(is_without_source(made));
+  const Bytes source = attribute(RTA_PREFSRC, {10, 83, 84, 1});
+  made.insert(made.end(), source.begin(), source.end());
+  EXPECT_FALSE(is_without_source(made));
+  EXPECT_FALSE(is_without_source(answer(IFF_UP)));
+}
+
 TEST(InterfaceInfo, AnAnswerThatIsCutIsReadAsFarAsItGoes) {
   const Bytes whole = answer(IFF_UP, {attribute(IFLA_IFNAME, text("wlan0")), master("bridge")});
   for (std::size_t size = 0; size < whole.size(); ++size) {

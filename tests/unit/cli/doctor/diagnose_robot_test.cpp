@@ -102,6 +102,19 @@ TEST_F(CabledRobot, HasABridgeOverItsInterface) {
   EXPECT_EQ(only("bridge-port").subject, "a0");
 }
 
+TEST_F(CabledRobot, HasNoAddressForItsDatagrams) {
+  facts_.interfaces[0].has_ipv4_address = false;
+  EXPECT_FALSE(report().has_findings()) << "raw frames need none";
+  daemon_.links[0].type = "udp";
+  EXPECT_EQ(only("no-address").severity, Severity::kWarning);
+  daemon_.links[0].is_up = false;
+  const Finding lost = only("no-address");
+  EXPECT_EQ(lost.severity, Severity::kError);
+  EXPECT_NE(lost.remedy.find("dev a0"), std::string::npos);
+  daemon_.links[0].is_up = facts_.interfaces[0].is_loopback = true;
+  EXPECT_FALSE(report().has_findings());
+}
+
 TEST_F(CabledRobot, HasASmallMtu) {
   facts_.interfaces[0].mtu_bytes = 600;
   daemon_.links[0].packet_limit_bytes = 500;

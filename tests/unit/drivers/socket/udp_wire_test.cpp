@@ -38,6 +38,7 @@ class UdpWire : public LinkPair<UdpLink, UdpConfig> {
   void send_whole_datagrams_with_ttl_one();
   void not_hear_its_group_on_another_interface();
   void join_again_when_the_interface_returns();
+  void wait_for_an_address();
   void use_the_networks_broadcast_address();
   void use_the_broadcast_address_of_all_networks_without_a_route();
   void never_fragment_on_a_small_mtu();
@@ -87,6 +88,20 @@ void UdpWire::join_again_when_the_interface_returns() {
   EXPECT_EQ(counter(*a_, "link_down_events"), 1U);
 }
 
+void UdpWire::wait_for_an_address() {
+  network_->ip('a', "addr flush dev air0");
+  open();
+  EXPECT_EQ(a_->state(),
+            "down: interface 'air0' has no IPv4 address yet (give it one, or wait for DHCP)");
+  network_->ip('a', "addr add 10.83.84.1/24 brd + dev air0");
+  ASSERT_TRUE(run_until(io_, [&] { return a_->is_up(); })) << a_->state();
+  expect_exchange();
+  network_->ip('a', "addr flush dev air0");
+  EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); })) << a_->state();
+  network_->ip('a', "addr add 10.83.84.1/24 brd + dev air0");
+  expect_exchange();
+}
+
 void UdpWire::use_the_networks_broadcast_address() {
   open([](UdpConfig& config) { config.address = "10.83.84.255"; });
   expect_exchange();
@@ -118,6 +133,7 @@ TEST_F(UdpWire, StaysOnItsNetworkAndFollowsItsInterface) {
   send_whole_datagrams_with_ttl_one();
   not_hear_its_group_on_another_interface();
   join_again_when_the_interface_returns();
+  wait_for_an_address();
   use_the_networks_broadcast_address();
   use_the_broadcast_address_of_all_networks_without_a_route();
   never_fragment_on_a_small_mtu();
