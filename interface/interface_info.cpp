@@ -11,11 +11,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
-#include <string_view>
+#include <system_error>
 
 namespace swarmtalk {
 namespace {
+
+// linux/if.h, which does not go together with net/if.h.
+constexpr unsigned kLowerUp = 1 << 16;
+constexpr std::uint8_t kDormant = 5;
 
 constexpr std::size_t kMostAnswerBytes = 32768;  // statistics and all; virtual functions are more
 
@@ -82,12 +88,16 @@ InterfaceInfo read_interface(Bytes answer) {
   info.index = static_cast<unsigned>(link.ifi_index);
   info.is_switched_on = (link.ifi_flags & IFF_UP) != 0;
   info.has_carrier = (link.ifi_flags & IFF_RUNNING) != 0;
+  const bool is_lower_up = (link.ifi_flags & kLowerUp) != 0;
   info.is_loopback = (link.ifi_flags & IFF_LOOPBACK) != 0;
   info.is_ethernet = link.ifi_type == ARPHRD_ETHER;
   unsigned master = 0;
   std::string kind_of_master;
   for_attributes(answer.subspan(NLMSG_SPACE(sizeof link)), [&](int type, Bytes value) {
     if (type == IFLA_IFNAME) info.name = text_of(value);
+    if (type == IFLA_OPERSTATE && !value.empty()) {
+      info.is_dormant = is_lower_up && value[0] == kDormant;
+    }
     if (type == IFLA_MTU) info.mtu_bytes = value_of<std::uint32_t>(value);
     if (type == IFLA_ADDRESS) {
       std::copy_n(value.begin(), std::min(value.size(), info.mac.size()), info.mac.begin());
@@ -98,6 +108,8 @@ InterfaceInfo read_interface(Bytes answer) {
       if (inner == IFLA_INFO_SLAVE_KIND) kind_of_master = text_of(text);
     });
   });
+  // Not IFF_LOWER_UP alone: a device with carrier sends only when the kernel has noticed.
+  info.has_carrier = info.has_carrier || info.is_dormant;
   // Other masters (bond, team, vrf, batadv) leave a port its frames, or those of our kind.
   if (kind_of_master == "bridge") info.bridge_index = master;
   return info;
@@ -140,16 +152,23 @@ InterfaceInfo InterfaceAsker::ask(unsigned index, const std::string& name) const
 InterfaceInfo InterfaceAsker::find(const std::string& name) const {
   if (name.empty() || name.size() >= IFNAMSIZ) return {};
   InterfaceInfo info = ask(0, name);
-  if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
   info.name = name;
+  complete(info);
   return info;
 }
 
 InterfaceInfo InterfaceAsker::find(unsigned index) const {
   if (index == 0) return {};
   InterfaceInfo info = ask(index, {});
-  if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
+  complete(info);
   return info;
+}
+
+void InterfaceAsker::complete(InterfaceInfo& info) const {
+  if (info.index == 0) return;
+  if (info.bridge_index != 0) info.bridge = ask(info.bridge_index, {}).name;
+  info.is_radio = swarmtalk::is_radio(info.name);
+  if (info.is_radio && !info.is_switched_on) info.block = block_of(info.name);
 }
 
 bool InterfaceAsker::lacks_source(unsigned index, std::uint32_t destination) const {
@@ -180,6 +199,22 @@ bool is_radio(const std::string& interface) {
   if (interface.empty() || interface.find('/') != std::string::npos) return false;
   struct stat status {};
   return ::stat(("/sys/class/net/" + interface + "/phy80211").c_str(), &status) == 0;
+}
+
+RadioBlock block_of(const std::string& interface, const std::string& folder) {
+  const auto is_set = [](const std::filesystem::path& file) {
+    char digit = '0';
+    return std::ifstream(file) >> digit && digit == '1';
+  };
+  RadioBlock block = RadioBlock::kNone;
+  std::error_code error;
+  std::filesystem::directory_iterator each(folder + "/" + interface + "/phy80211", error);
+  for (; !error && each != std::filesystem::directory_iterator(); each.increment(error)) {
+    if (each->path().filename().string().rfind("rfkill", 0) != 0) continue;
+    if (is_set(each->path() / "hard")) return RadioBlock::kHard;
+    if (is_set(each->path() / "soft")) block = RadioBlock::kSoft;
+  }
+  return block;
 }
 
 }  // namespace swarmtalk

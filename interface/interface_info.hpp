@@ -10,11 +10,21 @@
 
 namespace swarmtalk {
 
+/// What keeps a radio off (rfkill).
+enum class RadioBlock {
+  kNone,
+  kSoft,  // rfkill unblock wifi
+  kHard   // a switch of the machine
+};
+
 struct InterfaceInfo {
   unsigned index = 0;  // 0: there is no such interface, and the rest means nothing
   std::string name;
   bool is_switched_on = false;  // ip link set NAME up
   bool has_carrier = false;
+  bool is_dormant = false;  // it has carrier, and waits until a supplicant has authorised it
+  bool is_radio = false;    // 802.11, says the kernel
+  RadioBlock block = RadioBlock::kNone;
   bool is_loopback = false;
   bool is_ethernet = false;  // Wi-Fi counts as Ethernet
   std::size_t mtu_bytes = 0;
@@ -23,7 +33,7 @@ struct InterfaceInfo {
   std::string bridge;         // its name
 };
 
-/// From the kernel's answer to RTM_GETLINK. All but the bridge's name.
+/// From the kernel's answer to RTM_GETLINK. All but the bridge's name and what is of radios.
 InterfaceInfo read_interface(std::span<const std::uint8_t> answer);
 
 /// From the kernel's answer to RTM_GETROUTE: a route without an address to send from.
@@ -48,6 +58,7 @@ class InterfaceAsker {
 
  private:
   InterfaceInfo ask(unsigned index, const std::string& name) const;
+  void complete(InterfaceInfo& info) const;
 
   int socket_;
 };
@@ -58,5 +69,8 @@ int open_route_socket(unsigned groups);
 
 /// Whether the kernel calls it 802.11: a Wi-Fi interface, in whatever mode.
 bool is_radio(const std::string& interface);
+
+/// @param folder  with a folder for each interface
+RadioBlock block_of(const std::string& interface, const std::string& folder = "/sys/class/net");
 
 }  // namespace swarmtalk

@@ -217,10 +217,21 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
     return true;
   }
   report.looked_at.push_back("interface " + name);
+  if (interface.block != RadioBlock::kNone) {
+    const bool is_soft = interface.block == RadioBlock::kSoft;
+    report.add({"radio-blocked", severity, name,
+                is_soft ? "the radio is blocked by rfkill"
+                        : "the radio is blocked by a switch of this machine",
+                (is_soft ? "sudo rfkill unblock wifi" : "turn that switch on") +
+                    (", then sudo ip link set " + name + " up") +
+                    (is_soft ? "; on a Raspberry Pi first set your country: sudo raspi-config "
+                               "nonint do_wifi_country CC"
+                             : "")});
+    return true;
+  }
   if (!interface.is_switched_on) {
     report.add({"interface-down", severity, name, "the interface is switched off",
-                "sudo ip link set " + name + " up" +
-                    (interface.is_radio ? "; if that fails: rfkill list" : "")});
+                "sudo ip link set " + name + " up"});
     return true;
   }
   if (!interface.bridge.empty()) {
@@ -243,6 +254,14 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
   if (!interface.has_carrier && !interface.is_radio) {
     report.add({"no-carrier", severity, name, "the interface has no carrier", "plug its cable in"});
     return true;
+  }
+  if (interface.is_dormant) {
+    const bool is_dropped = interface.is_radio || link == nullptr;
+    report.add({"not-authorised", is_dropped ? severity : Severity::kWarning, name,
+                "the interface is dormant: no supplicant has authorised it",
+                "look at wpa_supplicant; without one: sudo ip link set " + name +
+                    " mode default state up"});
+    return interface.is_radio;
   }
   const bool needs_address = link != nullptr && link->type == "udp" && !interface.is_loopback;
   if (needs_address && interface.has_carrier && !interface.has_ipv4_address) {

@@ -24,8 +24,7 @@ struct RadioFacts {
 
 struct InterfaceFacts : InterfaceInfo {
   bool has_ipv4_address = true;
-  bool is_radio = false;  // 802.11, says the kernel; then `radio`, unless it cannot be asked
-  std::optional<RadioFacts> radio;
+  std::optional<RadioFacts> radio;  // if it is one, unless it cannot be asked
 };
 
 struct LinkFacts {

@@ -29,7 +29,7 @@ InterfaceFacts look_at_interface(const std::string& name, nl80211::Asker* asker)
   if (facts.index == 0) return facts;
   facts.has_ipv4_address = has_ipv4_address(name);
   if (asker != nullptr) facts.radio = look_at_radio(*asker, facts.index);
-  facts.is_radio = facts.radio.has_value() || is_radio(name);
+  facts.is_radio = facts.is_radio || facts.radio.has_value();
   return facts;
 }
 

@@ -40,13 +40,34 @@ void InterfaceWatch::drain() {
 }
 
 std::string obstacle_of(const InterfaceInfo& interface) {
-  if (!interface.is_switched_on) return "is switched off (ip link set " + interface.name + " up)";
+  const std::string switch_on = "ip link set " + interface.name + " up";
+  if (interface.block == RadioBlock::kSoft) {
+    return "is blocked by rfkill (rfkill unblock wifi, then " + switch_on +
+           "; on a Raspberry Pi first set the country: raspi-config nonint do_wifi_country CC)";
+  }
+  if (interface.block == RadioBlock::kHard) {
+    return "is blocked by a switch of this machine (turn that on, then " + switch_on + ")";
+  }
+  if (!interface.is_switched_on) return "is switched off (" + switch_on + ")";
   if (!interface.bridge.empty()) {
     return "is a port of " + interface.bridge + ", which takes all its frames (set interface = \"" +
            interface.bridge + "\")";
   }
   if (!interface.has_carrier) return "has no carrier (plug in its cable, or join its Wi-Fi)";
+  // The kernel drops what an unauthorised station sends; on a cable that is left to the switch.
+  if (interface.is_dormant && interface.is_radio) {
+    return "is dormant: no supplicant has authorised it (look at wpa_supplicant; without one: "
+           "ip link set " +
+           interface.name + " mode default state up)";
+  }
   return {};
+}
+
+std::string remark_on(const InterfaceInfo& interface) {
+  if (!interface.is_dormant) return {};
+  return ", dormant: no supplicant has authorised it (802.1X: look at wpa_supplicant; else ip link "
+         "set " +
+         interface.name + " mode default state up)";
 }
 
 std::string InterfaceWatch::names() {

@@ -19,6 +19,9 @@ namespace swarmtalk::drivers {
 /// "is switched off (ip link set wlan0 up)". Empty: nothing is in the way.
 std::string obstacle_of(const InterfaceInfo& interface);
 
+/// What to say of an interface that is up and may not reach all: ", dormant: ...". Mostly empty.
+std::string remark_on(const InterfaceInfo& interface);
+
 class InterfaceWatch {
  public:
   /// Opens the route socket in the calling thread's network namespace.

@@ -124,7 +124,7 @@ void RawL2Link::refresh() {
     return set_state(false, "down: " + name + renamed + " " + obstacle);
   }
   set_state(true, "up" + renamed + ", MTU " + std::to_string(interface.mtu_bytes) + " bytes" +
-                      mtu_remark());
+                      mtu_remark() + remark_on(interface));
 }
 
 void RawL2Link::write_ethernet_header(const InterfaceInfo& interface) {

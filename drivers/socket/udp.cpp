@@ -166,7 +166,8 @@ void UdpLink::refresh() {
     return set_state(false, "down: interface '" + config_.interface +
                                 "' has no IPv4 address yet (give it one, or wait for DHCP)");
   }
-  set_state(true, "up, frames of up to " + std::to_string(frame_bytes) + " bytes" + mtu_remark());
+  set_state(true, "up, frames of up to " + std::to_string(frame_bytes) + " bytes" + mtu_remark() +
+                      remark_on(interface));
 }
 
 std::optional<std::span<const std::uint8_t>> UdpLink::air_frame(const Datagram& datagram) {

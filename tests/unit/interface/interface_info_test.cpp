@@ -5,8 +5,11 @@
 #include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <vector>
 
 namespace swarmtalk {
@@ -75,6 +78,48 @@ TEST(InterfaceInfo, IsReadFromTheKernelsAnswer) {
   EXPECT_FALSE(info.is_loopback);
   EXPECT_FALSE(read_interface(answer(IFF_UP)).has_carrier);
   EXPECT_TRUE(read_interface(answer(IFF_LOOPBACK)).is_loopback);
+}
+
+TEST(InterfaceInfo, ADormantOneHasCarrier) {
+  const auto read = [](unsigned flags, std::uint8_t state) {
+    return read_interface(answer(flags, {attribute(IFLA_OPERSTATE, {state})}));
+  };
+  constexpr unsigned kLowerUp = 1 << 16;
+  constexpr std::uint8_t kDown = 2, kDormant = 5, kUp = 6;  // RFC 2863
+  EXPECT_TRUE(read(IFF_UP | kLowerUp, kDormant).has_carrier);
+  EXPECT_TRUE(read(IFF_UP | kLowerUp, kDormant).is_dormant);
+  EXPECT_FALSE(read(IFF_UP, kDormant).has_carrier);
+  EXPECT_FALSE(read(IFF_UP, kDormant).is_dormant);
+  EXPECT_FALSE(read(IFF_UP | kLowerUp, kDown).has_carrier) << "not noticed yet";
+  EXPECT_FALSE(read(IFF_UP | kLowerUp | IFF_RUNNING, kUp).is_dormant);
+}
+
+/// A folder as /sys/class/net.
+class Rfkill : public testing::Test {
+ protected:
+  Rfkill() : folder_(testing::TempDir() + "rfkill" + std::to_string(getpid())) {}
+  ~Rfkill() override { std::filesystem::remove_all(folder_); }
+
+  void set(const std::string& name, const char* soft, const char* hard) {
+    const auto radio = std::filesystem::path(folder_) / "wlan0" / "phy80211" / name;
+    std::filesystem::create_directories(radio);
+    std::ofstream(radio / "soft") << soft << '\n';
+    std::ofstream(radio / "hard") << hard << '\n';
+  }
+
+  const std::string folder_;
+};
+
+TEST_F(Rfkill, BlocksARadioSoftlyOrByASwitch) {
+  EXPECT_EQ(block_of("wlan0", folder_), RadioBlock::kNone);
+  set("rfkill0", "0", "0");
+  set("power", "1", "1");
+  EXPECT_EQ(block_of("wlan0", folder_), RadioBlock::kNone);
+  set("rfkill0", "1", "0");
+  EXPECT_EQ(block_of("wlan0", folder_), RadioBlock::kSoft);
+  EXPECT_EQ(block_of("wlan1", folder_), RadioBlock::kNone);
+  set("rfkill1", "0", "1");
+  EXPECT_EQ(block_of("wlan0", folder_), RadioBlock::kHard);
 }
 
 TEST(InterfaceInfo, OnlyABridgeTakesThePortsFrames) {

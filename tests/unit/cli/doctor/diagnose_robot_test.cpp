@@ -115,6 +115,28 @@ TEST_F(CabledRobot, HasNoAddressForItsDatagrams) {
   EXPECT_FALSE(report().has_findings());
 }
 
+TEST_F(CabledRobot, HasAnInterfaceThatNobodyHasAuthorised) {
+  facts_.interfaces[0].is_dormant = true;
+  const Finding dormant = only("not-authorised");
+  EXPECT_EQ(dormant.severity, Severity::kWarning) << "frames pass as far as the switch lets them";
+  EXPECT_NE(dormant.remedy.find("ip link set a0 mode default state up"), std::string::npos);
+  facts_.interfaces[0].is_radio = true;
+  daemon_.links[0].is_up = false;
+  EXPECT_EQ(only("not-authorised").severity, Severity::kError);
+}
+
+TEST_F(CabledRobot, HasARadioThatIsBlocked) {
+  daemon_.links[0].is_up = facts_.interfaces[0].is_switched_on = false;
+  facts_.interfaces[0].is_radio = true;
+  facts_.interfaces[0].block = RadioBlock::kSoft;
+  const Finding soft = only("radio-blocked");
+  EXPECT_EQ(soft.severity, Severity::kError);
+  EXPECT_NE(soft.remedy.find("rfkill unblock wifi"), std::string::npos);
+  EXPECT_NE(soft.remedy.find("raspi-config nonint do_wifi_country"), std::string::npos);
+  facts_.interfaces[0].block = RadioBlock::kHard;
+  EXPECT_EQ(only("radio-blocked").remedy.find("rfkill unblock"), std::string::npos);
+}
+
 TEST_F(CabledRobot, HasASmallMtu) {
   facts_.interfaces[0].mtu_bytes = 600;
   daemon_.links[0].packet_limit_bytes = 500;

@@ -56,6 +56,7 @@ class RawL2Changes : public LinkPair<RawL2Link, RawL2Config> {
   void survive_down_and_up();
   void notice_that_the_other_end_is_down();
   void be_down_as_a_port_of_a_bridge();
+  void go_on_while_dormant();
   void pull_nothing_while_down();
   void survive_deletion_and_return();
   void survive_deletion_and_return_before_it_is_noticed();
@@ -89,6 +90,16 @@ void RawL2Changes::be_down_as_a_port_of_a_bridge() {
                     false);
   network_->ip('a', "link del br0");
   expect_exchange();
+}
+
+void RawL2Changes::go_on_while_dormant() {
+  network_->ip('a', "link set air0 mode dormant");
+  network_->ip('a', "link set air0 down");
+  network_->ip('a', "link set air0 up");
+  expect_state_of_a("dormant: no supplicant has authorised it", true);
+  expect_exchange();
+  network_->ip('a', "link set air0 mode default state up");
+  EXPECT_TRUE(run_until(io_, [&] { return a_->state() == "up, MTU 1500 bytes"; })) << a_->state();
 }
 
 void RawL2Changes::pull_nothing_while_down() {
@@ -205,6 +216,7 @@ TEST_F(RawL2Changes, LivesThroughDownsDeletionsAndTheLossOfItsCapabilities) {
   survive_down_and_up();
   notice_that_the_other_end_is_down();
   be_down_as_a_port_of_a_bridge();
+  go_on_while_dormant();
   pull_nothing_while_down();
   survive_deletion_and_return();
   survive_deletion_and_return_before_it_is_noticed();

@@ -163,6 +163,36 @@ TEST_F(UdpLinkTest, FindsAKernelStampNoOlderThanTheSending) {
   EXPECT_LE(hearer.receptions[0].received_at, std::chrono::steady_clock::now());
 }
 
+TEST(InterfaceObstacle, IsNamedByWhatIsInTheWay) {
+  InterfaceInfo healthy;
+  healthy.index = 3;
+  healthy.name = "wlan0";
+  healthy.is_switched_on = healthy.has_carrier = healthy.is_radio = true;
+  EXPECT_EQ(obstacle_of(healthy), "");
+  EXPECT_EQ(remark_on(healthy), "");
+  const auto names = [&](const auto& edit, const std::string& remedy) {
+    InterfaceInfo interface = healthy;
+    edit(interface);
+    EXPECT_NE(obstacle_of(interface).find(remedy), std::string::npos) << obstacle_of(interface);
+  };
+  names([](auto& each) { each.is_switched_on = false; }, "(ip link set wlan0 up)");
+  names([](auto& each) { each.has_carrier = false; }, "join its Wi-Fi");
+  names([](auto& each) { each.bridge = "br0"; }, "set interface = \"br0\"");
+  names([](auto& each) { each.is_dormant = true; }, "ip link set wlan0 mode default state up");
+  const auto block = [](RadioBlock by) {
+    return [by](auto& each) {
+      each.is_switched_on = false;
+      each.block = by;
+    };
+  };
+  names(block(RadioBlock::kSoft), "(rfkill unblock wifi, then ip link set wlan0 up;");
+  names(block(RadioBlock::kHard), "(turn that on, then ip link set wlan0 up)");
+  healthy.is_radio = false;
+  healthy.is_dormant = true;
+  EXPECT_EQ(obstacle_of(healthy), "") << "frames pass on a cable";
+  EXPECT_NE(remark_on(healthy).find("ip link set wlan0 mode default state up"), std::string::npos);
+}
+
 TEST(UdpLinkConfig, NamesItsPlace) {
   boost::asio::io_context io;
   UdpConfig config = loopback_config();
