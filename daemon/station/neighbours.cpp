@@ -34,6 +34,7 @@ Neighbours::Duplicate Neighbours::heard(const drivers::FrameReception& frame, co
   Neighbour& neighbour = entry(frame);
   count(neighbour, frame.frame_counter, frame.received_at);
   neighbour.last_heard = std::max(neighbour.last_heard, frame.received_at);
+  if (frame.hardware != 0) neighbour.hardware = frame.hardware;
   neighbour.range = range;
   neighbour.is_out_of_range = is_out_of_range;
   neighbour.pose = frame.pose;
@@ -64,7 +65,6 @@ Neighbour& Neighbours::entry(const drivers::FrameReception& frame) {
   Neighbour made;
   made.node = frame.transmitter;
   made.epoch = frame.transmitter_epoch;
-  made.hardware = frame.hardware;
   made.first_heard = made.last_heard = made.window_began_ = frame.received_at;
   made.count_ = FollowedCount(frame.frame_counter - 1, to_ns(frame.received_at), true);
   if (entries_.size() < kMost) {

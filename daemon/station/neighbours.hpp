@@ -19,7 +19,7 @@ struct Neighbour {
 
   std::uint16_t node = 0;
   std::uint32_t epoch = 0;
-  std::uint64_t hardware = 0;  // address of its interface; 0: not known
+  std::uint64_t hardware = 0;  // address that it was heard from last; 0: not known
   Time first_heard{};
   Time last_heard{};
   Range range = Range::unknown();        // when it was heard last

@@ -122,6 +122,14 @@ TEST_F(NeighboursTest, RobotHeardOverTwoInterfacesIsNoDuplicate) {
   EXPECT_FALSE(list()[0].is_duplicate);
 }
 
+TEST_F(NeighboursTest, AddressIsTheOneHeardFromLast) {
+  hear(7, 1, 1, 0xA);
+  hear(7, 1, 2, 0xB);
+  hear(7, 1, 3, 0);  // not known
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_EQ(list()[0].hardware, 0xBu);
+}
+
 TEST_F(NeighboursTest, LongestUnheardMakesPlaceAndIsCounted) {
   for (std::size_t i = 0; i <= Neighbours::kMost; ++i) {
     hear(static_cast<std::uint16_t>(i + 1), 1, 1);
