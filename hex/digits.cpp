@@ -17,6 +17,7 @@ std::string to_hex(std::string_view bytes) {
 
 std::optional<std::string> from_hex(std::string_view digits) {
   if (digits.starts_with("0x")) digits.remove_prefix(2);
+  if (digits.find('\0') != std::string_view::npos) return std::nullopt;  // sodium skips it
   std::string bytes(digits.size() / 2 + 1, '\0');
   std::size_t size = 0;
   if (sodium_hex2bin(reinterpret_cast<std::uint8_t*>(bytes.data()), bytes.size(), digits.data(),

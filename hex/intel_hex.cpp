@@ -90,7 +90,7 @@ class Parser {
     std::size_t size = 0;
     if (sodium_hex2bin(record.data(), record.size(), line.data(), line.size(), nullptr, &size,
                        nullptr) != 0) {
-      fail("a record is pairs of hexadecimal digits");
+      fail("a record is pairs of hexadecimal digits; a comment needs a line of its own");
       return {};
     }
     record.resize(size);

@@ -37,4 +37,9 @@ std::string_view without_return(std::string_view line) {
   return line;
 }
 
+std::string bare_return_problem(std::string_view line) {
+  if (line.find('\r') == std::string_view::npos) return {};
+  return "has a carriage return without a line feed; save it with line ends of Unix or Windows";
+}
+
 }  // namespace swarmtalk::text

@@ -19,4 +19,8 @@ std::string_view without_mark(std::string_view text);
 /// A line without the carriage return that Windows puts before its line feed.
 std::string_view without_return(std::string_view line);
 
+/// What is wrong with lines that end with a carriage return alone, which are one line here; to go
+/// after a comma or "it". Empty: there is none.
+std::string bare_return_problem(std::string_view line);
+
 }  // namespace swarmtalk::text

@@ -77,7 +77,8 @@ void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
 
 constexpr const char* kOtherId =
     "on one of the two, change what its id is from (`swarmtalk-cli status` there says: its host's "
-    "name, its address or node.id), then `swarmtalk-cli reload` there";
+    "name, its address or node.id), then `swarmtalk-cli reload` there; one that was set by "
+    "`swarmtalk-cli node-id` is set to another by the same command";
 
 void diagnose_ids(const DaemonFacts& daemon, Report& report) {
   if (daemon.id_trouble) {

@@ -164,6 +164,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   const int printed =
       unseal.tell(arguments.file + ": " + text::counted(files.frames(), "frame") + "; " +
                   arguments.file + ".dropped: " + text::counted(files.drops(), "line"));
+  if (exit_code == kExitOk && caught_signal() != 0) exit_code = kExitSignal + caught_signal();
   return exit_code != kExitOk ? exit_code : printed;
 }
 

@@ -133,6 +133,9 @@ frame::ProfileId profile_of(const std::string& name) {
 /// @param where  goes before what is wrong: "line 3: ", or nothing
 int decode_one(const Common& common, const std::string& profile, const std::string& word,
                const std::string& where) {
+  if (const std::string why = text::bare_return_problem(word); !why.empty()) {
+    return fail(where + "it " + why, kExitUsage);
+  }
   const auto bytes = from_hex(word);
   if (!bytes) {
     const std::string begin = word.substr(0, 20) + (word.size() > 20 ? "..." : "");

@@ -16,6 +16,13 @@ namespace {
 
 constexpr std::string_view kBetweenWords = " \t\r\n,";
 
+/// By a mark: without one such text may be any bytes.
+bool is_marked_wide(std::string_view line) {
+  constexpr std::string_view kUtf32BigEnd("\0\0\xFE\xFF", 4);
+  return line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF") ||
+         line.starts_with(kUtf32BigEnd);
+}
+
 std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> words;
   for (;;) {
@@ -84,10 +91,11 @@ PubInput::State PubInput::next_line(std::string& payload) {
   std::string_view line = std::string_view(waiting_).substr(0, end);
   if (end != std::string::npos) line = text::without_return(line);
   std::string why;
-  if (line_ == 1) {
-    const bool is_marked = line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF");
-    if (is_marked) why = "it " + text::encoding_problem(line);
-    line = text::without_mark(line);
+  const bool is_text = is_hex_ || format_.has_value();
+  if (line_ == 1 && is_marked_wide(line)) why = "it " + text::encoding_problem(line);
+  if (line_ == 1 || is_text) line = text::without_mark(line);
+  if (why.empty() && is_text && !text::bare_return_problem(line).empty()) {
+    why = "it " + text::bare_return_problem(line);
   }
   payload = line;
   waiting_.erase(0, end == std::string::npos ? end : end + 1);

@@ -53,6 +53,8 @@ def catch_interrupts():
     come while a program is being started and leave it behind, running."""
     def handler(*_):
         global interrupted
+        if interrupted:  # the second one does not wait for what the run has left to be evaluated
+            raise KeyboardInterrupt
         interrupted = True
         if _running is not None and _running.poll() is None:
             _running.send_signal(signal.SIGINT)

@@ -80,6 +80,13 @@ def test_terminal_that_goes_away_ends_the_runs(interrupts):
     assert platforms.interrupted
 
 
+@pytest.mark.parametrize("number", ENDINGS)
+def test_second_signal_waits_for_nothing(interrupts, number):
+    os.kill(os.getpid(), number)
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), number)
+
+
 def test_interrupt_between_two_runs_starts_no_other(interrupts, tmp_path):
     os.kill(os.getpid(), signal.SIGINT)
     with pytest.raises(platforms.Interrupted):

@@ -69,19 +69,16 @@ def work(store, pipe, scratch: pathlib.Path):
     """A worker: answers each (cell's number, run) with (result, error)."""
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: ends with its owner
     cells = store.plan.cells
-    while not platforms.interrupted:
-        try:
+    try:
+        while not platforms.interrupted:
             number, run = pipe.recv()
-        except (EOFError, OSError):
-            break
-        try:
-            result, error = do(store, cells[number], run, scratch), None
-        except SweepError as failure:
-            result, error = None, str(failure)
-        try:
+            try:
+                result, error = do(store, cells[number], run, scratch), None
+            except SweepError as failure:
+                result, error = None, str(failure)
             pipe.send((result, error))
-        except OSError:
-            break
+    except (EOFError, OSError, KeyboardInterrupt):  # its owner is gone, or all are to end at once
+        pass
     os._exit(0)
 
 

@@ -161,6 +161,16 @@ TEST_F(CliLooking, ALineThatCannotBeSentIsNamedWithHowManyWere) {
                         "0\0\n\0",
                         6),
             1},
+           {hex, "00\n\xEF\xBB\xBF\n", 2},
+           {hex, std::string("00\n\0\n", 5), 2},
+           {hex,
+            std::string("00\n0\0"
+                        "1\n",
+                        7),
+            2},
+           {hex, "00\n01\r02\r", 2},
+           {values, "1 2\r3 4\r", 1},
+           {raw, std::string("\0\0\xFE\xFF\0\0\0g\0\0\0\n", 12), 1},
            {values, "1 2\n\n", 2},
            {values, "1 2\n1 256\n", 2}}) {
     const std::size_t before = published().size();
@@ -188,6 +198,9 @@ TEST_F(CliLooking, DecodeReadsLinesOfOtherSystemsAndNamesThoseThatAreNoFrames) {
     EXPECT_EQ(done.exit_code, 0) << done.error;
     EXPECT_EQ(lines(done.out), 2) << done.error;
   }
+  const Result one_line = run(words, packet + "\r" + packet + "\r");
+  EXPECT_EQ(one_line.exit_code, 2);
+  EXPECT_NE(one_line.error.find("line 1: it has a carriage return"), std::string::npos);
   const Result wrong = run(words, packet + "\n\nzz\r\n" + packet + "\n00\n");
   EXPECT_EQ(lines(wrong.out), 3) << "a short one, too";
   EXPECT_NE(wrong.error.find(": line 3: 'zz' is not hexadecimal"), std::string::npos)

@@ -45,6 +45,8 @@ TEST(Encoding, MarksAndReturnsAreNoPartOfTheText) {
   EXPECT_EQ(without_return("\rgo"), "\rgo");
   EXPECT_EQ(without_return("\r"), "");
   EXPECT_EQ(without_return(""), "");
+  EXPECT_EQ(bare_return_problem("go"), "");
+  EXPECT_NE(bare_return_problem("go\rgo"), "");
 }
 
 }  // namespace

@@ -1,0 +1,2 @@
+import swarmtalk
+swarmtalk.Client('x', '/nowhere/s')
