@@ -402,6 +402,14 @@ void interrupt_on_signals() {
   usage::catch_ending_signals(on_signal, 0);
 }
 
+void tell_what_ends_a_job() {
+  if (!usage::is_ignored(SIGINT)) return;
+  fail(
+      "kill -INT is ignored here, as in every job that a script starts with '&'; end it with: "
+      "kill " +
+      std::to_string(::getpid()));
+}
+
 int caught_signal() {
   return signal_number;
 }

@@ -134,6 +134,8 @@ bool is_new(const Subscriber& subscriber, const std::vector<Subscriber>& others)
 void stop_on_signals(Client& client);
 /// The same without a client: calls that wait are interrupted.
 void interrupt_on_signals();
+/// One line of a program that runs until it is ended, where Ctrl-C's signal is ignored.
+void tell_what_ends_a_job();
 /// The signal that came, 0 for none.
 int caught_signal();
 

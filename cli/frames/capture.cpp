@@ -127,6 +127,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
     return fail(problem);
   }
   interrupt_on_signals();
+  tell_what_ends_a_job();
   ipc::Envelope envelope;
   ipc::Envelope answer;
   envelope.mutable_capture();

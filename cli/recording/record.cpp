@@ -282,6 +282,7 @@ int record(const Common& common, const RecordArguments& arguments) {
          ", and times of this recording may not fit those of other robots; see timedatectl");
   }
   stop_on_signals(client);
+  tell_what_ends_a_job();
   tell_connection(client);
   client.on_error([is_all = arguments.channels.empty()](const Status& status) {
     if (status.code() == StatusCode::kLinkDown) return;  // LinkWatch tells that

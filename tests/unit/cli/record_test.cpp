@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -149,6 +150,23 @@ TEST_F(CliEndings, AnIgnoredHangupEndsNothing) {
   EXPECT_NE(program.read_line().find("still here"), std::string::npos);
   program.signal(SIGTERM);
   EXPECT_EQ(program.finish().exit_code, 128 + SIGTERM);
+}
+
+TEST_F(CliEndings, AJobOfAScriptSaysWhatEndsIt) {
+  for (const char* verb : {"record", "capture"}) {
+    capture_begins();
+    Strings words = with_socket({verb, file + "." + verb, "-W", "60"});
+    words.insert(words.begin(), {"-c", "\"$0\" \"$@\" & wait $!; exit $?", SWARMTALK_CLI});
+    Program script(words, nullptr, "/bin/sh");
+    std::string told = script.read_error_line();
+    while (!told.empty() && told.find("kill -INT") == std::string::npos) {
+      told = script.read_error_line();
+    }
+    const auto remedy = told.rfind("kill ");
+    ASSERT_NE(remedy, std::string::npos) << verb;
+    EXPECT_EQ(std::system(told.substr(remedy).c_str()), 0) << told;
+    EXPECT_EQ(script.finish().exit_code, 128 + SIGTERM) << verb;
+  }
 }
 
 }  // namespace
