@@ -44,7 +44,9 @@ Engine::Engine(std::string_view name, const ClientOptions& options)
       handles_(gate_, requests_, deliveries_,
                {[this] { keeper_.become_up(); }, [this] { flush_unless_gathering(); }}),
       poses_(
-          requests_, deliveries_, [this] { flush_unless_gathering(); }, print_hint),
+          requests_, deliveries_,
+          {[this] { flush_unless_gathering(); },
+           [this] { keeper_.wait_until(Wakeup::Clock::now(), [] { return false; }); }, print_hint}),
       sender_(gate_, connection_, reports_, [this] { wakeup_.wake(); }),
       silence_(requests_, wakeup_, [this](const std::string& text) { hints_.tell(text); }),
       inbox_(handles_, requests_, deliveries_, silence_),
@@ -109,8 +111,10 @@ void Engine::close() {
 
 /// What the program sent last may have been refused, and a program that ends would not hear of it.
 void Engine::learn_the_rest() {
-  if (!sender_.has_sent() || (!keeper_.is_up() && !is_loss_untold_)) return;
+  if (!sender_.has_sent() && !poses_.is_unanswered()) return;
+  if (!keeper_.is_up() && !is_loss_untold_) return;
   report_losses();
+  poses_.send_rest();
   std::optional<Pose> unused;
   const StatusCode code =
       keeper_.is_up() ? questions_.get_pose(unused).code() : StatusCode::kDisconnected;

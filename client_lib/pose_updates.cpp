@@ -8,6 +8,7 @@ namespace swarmtalk::client {
 namespace {
 
 constexpr float kPoseMaxM = 32.767f;      // int16 millimetres on the air
+constexpr int kMostInFlight = 64;         // their answers fit what a program may leave unread
 constexpr float kWholeTurnRad = 6.2842f;  // and what rounding adds to one
 
 }  // namespace
@@ -21,11 +22,12 @@ Status PoseUpdates::set(const OwnPose& pose) {
     return status;
   }
   check_heading(pose.theta_rad);
-  if (is_in_flight_) {
+  if (in_flight_ >= kMostInFlight) hooks_.look_for_answers();
+  if (in_flight_ >= kMostInFlight) {
     next_ = pose;
   } else {
     send(pose);
-    on_waiting_();
+    hooks_.on_waiting();
   }
   return Status();
 }
@@ -39,12 +41,16 @@ void PoseUpdates::check_heading(float theta_rad) {
                 "degrees, which are %g radians (this is said once; whole turns are left out)",
                 static_cast<double>(theta_rad),
                 static_cast<double>(theta_rad) * std::numbers::pi / 180);
-  hint_(text);
+  hooks_.hint(text);
 }
 
 void PoseUpdates::forget() {
-  is_in_flight_ = false;
+  in_flight_ = 0;
   next_.reset();
+}
+
+void PoseUpdates::send_rest() {
+  if (const auto next = std::exchange(next_, std::nullopt)) send(*next);
 }
 
 void PoseUpdates::send(const OwnPose& pose) {
@@ -53,15 +59,15 @@ void PoseUpdates::send(const OwnPose& pose) {
   body.set_y_m(pose.y_m);
   body.set_theta_rad(pose.theta_rad);
   if (pose.is_fixed) body.set_fixed(true);
-  is_in_flight_ = true;
+  ++in_flight_;
   requests_.send([this](const ipc::Envelope*, const Status& status) {
-    is_in_flight_ = false;
+    if (in_flight_ > 0) --in_flight_;
     if (status.code() == StatusCode::kDisconnected) return;
     if (!status) {
       requests_.note_refusal(status);
-      deliveries_.report(status);
+      deliveries_.report_untold(status);
     }
-    if (const auto next = std::exchange(next_, std::nullopt)) send(*next);
+    send_rest();
   });
 }
 

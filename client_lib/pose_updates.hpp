@@ -1,5 +1,5 @@
-// PoseUpdates: tells the daemon where the robot is, one pose at a time: while an answer is awaited
-// the newest waits, and replaces the one that waited. On the owner's thread.
+// PoseUpdates: tells the daemon where the robot is, at once; while too many answers are awaited the
+// newest waits, and replaces the one that waited. On the owner's thread.
 #pragma once
 
 #include <functional>
@@ -15,19 +15,23 @@ namespace swarmtalk::client {
 
 class PoseUpdates {
  public:
-  /// All must outlive it. @param on_waiting  a request waits to be written
-  /// @param hint  is given the sentence for a heading that looks like degrees, once
-  PoseUpdates(Requests& requests, Deliveries& deliveries, std::function<void()> on_waiting,
-              std::function<void(const std::string&)> hint)
-      : requests_(requests),
-        deliveries_(deliveries),
-        on_waiting_(std::move(on_waiting)),
-        hint_(std::move(hint)) {}
+  struct Hooks {
+    std::function<void()> on_waiting;              // a request waits to be written
+    std::function<void()> look_for_answers;        // without waiting for them
+    std::function<void(const std::string&)> hint;  // that a heading looks like degrees, once
+  };
+  /// All must outlive it.
+  PoseUpdates(Requests& requests, Deliveries& deliveries, Hooks hooks)
+      : requests_(requests), deliveries_(deliveries), hooks_(std::move(hooks)) {}
 
   /// @pre connected. @return kBadPose, which is reported too
   Status set(const OwnPose& pose);
-  /// Whether a pose waits for the answer to the one before.
+  /// Whether a pose waits for the answers to those before.
   bool is_waiting() const { return next_.has_value(); }
+  /// Whether any has not been answered.
+  bool is_unanswered() const { return in_flight_ > 0; }
+  /// What waits goes out as it is: the program ends.
+  void send_rest();
   /// The connection is lost, and with it what waited.
   void forget();
 
@@ -37,10 +41,9 @@ class PoseUpdates {
 
   Requests& requests_;
   Deliveries& deliveries_;
-  std::function<void()> on_waiting_;
-  std::function<void(const std::string&)> hint_;
+  Hooks hooks_;
   bool has_hinted_ = false;
-  bool is_in_flight_ = false;
+  int in_flight_ = 0;
   std::optional<OwnPose> next_;
 };
 

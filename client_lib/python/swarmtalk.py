@@ -51,7 +51,7 @@ _READ_BYTES = 65536
 _READS_AHEAD = 16          # of 64 KiB, before callbacks run
 _EVENTS_MAX = 4096         # kept while a call waits; then the oldest message goes
 _OUTGOING_MAX = 1 << 20    # then send() is refused
-_UNREAD_MAX = 64  # messages whose answers wait, until send() itself looks for them
+_UNREAD_MAX = 64  # messages, or poses, whose answers wait until the next one looks for them
 _SENT_EVERY_MAX = 64
 _RECONNECT_FIRST_S, _RECONNECT_MAX_S = 0.02, 0.25
 _POSE_MAX_M = 32.767
@@ -1307,7 +1307,7 @@ class _Session(object):
         pending, self._pending = self._pending, {}
         for done in pending.values():
             done(None, gone)
-        self._pose_in_flight, self._next_pose = False, None
+        self._next_pose = None
 
     def _become_up(self):
         self._phase = _UP
@@ -1832,7 +1832,9 @@ class _Session(object):
         self._tell_not_running()
         self._need_connection()
         body = _float(1, x) + _float(2, y) + _float(3, theta) + (_uint(4, 1) if fixed else b"")
-        if self._pose_in_flight:
+        if self._unanswered_poses() >= _UNREAD_MAX:
+            self._wait_until(_monotonic(), lambda: False)  # which only looks
+        if self._unanswered_poses() >= _UNREAD_MAX:
             self._next_pose = body  # the newest wins
         else:
             self._next_pose = None
@@ -1840,17 +1842,21 @@ class _Session(object):
             if not self._inside.processing:
                 self._flush()
 
+    def _unanswered_poses(self):
+        return sum(done == self._pose_answered for done in self._pending.values())
+
     def _send_pose(self, body):
         self._request(_bytes(16, body), self._pose_answered)
-        self._pose_in_flight = True  # not before: a handler that raises would leave it so
 
     def _pose_answered(self, reply, error):
-        self._pose_in_flight = False
         if error is not None:
             if error.code == "disconnected":
                 return
             self._note_refusal(reply, error)
-            self._report(error)
+            self._post(("untold", error))
+        self._send_next_pose()
+
+    def _send_next_pose(self):
         if self._next_pose is not None:
             body, self._next_pose = self._next_pose, None
             self._send_pose(body)
@@ -1883,11 +1889,13 @@ class _Session(object):
         """At the end: the last messages may have been refused, which nothing else would tell."""
         is_up = self._phase == _UP
         is_loss_untold = any(event[0] == "disconnect" for event in self._events)
-        if not self._has_sent or not (is_up or is_loss_untold):
+        has_said = self._has_sent or self._unanswered_poses() > 0
+        if not has_said or not (is_up or is_loss_untold):
             return
         try:
             if not is_up:
                 raise Error("disconnected", _NOT_CONNECTED)
+            self._send_next_pose()
             self._ask(_bytes(17, b""))
         except Error as error:
             if error.code in ("timeout", "disconnected"):
@@ -2198,7 +2206,7 @@ class Client(_Session):
         self._last_request = 0
         self._pending = {}
         self._first_refusal = None
-        self._pose_in_flight, self._next_pose = False, None
+        self._next_pose = None          # while the answers to many are awaited
         self._events = deque()
         self._has_unreported_loss = False
         self._log = None

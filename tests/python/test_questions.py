@@ -59,19 +59,39 @@ def test_requests_are_numbered_from_one_again_after_the_last_number(world):
     assert [each[1] for each in world.daemon.requests[-3:]] == [0xFFFFFFFF, 1, 2]
 
 
-def test_of_poses_that_are_set_quickly_the_newest_follows_once(world):
+def test_of_poses_that_many_wait_for_answers_to_the_newest_follows_once(world):
+    """64 go out at once, as those of a program that ends then."""
     world.meet()
-    for x in (1, 2, 3):
-        world.client.set_pose(x, 0, 0)
-    world.settle()
-    assert world.daemon.poses() == [1]
+    for x in range(67):
+        world.client.set_pose(x / 10.0, 0, 0)
+    world.daemon.serve()
+    sent = [round(each * 10) for each in world.daemon.poses()]
+    assert sent == list(range(64))
     world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
     world.daemon.tell(field(1, world.daemon.newest_id(SET_POSE)) + field(DONE, b""))
     world.pass_time(1)
-    assert world.daemon.poses() == [1, 3]
-    world.client.set_pose(4, 0, 0)
-    world.pass_time(1)
-    assert world.daemon.poses() == [1, 3, 4]
+    assert [round(each * 10) for each in world.daemon.poses()][64:] == [66]
+
+
+def test_poses_of_a_program_that_does_nothing_else_go_on(world):
+    world.meet()
+    world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
+    for x in range(200):
+        world.client.set_pose(x / 10.0, 0, 0)
+        world.daemon.serve()
+    assert len(world.daemon.poses()) == 200
+
+
+def test_the_newest_pose_goes_out_at_the_end_and_a_refusal_of_it_is_told(world, capsys):
+    world.meet()
+    world.client.on_error = world.client._print_once_a_second
+    world.daemon.answers[GET_POSE] = lambda _: field(POSE, b"")
+    for x in range(70):
+        world.client.set_pose(x / 10.0, 0, 0)
+    world.daemon.answers[SET_POSE] = lambda _: field(FAILURE, field(1, 1) + field(2, "too far"))
+    world.client.close()
+    assert round(world.daemon.poses()[-1] * 10) == 69
+    assert "too far" in capsys.readouterr().err
 
 
 def test_a_pose_that_is_refused_is_told_and_the_next_one_is_sent(world):
@@ -87,16 +107,17 @@ def test_a_pose_that_is_refused_is_told_and_the_next_one_is_sent(world):
 
 def test_a_pose_that_waited_for_a_daemon_that_went_is_not_sent_to_the_next(world):
     world.meet()
-    world.client.set_pose(1, 0, 0)
+    for _ in range(64):
+        world.client.set_pose(1, 0, 0)
     world.client.set_pose(2, 0, 0)
     world.settle()
     world.daemon.drop()
     world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
     world.pass_time(0.5)
-    assert world.daemon.poses() == [1]
+    assert set(world.daemon.poses()) == {1}
     world.client.set_pose(3, 0, 0)
     world.settle()
-    assert world.daemon.poses() == [1, 3]
+    assert world.daemon.poses()[64:] == [3]
 
 
 def test_a_question_ends_at_once_when_the_daemon_goes(world):
@@ -125,10 +146,10 @@ def test_what_was_asked_of_a_daemon_that_went_is_not_waited_for_at_the_next(worl
 def test_sync_waits_for_the_newest_pose_and_says_when_the_daemon_went(world):
     world.meet()
     world.daemon.answers[SET_POSE] = lambda _: field(DONE, b"")
-    for x in (1, 2, 3):
-        world.client.set_pose(x, 0, 0)
+    for x in range(66):
+        world.client.set_pose(x / 10.0, 0, 0)
     world.client.sync()
-    assert world.daemon.poses() == [1, 3]
+    assert round(world.daemon.poses()[-1] * 10) == 65 and len(world.daemon.poses()) == 65
     world.daemon.answers[SET_POSE] = lambda _: world.daemon.drop() or b""
     world.daemon.tell = lambda *_: None
     world.client.set_pose(4, 0, 0)

@@ -76,11 +76,10 @@ class Client {
   }
 
   /// Tells the daemon where this robot is now; the pose ages from here. Never blocks, except that
-  /// it connects first, as connect() does, when nothing else has yet. When called faster than the
-  /// daemon answers, the newest pose wins.
+  /// it connects first, as connect() does, when nothing else has yet. While 64 poses have no
+  /// answer, the newest waits and replaces the one that waited.
   /// @param theta_rad  counter-clockwise from +x, in radians; more than a whole turn, as with
-  /// degrees,
-  ///   is taken without its whole turns, and told once on stderr
+  ///   degrees, is taken without its whole turns, and told once on stderr
   /// @return kBadPose (also to on_error); kDisconnected
   Status set_pose(float x_m, float y_m, float theta_rad);
   /// The same for a robot that stands still: the pose does not age, until another is set.

@@ -363,7 +363,6 @@ TEST_F(ClientPubSub, PoseIsCheckedAndTheNewestWins) {
   const auto envelopes = daemon.received();
   ASSERT_TRUE(envelopes.back().has_set_pose());
   EXPECT_FLOAT_EQ(envelopes.back().set_pose().x_m(), 10);
-  EXPECT_LT(envelopes.size(), 20u) << "poses in between are left out";
   std::optional<Pose> pose;
   ASSERT_TRUE(client.get_pose(pose));
   ASSERT_TRUE(pose);

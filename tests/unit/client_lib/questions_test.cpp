@@ -102,21 +102,52 @@ class PoseUpdatesAlone : public AskedAlone {
   std::vector<StatusCode> errors_;
   std::vector<std::string> hints_;
   int waiting_ = 0;
-  PoseUpdates poses_{requests_, deliveries_, [this] { ++waiting_; },
-                     [this](const std::string& text) { hints_.push_back(text); }};
+  std::function<void()> look_ = [] {};
+  PoseUpdates poses_{requests_,
+                     deliveries_,
+                     {[this] { ++waiting_; }, [this] { look_(); },
+                      [this](const std::string& text) { hints_.push_back(text); }}};
+  void fill() {
+    for (std::size_t i = 0; i < kMost; ++i) EXPECT_TRUE(poses_.set({1, 0, 0}));
+  }
+  static constexpr std::size_t kMost = 64;
 };
 
-TEST_F(PoseUpdatesAlone, SendTheNewestWhenTheAnswerHasCome) {
-  EXPECT_TRUE(poses_.set({1, 0, 0}));
+TEST_F(PoseUpdatesAlone, GoOutAtOnceUntilManyAnswersAreAwaitedAndThenTheNewest) {
+  fill();
+  EXPECT_EQ(written_.size(), kMost);
+  EXPECT_EQ(waiting_, static_cast<int>(kMost));
   EXPECT_TRUE(poses_.set({2, 0, 0}));
   EXPECT_TRUE(poses_.set({3, 0, 0}));
-  ASSERT_EQ(written_.size(), 1u);
-  EXPECT_EQ(waiting_, 1);
+  EXPECT_EQ(written_.size(), kMost);
   EXPECT_TRUE(poses_.is_waiting());
   done();
-  ASSERT_EQ(written_.size(), 1u);
-  EXPECT_EQ(written_[0].set_pose().x_m(), 3);
+  ASSERT_EQ(written_.size(), kMost);
+  EXPECT_EQ(written_.back().set_pose().x_m(), 3);
   EXPECT_FALSE(poses_.is_waiting());
+}
+
+TEST_F(PoseUpdatesAlone, LookForAnswersThemselvesWhenMany) {
+  look_ = [this] {
+    while (!written_.empty()) done();
+  };
+  fill();
+  EXPECT_TRUE(poses_.set({2, 0, 0}));
+  ASSERT_EQ(written_.size(), 1u);
+  EXPECT_EQ(written_[0].set_pose().x_m(), 2);
+}
+
+TEST_F(PoseUpdatesAlone, SendTheRestAtTheEnd) {
+  EXPECT_FALSE(poses_.is_unanswered());
+  poses_.send_rest();
+  fill();
+  EXPECT_TRUE(poses_.set({2, 0, 0}));
+  EXPECT_TRUE(poses_.is_unanswered());
+  poses_.send_rest();
+  ASSERT_EQ(written_.size(), kMost + 1);
+  EXPECT_EQ(written_.back().set_pose().x_m(), 2);
+  poses_.send_rest();
+  EXPECT_EQ(written_.size(), kMost + 1);
 }
 
 TEST_F(PoseUpdatesAlone, RefuseWhatIsNotAPlaceAndReportIt) {
@@ -140,7 +171,7 @@ TEST_F(PoseUpdatesAlone, TellOnceThatAHeadingLooksLikeDegrees) {
 }
 
 TEST_F(PoseUpdatesAlone, ForgetWhatWaitedWithALostConnection) {
-  EXPECT_TRUE(poses_.set({1, 0, 0}));
+  fill();
   EXPECT_TRUE(poses_.set({2, 0, 0}));
   requests_.fail_all(Status(StatusCode::kDisconnected));
   poses_.forget();
