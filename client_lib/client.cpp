@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client_lib/engine.hpp"
+#include "client_lib/program_end.hpp"
 #include "client_lib/state.hpp"
 #include "text/utf8.hpp"
 
@@ -21,7 +22,9 @@ Clock::time_point after(std::chrono::nanoseconds duration) {
 }  // namespace
 
 Client::Client(std::string_view name, ClientOptions options)
-    : session_(std::make_shared<client::Engine>(name, options)) {}
+    : session_(std::make_shared<client::Engine>(name, options)) {
+  client::end_with_program(session_);
+}
 
 Client::Client(Client&&) noexcept = default;
 

@@ -1,6 +1,7 @@
 #include "client_lib/connection.hpp"
 
 #include <grp.h>
+#include <poll.h>
 #include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -138,6 +139,18 @@ Status Connection::flush() {
   }
   outgoing_.erase(0, written);
   return loss_;
+}
+
+bool Connection::flush_until(std::chrono::steady_clock::time_point deadline) {
+  using std::chrono::milliseconds;
+  while (fd_ >= 0 && flush() && has_outgoing()) {
+    const auto left =
+        std::chrono::ceil<milliseconds>(deadline - std::chrono::steady_clock::now()).count();
+    if (left <= 0) break;
+    pollfd descriptor{fd_, POLLOUT, 0};
+    ::poll(&descriptor, 1, static_cast<int>(left));
+  }
+  return !has_outgoing();
 }
 
 Status Connection::receive() {

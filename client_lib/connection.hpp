@@ -2,6 +2,7 @@
 // written. Says what happened; decides nothing. Used by Engine, on its thread.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -33,6 +34,8 @@ class Connection {
 
   /// Writes what the socket takes now. @return kOk, or kDisconnected
   Status flush();
+  /// Writes all, waiting for the socket. @return whether nothing is left
+  bool flush_until(std::chrono::steady_clock::time_point deadline);
   /// Whether writing has failed: nothing can be written until the next open().
   bool is_lost() const { return !loss_.ok(); }
   bool has_outgoing() const { return !outgoing_.empty(); }

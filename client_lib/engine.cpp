@@ -31,7 +31,8 @@ class WakeUnlessDone {
 }  // namespace
 
 Engine::Engine(std::string_view name, const ClientOptions& options)
-    : entrance_(reports_, [this] { wakeup_.wake(); }),
+    : request_timeout_(options.request_timeout),
+      entrance_(reports_, [this] { wakeup_.wake(); }),
       hints_([this] { return refusals_.tells_stderr(); }),
       deliveries_(reports_,
                   [this] {
@@ -97,6 +98,8 @@ Engine::~Engine() {
 
 void Engine::close() {
   if (std::exchange(is_closed_, true)) return;
+  // In a child all else, also the lock, may be in the middle of what the parent's threads did.
+  if (!entrance_.is_own_process()) return connection_.close();
   entrance_.try_wait([this] { learn_the_rest(); });
   {
     const std::lock_guard lock(gate_);
@@ -107,6 +110,15 @@ void Engine::close() {
   requests_.clear();
   deliveries_.close(refusals_.tells_stderr());
   refusals_.tell_rest();
+}
+
+/// By exit() or a return from main: of a Client that somebody keeps, or that a callback or a
+/// handler is in the middle of.
+void Engine::end_with_program() {
+  if (!entrance_.is_own_process() || entrance_.try_alone([this] { close(); })) return;
+  const std::unique_lock lock(gate_, std::try_to_lock);
+  if (!lock || connection_.flush_until(Wakeup::Clock::now() + request_timeout_)) return;
+  print_hint("this program ended before swarmtalkd had read its last messages; they are lost");
 }
 
 /// What the program sent last may have been refused, and a program that ends would not hear of it.
@@ -193,6 +205,7 @@ Status Engine::run_once(Wakeup::Clock::time_point deadline) {
 }
 
 void Engine::stop() {
+  if (!entrance_.is_own_process()) return;
   is_stopped_.store(true);
   wakeup_.wake();
 }
@@ -227,6 +240,7 @@ Status Engine::set_pose(const OwnPose& pose) {
 
 Status Engine::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl) {
+  if (!entrance_.is_own_process()) return entrance_.refuse_child();
   Status status = sender_.publish(publisher, payload, ttl, entrance_.is_mine());
   if (status.code_ == StatusCode::kBusy) {
     const auto tell = [engine = weak_from_this()](const std::string& label, const std::string& why,
@@ -247,6 +261,7 @@ void Engine::tell_unread(const std::string& channel, const std::string& why, boo
 }
 
 void Engine::remove(SubscriberState& subscriber) {
+  if (!entrance_.is_own_process()) return;
   if (subscriber.id != 0 && keeper_.is_up()) hints_.note_end(subscriber.key->label);
   handles_.remove(subscriber);
 }

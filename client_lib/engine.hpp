@@ -70,13 +70,19 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl);
   void tell_unread(const std::string& channel, const std::string& why, bool is_unread);
-  bool is_busy(const PublisherState& publisher) { return sender_.is_busy(publisher); }
+  bool is_busy(const PublisherState& publisher) {
+    return entrance_.is_own_process() && sender_.is_busy(publisher);
+  }
   std::mutex& gate() { return gate_; }
-  void remove(PublisherState& publisher) { handles_.remove(publisher); }
+  void remove(PublisherState& publisher) {
+    if (entrance_.is_own_process()) handles_.remove(publisher);
+  }
   void remove(SubscriberState& subscriber);
 
   /// The Client is gone: no callback after this, handles answer kDisconnected.
   void close();
+  /// The program ends, and the Client is still there: what send() took goes out first.
+  void end_with_program();
 
  private:
   ConnectionKeeper::Hooks keeper_hooks();
@@ -89,6 +95,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   void learn_the_rest();
   void report_losses();
 
+  const std::chrono::milliseconds request_timeout_;
   Wakeup wakeup_;
   Connection connection_;
   bool is_closed_ = false;

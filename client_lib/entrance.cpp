@@ -1,5 +1,7 @@
 #include "client_lib/entrance.hpp"
 
+#include "client_lib/hints.hpp"
+
 namespace swarmtalk::client {
 
 Status Entrance::refuse(const Turn::Stay& stay) {
@@ -11,6 +13,13 @@ Status Entrance::refuse(const Turn::Stay& stay) {
                                           "return from it instead");
   reports_.add(status);
   on_report_();
+  return status;
+}
+
+Status Entrance::refuse_child() {
+  Status status(StatusCode::kBadArgument,
+                "this Client belongs to the parent process; make one after the fork");
+  if (!has_told_child_.exchange(true)) print_hint(std::string(status.text()));
   return status;
 }
 

@@ -1,20 +1,59 @@
 // Sends COUNT messages and ends, as a first program does: it does not run, and waits for nothing.
-// Arguments: COUNT; "wait": says that it is ready, and waits for a line before it sends.
+// Arguments: COUNT; "wait": says that it is ready, and waits for a line before it sends; "long":
+// they are long, and their Client is never destroyed; "callback": they are sent in a callback,
+// which ends the program.
 #include <cstdlib>
 #include <iostream>
 #include <string>
 #include <swarmtalk/client.hpp>
 
-int main(int argc, char** argv) {
-  if (argc < 2) return 2;
+namespace {
+
+constexpr std::uint32_t kQueue = 200;  // of at most 256
+constexpr std::size_t kLongBytes = 16000;
+
+int send_long(int count) {
+  auto* robot = new swarmtalk::Client("leaving");
+  auto* publisher =
+      new swarmtalk::Publisher(robot->advertise("two", swarmtalk::Sending::queued(kQueue)));
+  for (int i = 0; i < count; ++i) {
+    std::string text(kLongBytes, '.');
+    text.replace(0, 3, std::to_string(i) + " ");
+    if (!publisher->send(text)) return 1;
+  }
+  return 0;
+}
+
+int send_in_callback(int count) {
   swarmtalk::Client robot("leaving");
   auto publisher = robot.advertise("two");
-  const bool waits = argc > 2;
+  auto first = robot.advertise("one", {}, [&](const swarmtalk::Status&) {
+    for (int i = 0; i < count; ++i) {
+      if (!publisher.send(std::to_string(i))) std::exit(1);
+    }
+    std::exit(0);
+  });
+  if (!first.send("now")) return 1;
+  robot.run_for(std::chrono::minutes(1));
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) return 2;
+  const int count = std::atoi(argv[1]);
+  const std::string how = argc > 2 ? argv[2] : "";
+  if (how == "long") return send_long(count);
+  if (how == "callback") return send_in_callback(count);
+  swarmtalk::Client robot("leaving");
+  auto publisher = robot.advertise("two");
+  const bool waits = how == "wait";
   if (waits) {
     std::cout << "ready" << std::endl;
     std::cin.get();
   }
-  for (int i = 0; i < std::atoi(argv[1]); ++i) {
+  for (int i = 0; i < count; ++i) {
     if (!publisher.send(std::to_string(i)) && !waits) return 1;
   }
   return 0;

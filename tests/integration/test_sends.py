@@ -1,5 +1,6 @@
 """Several sends in a row by a program in C: they arrive, or it is told why not. (In C++:
 tests/unit/client_lib/client_sending_test.cpp; in Python: tests/python/behaviour/.)"""
+import json
 import os
 import re
 import signal
@@ -53,6 +54,18 @@ def what_a_program_sent_before_it_ended_arrives(lab, *words):
         out, errors = sub.communicate(timeout=90)
         assert sub.returncode == 0, out + errors
         assert re.findall(r'robot 1  "(.)"', out) == list("012345678"), (words[0], out)
+
+
+def what_a_program_had_not_written_when_it_ended_arrives(lab):
+    """More than the socket holds, of a Client that nobody destroys."""
+    count = 40
+    sub = lab.start_sub(2, "two", "-C", count, "-W", "60", "--json")
+    done = lab.execute(1, *IN_C_PLUS_PLUS, count, "long", env=ENVIRONMENT)
+    assert (done.returncode, done.stderr) == (0, "")
+    out, errors = sub.communicate(timeout=90)
+    assert sub.returncode == 0, errors
+    heard = [int(json.loads(line)["text"].split()[0]) for line in out.splitlines()]
+    assert heard == list(range(count))
 
 
 def what_was_refused_at_the_end_is_told(lab, *words):
@@ -128,9 +141,10 @@ IN_C_PLUS_PLUS, IN_C, BY_PYTHON = [program("leaving")], [program("two_sends")], 
 def test_what_a_program_sends_before_it_ends_arrives_or_it_is_told(udp_lab):
     lab = udp_lab(2)
     two_sends_in_a_row_both_arrive(lab)
-    for words in ((*IN_C_PLUS_PLUS, "9"), (*IN_C, "9", "leave"), BY_PYTHON, (*BY_PYTHON, "killed")):
+    for words in ((*IN_C_PLUS_PLUS, "9"), (*IN_C_PLUS_PLUS, "9", "callback"),
+                  (*IN_C, "9", "leave"), BY_PYTHON, (*BY_PYTHON, "killed")):
         what_a_program_sent_before_it_ended_arrives(lab, *words)
-    more_than_can_wait_are_told_and_counted(lab)
+    what_a_program_had_not_written_when_it_ended_arrives(lab)
     who_wants_no_queue_expects_to_be_refused(lab)
     for how in ("stopped", "killed"):
         a_daemon_that_has_gone_meanwhile_is_told(lab, how, (*IN_C_PLUS_PLUS, "2", "wait"),
@@ -144,9 +158,11 @@ def test_what_a_daemons_limits_refuse_is_told(udp_lab, tmp_path):
         return udp_lab(1, "--config", tmp_path / "base.toml")
 
     slow = lab("[limits]\npublish_rate_hz = 1\npublish_burst = 1\n")
-    for words in ((*IN_C_PLUS_PLUS, "2"), (*IN_C, "2", "close"), BY_PYTHON):
+    for words in ((*IN_C_PLUS_PLUS, "2"), (*IN_C, "2", "close"), (*IN_C, "2", "leave"),
+                  BY_PYTHON):
         what_was_refused_at_the_end_is_told(slow, *words)
     paced = lab("[links.wifi]\nrate_hz = 5\n")
+    more_than_can_wait_are_told_and_counted(paced)
     for keep in ("pass", "kept.append(answer)"):  # the last answer, all of them
         answers_that_python_keeps_to_its_end_are_counted_as_well(paced, keep)
     a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(

@@ -2,6 +2,7 @@
  * The same rules as in C++ (docs/client.md): one thread, the caller's, owns a client and everything
  * it hands out, and callbacks run inside swarmtalk_process() and swarmtalk_run*() only. From any
  * thread may be called: swarmtalk_send(), swarmtalk_is_busy(), swarmtalk_stop().
+ * A child of fork() opens a client of its own: with that of its parent every call is refused.
  *
  * Link with `pkg-config --cflags --libs swarmtalk-c`. Structures begin as zero (= {0}), which means
  * the default everywhere. Text is UTF-8 and ends with a zero. Nothing here throws or exits. */
@@ -170,7 +171,7 @@ typedef void (*swarmtalk_value_fn)(const swarmtalk_value* value, void* context);
  * NULL when the process is out of memory or descriptors. */
 SWARMTALK_API swarmtalk_client* swarmtalk_open(const char* name, const char* socket_path);
 /* Ends everything; its publishers and subscribers must still be freed. NULL is fine. What was sent
- * last and refused is told here: a program that ends without this call is not told. */
+ * last and refused is told here, or when the program ends by exit() or a return from main. */
 SWARMTALK_API void swarmtalk_close(swarmtalk_client* client);
 
 /* Waits until connected, two seconds at most. After a failure swarmtalk_run() goes on trying. */

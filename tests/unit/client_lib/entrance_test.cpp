@@ -56,6 +56,15 @@ TEST_F(EntranceAlone, RefusesASecondThreadAndReportsIt) {
   }
 }
 
+TEST_F(EntranceAlone, IsEnteredAloneByNobodyThatIsInside) {
+  int made = 0;
+  EXPECT_TRUE(entrance_.try_alone([&] {
+    ++made;
+    EXPECT_FALSE(entrance_.try_alone([&] { ++made; }));
+  }));
+  EXPECT_EQ(made, 1);
+}
+
 TEST_F(EntranceAlone, TriesWhereNobodyElseIs) {
   int made = 0;
   entrance_.try_wait([&] { ++made; });
