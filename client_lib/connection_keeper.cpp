@@ -179,6 +179,11 @@ bool ConnectionKeeper::read(const std::function<bool()>& enough) {
   return received.ok() && connection_.may_have_more();
 }
 
+void ConnectionKeeper::look() {
+  const Scope<int> waiting(waits_, waits_ + 1);
+  read({});
+}
+
 bool ConnectionKeeper::wait_until(Deadline deadline, const std::function<bool()>& enough) {
   const Scope<int> waiting(waits_, waits_ + 1);
   for (;;) {

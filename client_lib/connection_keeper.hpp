@@ -62,6 +62,8 @@ class ConnectionKeeper {
   /// Reads once and hands on what has come, until `enough`; more stays for the next call.
   /// @return whether the socket may have more
   bool read(const std::function<bool()>& enough);
+  /// Reads once; no callbacks are run.
+  void look();
   /// Waits; no callbacks are run. @return enough()
   bool wait_until(Deadline deadline, const std::function<bool()>& enough);
 

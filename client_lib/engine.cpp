@@ -44,11 +44,10 @@ Engine::Engine(std::string_view name, const ClientOptions& options)
       }),
       handles_(gate_, requests_, deliveries_,
                {[this] { keeper_.become_up(); }, [this] { flush_unless_gathering(); }}),
-      poses_(
-          requests_, deliveries_,
-          {[this] { flush_unless_gathering(); },
-           [this] { keeper_.wait_until(Wakeup::Clock::now(), [] { return false; }); }, print_hint}),
-      sender_(gate_, connection_, reports_, [this] { wakeup_.wake(); }),
+      poses_(requests_, deliveries_,
+             {[this] { flush_unless_gathering(); }, [this] { keeper_.look(); }, print_hint}),
+      sender_(gate_, connection_, reports_,
+              {[this] { wakeup_.wake(); }, [this] { look_for_answers(); }}),
       silence_(requests_, wakeup_, [this](const std::string& text) { hints_.tell(text); }),
       inbox_(handles_, requests_, deliveries_, silence_),
       keeper_(std::string(name), options, gate_, wakeup_, connection_, keeper_hooks()),
@@ -171,6 +170,13 @@ Status Engine::process_inside() {
   if (reports_.has_any()) wakeup_.wake();  // of on_error itself: next time
   undone.done();
   return keeper_.is_up() ? Status() : Status(StatusCode::kDisconnected);
+}
+
+/// What comes with them waits for process().
+void Engine::look_for_answers() {
+  entrance_.try_alone_as_owner([this] {
+    if (keeper_.is_up()) keeper_.look();
+  });
 }
 
 /// Reads; and while there are messages of which only the newest or the young count, all that waits.

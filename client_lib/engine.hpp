@@ -89,6 +89,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Registration::Hooks registration_hooks();
   void flush_unless_gathering();
   Status process_inside();
+  void look_for_answers();
   void read_ahead();
   template <typename State>
   std::shared_ptr<State> add(const std::shared_ptr<State>& handle);

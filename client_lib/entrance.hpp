@@ -61,6 +61,12 @@ class Entrance {
     return stay.is_first();
   }
 
+  /// The same for a call of any thread, made only in the owner's.
+  template <typename Call>
+  void try_alone_as_owner(const Call& call) {
+    if (turn_.is_owner()) try_alone(call);
+  }
+
   /// The answer in a child process; printed once, as nobody else is left to report it.
   Status refuse_child();
 

@@ -6,6 +6,8 @@ namespace swarmtalk::client {
 namespace {
 
 constexpr std::size_t kOutgoingMaxBytes = std::size_t{1} << 20;  // then send() answers kBusy
+constexpr std::size_t kAnswersMax = 4096;  // the daemon cuts off who leaves 256 KiB unread
+constexpr std::size_t kUnreadMax = 64;  // answers more than the queue is long, until it is looked
 
 }  // namespace
 
@@ -31,11 +33,18 @@ Status Sender::check_publication(const PublisherState& publisher, std::size_t si
 Status Sender::check_room(const PublisherState& publisher) const {
   if (connection_.outgoing_bytes() > kOutgoingMaxBytes) {
     return Status(StatusCode::kBusy,
-                  "swarmtalkd does not read what this program sends: send more slowly");
+                  "swarmtalkd does not read what this program sends: call run() or process(), and "
+                  "send more slowly");
   }
   const Sending& sending = publisher.sending;
-  if (sending.drop_oldest && sending.queue > 0) return Status();  // the daemon makes room
   const std::size_t waiting = publisher.in_flight.size();
+  if (sending.drop_oldest && sending.queue > 0) {  // the daemon makes room
+    if (waiting < kAnswersMax) return Status();
+    return Status(StatusCode::kBusy,
+                  std::to_string(waiting) +
+                      " messages are not confirmed yet: call run() or process(), and send more "
+                      "slowly");
+  }
   if (waiting <= sending.queue) return Status();
   return Status(StatusCode::kBusy,
                 std::to_string(waiting) + (waiting == 1 ? " message is" : " messages are") +
@@ -43,8 +52,22 @@ Status Sender::check_room(const PublisherState& publisher) const {
                     "or advertise with a longer queue, or one that drops the oldest");
 }
 
+/// Whether answers may wait that make room, or that pile up at the daemon. Those of a callback are
+/// not read before it can run: they would pile up here.
+bool Sender::needs_answers(const PublisherState& publisher) const {
+  if (publisher.id == 0 || publisher.sent) return false;
+  const Sending& sending = publisher.sending;
+  const bool drops = sending.drop_oldest && sending.queue > 0;
+  return publisher.in_flight.size() > sending.queue + (drops ? kUnreadMax : 0);
+}
+
 bool Sender::is_busy(const PublisherState& publisher) {
-  const std::lock_guard lock(gate_);
+  std::unique_lock lock(gate_);
+  if (needs_answers(publisher)) {
+    lock.unlock();
+    hooks_.look_for_answers();
+    lock.lock();
+  }
   return publisher.id != 0 && check_room(publisher).code() == StatusCode::kBusy;
 }
 
@@ -54,6 +77,11 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl, bool is_inside) {
   std::unique_lock lock(gate_);
   has_sent_.store(true);
+  if (!is_inside && needs_answers(publisher)) {
+    lock.unlock();
+    hooks_.look_for_answers();
+    lock.lock();
+  }
   Status status = check_publication(publisher, payload.size(), ttl);
   if (status) status = append_publication(publisher, payload, ttl);
   const bool tells_refusals = status.code() == StatusCode::kBusy && note_refusal(publisher);
@@ -74,7 +102,7 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
     needs_owner = !connection_.flush().ok() || connection_.has_outgoing();
   }
   lock.unlock();
-  if (needs_owner && !is_inside) wake_();
+  if (needs_owner && !is_inside) hooks_.wake();
   return status;
 }
 

@@ -22,9 +22,14 @@ void fill_refusals(PublisherState& publisher, ipc::ClientLoss& loss);
 
 class Sender {
  public:
-  /// All must outlive it. @param wake  wakes the owner, who can do what other threads cannot
-  Sender(std::mutex& gate, Connection& connection, Reports& reports, std::function<void()> wake)
-      : gate_(gate), connection_(connection), reports_(reports), wake_(std::move(wake)) {}
+  struct Hooks {
+    std::function<void()> wake;  // the owner, who can do what other threads cannot
+    /// Reads answers that wait, in the owner's thread; a program that only sends never runs.
+    std::function<void()> look_for_answers;
+  };
+  /// All must outlive it.
+  Sender(std::mutex& gate, Connection& connection, Reports& reports, Hooks hooks)
+      : gate_(gate), connection_(connection), reports_(reports), hooks_(std::move(hooks)) {}
 
   /// @param is_inside  in a callback: the owner writes for all at its end
   Status publish(PublisherState& publisher, std::string_view payload,
@@ -40,6 +45,7 @@ class Sender {
   Status check_publication(const PublisherState& publisher, std::size_t size_bytes,
                            std::optional<std::uint32_t> ttl) const;
   Status check_room(const PublisherState& publisher) const;
+  bool needs_answers(const PublisherState& publisher) const;
   Status append_publication(PublisherState& publisher, std::string_view payload,
                             std::optional<std::uint32_t> ttl);
   bool note_refusal(PublisherState& publisher);
@@ -47,7 +53,7 @@ class Sender {
   std::mutex& gate_;
   Connection& connection_;
   Reports& reports_;
-  std::function<void()> wake_;
+  Hooks hooks_;
   std::atomic<bool> has_sent_{false};
   std::atomic<bool> has_refused_{false};
 };

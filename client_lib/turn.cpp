@@ -8,6 +8,7 @@ Turn::Stay::Stay(Turn& turn) : turn_(turn) {
   std::thread::id inside;  // of no thread
   is_first_ = turn_.inside_.compare_exchange_strong(inside, std::this_thread::get_id());
   other_is_inside_ = !is_first_ && inside != std::this_thread::get_id();
+  if (is_first_) turn_.owner_.store(std::this_thread::get_id());
 }
 
 Turn::Stay::~Stay() {

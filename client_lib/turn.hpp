@@ -30,6 +30,9 @@ class Turn {
   /// Whether the calling thread is inside. Any thread.
   bool is_mine() const { return inside_.load() == std::this_thread::get_id(); }
 
+  /// Whether the calling thread is the last that was inside: the owner. Any thread.
+  bool is_owner() const { return owner_.load() == std::this_thread::get_id(); }
+
   /// The calling thread runs the callbacks. @pre inside
   /// @return true once: it did so before, and another thread has since. A Client that is handed
   ///   over does not come back.
@@ -37,6 +40,7 @@ class Turn {
 
  private:
   std::atomic<std::thread::id> inside_{};
+  std::atomic<std::thread::id> owner_{};
   // Changed inside only.
   std::thread::id last_;
   std::thread::id before_last_;

@@ -145,7 +145,6 @@ def test_what_a_program_sends_before_it_ends_arrives_or_it_is_told(udp_lab):
                   (*IN_C, "9", "leave"), BY_PYTHON, (*BY_PYTHON, "killed")):
         what_a_program_sent_before_it_ended_arrives(lab, *words)
     what_a_program_had_not_written_when_it_ended_arrives(lab)
-    who_wants_no_queue_expects_to_be_refused(lab)
     for how in ("stopped", "killed"):
         a_daemon_that_has_gone_meanwhile_is_told(lab, how, (*IN_C_PLUS_PLUS, "2", "wait"),
                                                  (*IN_C, "2", "close", "wait"),
@@ -163,6 +162,7 @@ def test_what_a_daemons_limits_refuse_is_told(udp_lab, tmp_path):
         what_was_refused_at_the_end_is_told(slow, *words)
     paced = lab("[links.wifi]\nrate_hz = 5\n")
     more_than_can_wait_are_told_and_counted(paced)
+    who_wants_no_queue_expects_to_be_refused(paced)
     for keep in ("pass", "kept.append(answer)"):  # the last answer, all of them
         answers_that_python_keeps_to_its_end_are_counted_as_well(paced, keep)
     a_daemon_with_short_queues_says_so_to_who_asks_for_none_of_its_own(

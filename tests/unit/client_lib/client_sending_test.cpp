@@ -1,4 +1,6 @@
 // Several sends in a row: they wait, or whoever sends is told.
+#include <poll.h>
+
 #include <algorithm>
 #include <thread>
 
@@ -147,6 +149,71 @@ TEST_F(ClientSending, ADaemonThatDiesBeforeAProgramEndsIsToldWhicheverCallMeetsI
   EXPECT_EQ(told,
             "swarmtalk: swarmtalkd was gone when this program ended: whether its last messages "
             "left is not known\n");
+}
+
+TEST_F(ClientSending, AProgramThatOnlySendsFindsRoomWithoutRunning) {
+  auto state = client.advertise("hello", Sending::newest(1));
+  auto queued = client.advertise("hello", Sending::queued(3));
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_TRUE(state.send("x"));
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (queued.busy() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    ASSERT_TRUE(queued.send("x"));
+  }
+  EXPECT_TRUE(losses.empty());
+  EXPECT_TRUE(client.sync());
+  EXPECT_EQ(daemon.count(is_publish), 6000);
+}
+
+TEST_F(ClientSending, WhatComesWhileSendLooksForRoomWaitsForTheProgramToRun) {
+  int heard = 0;
+  auto subscriber = client.subscribe("hello", [&](const Message&) { ++heard; });
+  auto publisher = client.advertise("hello", Sending::one_at_a_time());
+  daemon.answers_publish = false;
+  EXPECT_TRUE(publisher.send("x"));
+  daemon.deliver("first");
+  daemon.answer_publish();
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!publisher.send("y") && std::chrono::steady_clock::now() < deadline) {
+  }
+  EXPECT_EQ(heard, 0);
+  ASSERT_TRUE(run_until(client, [&] { return heard > 0; }));
+  EXPECT_EQ(heard, 1);
+}
+
+TEST_F(ClientSending, ALookForRoomThatFindsNothingLeavesTheDescriptorQuiet) {
+  daemon.answers_publish = false;
+  auto publisher = client.advertise("hello", Sending::one_at_a_time());
+  const auto is_readable = [&] {
+    pollfd own{client.fd(), POLLIN, 0};
+    return ::poll(&own, 1, 0) > 0;
+  };
+  EXPECT_TRUE(publisher.send("x"));
+  for (int i = 0; i < 1000 && is_readable(); ++i) EXPECT_TRUE(client.process());
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(publisher.busy());
+  EXPECT_FALSE(is_readable());
+}
+
+TEST_F(ClientSending, APublisherWithACallbackIsBusyUntilItCanBeCalled) {
+  int sent = 0;
+  auto publisher = client.advertise("hello", Sending::one_at_a_time(),
+                                    [&](const Status& status) { sent += status ? 1 : 0; });
+  EXPECT_TRUE(publisher.send("x"));
+  daemon.count(is_publish);  // it has answered
+  EXPECT_EQ(publisher.send("y").code(), StatusCode::kBusy);
+  ASSERT_TRUE(run_until(client, [&] { return sent == 1; }));
+  EXPECT_TRUE(publisher.send("y"));
+}
+
+TEST_F(ClientSending, AnotherThreadThatSendsLeavesReadingToTheOwner) {
+  auto publisher = client.advertise("hello", Sending::one_at_a_time());
+  std::thread([&] {
+    EXPECT_TRUE(publisher.send("x"));
+    daemon.count(is_publish);  // it has answered
+    EXPECT_EQ(publisher.send("y").code(), StatusCode::kBusy);
+  }).join();
+  EXPECT_TRUE(client.sync());
+  EXPECT_TRUE(publisher.send("y"));
 }
 
 TEST_F(ClientSending, ARefusalMayOutliveItsClientAndItsThread) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "client_lib/wakeup.hpp"
 
 namespace swarmtalk::client {
@@ -26,7 +28,16 @@ class SenderAlone : public testing::Test {
   Connection connection_;
   Reports reports_;
   int rings_ = 0;
-  Sender sender_{gate_, connection_, reports_, [this] { ++rings_; }};
+  int looks_ = 0;
+  std::function<void()> look_;
+  Sender sender_{gate_,
+                 connection_,
+                 reports_,
+                 {[this] { ++rings_; },
+                  [this] {
+                    ++looks_;
+                    if (look_) look_();
+                  }}};
   PublisherState publisher_;
 };
 
@@ -45,6 +56,36 @@ TEST_F(SenderAlone, IsBusyWhileTheMessageBeforeIsOnItsWay) {
   EXPECT_FALSE(reports_.has_any());
   publisher_.in_flight.clear();
   EXPECT_EQ(send("y"), StatusCode::kOk);
+}
+
+TEST_F(SenderAlone, LooksForAnswersWhereThereIsNoRoomOrManyAreUnread) {
+  publisher_.sending = Sending::queued(2);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_EQ(send("x"), StatusCode::kBusy) << "in a callback the owner is inside";
+  EXPECT_EQ(looks_, 0);
+  EXPECT_TRUE(sender_.is_busy(publisher_));
+  EXPECT_EQ(looks_, 1);
+  look_ = [this] { publisher_.in_flight.clear(); };
+  EXPECT_FALSE(sender_.is_busy(publisher_));
+  EXPECT_EQ(looks_, 2);
+  publisher_.sending = Sending::newest(1);
+  for (int i = 0; i < 65; ++i) EXPECT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_FALSE(sender_.is_busy(publisher_));
+  EXPECT_EQ(looks_, 2);
+  EXPECT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_FALSE(sender_.is_busy(publisher_));
+  EXPECT_EQ(looks_, 3);
+}
+
+TEST_F(SenderAlone, IsBusyWhenTheAnswersToVeryManyWereNotRead) {
+  publisher_.sending = Sending::newest(1);
+  publisher_.sent = [](const Status&) {};
+  for (int i = 0; i < 4096; ++i) ASSERT_EQ(send("x"), StatusCode::kOk);
+  EXPECT_EQ(send("x"), StatusCode::kBusy);
+  EXPECT_TRUE(sender_.is_busy(publisher_));
+  EXPECT_EQ(looks_, 0);
+  publisher_.in_flight.pop_front();
+  EXPECT_EQ(send("x"), StatusCode::kOk);
 }
 
 TEST_F(SenderAlone, TellsTheDaemonOfRefusalsAtOnceAndLeavesTheRestToBeToldTogether) {

@@ -32,6 +32,19 @@ TEST(Turn, LetsOneThreadInAtATime) {
   in_another_thread([&] { EXPECT_TRUE(Turn::Stay(turn).is_first()); });
 }
 
+TEST(Turn, KnowsWhoWasInsideLast) {
+  Turn turn;
+  EXPECT_FALSE(turn.is_owner());
+  { const Turn::Stay stay(turn); }
+  EXPECT_TRUE(turn.is_owner());
+  in_another_thread([&] {
+    EXPECT_FALSE(turn.is_owner());
+    const Turn::Stay stay(turn);
+    EXPECT_TRUE(turn.is_owner());
+  });
+  EXPECT_FALSE(turn.is_owner()) << "it was handed over";
+}
+
 TEST(Turn, TellsOnceThatAThreadComesBackAfterAnother) {
   Turn turn;
   int told = 0;
