@@ -160,9 +160,9 @@ void Clients::flush_all() {
 }
 
 void Clients::on_closed(Session& session, const std::string& reason, bool is_malformed) {
-  if (is_malformed) {
-    ++counters.clients_malformed;
-    if (const auto silent = malformed_log_.pass(Clock::now())) {
+  if (is_malformed) ++counters.clients_malformed;
+  if (session.was_ended()) {
+    if (const auto silent = closed_log_.pass(Clock::now())) {
       log_of("client")->warn("{} closed: {} ({} more since the last line)", session.client().who(),
                              reason, *silent);
     }
@@ -210,11 +210,6 @@ void Clients::close_silent() {
       continue;
     }
     ++counters.clients_silent;
-    if (const auto quiet = silent_log_.pass(now)) {
-      log_of("client")->warn(
-          "{} closed: it did not say Hello within 10 s ({} more since the last line)",
-          session->client().who(), *quiet);
-    }
     session->end_stream({ipc::ERROR_MALFORMED, "Hello did not come within 10 s", false});
   }
   if (is_any_new) watch_silent();

@@ -60,9 +60,8 @@ class Clients final : public SessionHost {
   std::vector<std::shared_ptr<Session>> to_flush_;
   std::vector<std::shared_ptr<Session>> to_flush_next_;
   std::vector<std::shared_ptr<Session>> flushing_;
-  LogLimiter malformed_log_;
+  LogLimiter closed_log_;
   LogLimiter not_reading_log_;
-  LogLimiter silent_log_;
   LogLimiter refused_log_;
   LogLimiter accept_log_;
   bool is_watching_silent_ = false;

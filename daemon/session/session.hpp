@@ -78,6 +78,8 @@ class Session final : public std::enable_shared_from_this<Session> {
   void fill(ipc::ClientStatus& status) const;
 
   bool is_refused() const { return is_refused_; }
+  /// For a mistake of the client's, which has been told why; not one that hung up or was refused.
+  bool was_ended() const { return !doom_.empty() && !is_refused_; }
   bool has_greeted() const { return requests_.has_greeted(); }
   Time connected_at() const { return connected_at_; }
   const ClientIdentity& client() const { return client_; }

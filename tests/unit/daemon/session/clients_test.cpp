@@ -1,10 +1,12 @@
 // Connected programs as a whole: whom the listening socket lets in, and what is told of them.
 #include "daemon/session/clients.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/un.h>
 
 #include <filesystem>
 
+#include "daemon/common/logging.hpp"
 #include "tests/unit/daemon/session/session_harness.hpp"
 
 namespace swarmtalk::daemon {
@@ -105,6 +107,24 @@ TEST_F(ClientsTest, AreToldOfUpToAHundredAndTwentyEight) {
   for (int i = 0; i < 130; ++i) peers.push_back(greeted());
   EXPECT_EQ(told().size(), 128u);
   EXPECT_EQ(clients_.size(), 130u);
+}
+
+TEST_F(ClientsTest, ThatAreClosedForAMistakeAreLoggedAndThoseThatHangUpAreNot) {
+  const auto before = spdlog::default_logger();
+  testing::internal::CaptureStderr();
+  start_logging("info");
+  auto gone = greeted();
+  gone.reset();
+  step();
+  auto other = connect();
+  other->hello(7);
+  step();
+  EXPECT_TRUE(other->is_closed || !other->receive().empty());
+  const std::string log = testing::internal::GetCapturedStderr();
+  spdlog::set_default_logger(before);
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
+  EXPECT_NE(log.find(" closed: the client speaks protocol 7.0, this daemon "), std::string::npos)
+      << log;
 }
 
 }  // namespace
