@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "cli/common/commands.hpp"
 #include "cli/text/hex.hpp"
@@ -37,8 +38,11 @@ int keygen(const std::string& path) {
     return fail("cannot write " + path + ": " + why);
   }
   return print(path +
-               ": a new swarm key. On every robot: copy it there, `chown swarmtalk` it, set "
-               "key_file under [links.NAME], restart swarmtalkd.\n");
+               ": a new swarm key. Copy it to every robot, and there: sudo install -D -o swarmtalk "
+               "-m 0400 " +
+               std::filesystem::path(path).filename().string() +
+               " /etc/swarmtalk/swarm.key; set key_file under [links.NAME] to that; restart "
+               "swarmtalkd.\n");
 }
 
 }  // namespace swarmtalk::cli

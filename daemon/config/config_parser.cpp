@@ -16,6 +16,7 @@
 #include "daemon/config/config_gateways.hpp"
 #include "daemon/config/config_limits.hpp"
 #include "daemon/config/config_links.hpp"
+#include "daemon/config/file_access.hpp"
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/config/table_reader.hpp"
 #include "ipc/framing.hpp"
@@ -239,8 +240,7 @@ ParsedConfig load_config(const std::string& file, const ConfigOptions& options) 
     text.resize(static_cast<std::size_t>(stream.gcount()));
   }
   if (!stream.is_open() || stream.bad() || (errno == EISDIR && text.empty())) {
-    throw ConfigError(file + ": cannot be read: " + std::strerror(errno) +
-                      "; name a readable file with --config FILE");
+    throw ConfigError(file + ": " + unreadable(file, errno, FileKind::kConfiguration));
   }
   if (text.size() > kMaxFileBytes) {
     throw ConfigError(file + ": is larger than 1 MiB; this is not a configuration file");

@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "daemon/config/file_access.hpp"
 #include "text/encoding.hpp"
 
 namespace swarmtalk::daemon {
@@ -48,15 +49,14 @@ void check_owner_and_mode(const std::string& path, const struct stat& status) {
                              "FILE` makes");
   }
   if (status.st_uid != 0 && status.st_uid != geteuid()) {
-    throw std::runtime_error(path + " belongs to " + user_name(status.st_uid) +
-                             ", who could change the key; run: chown " + user_name(geteuid()) +
-                             " " + path);
+    throw std::runtime_error(
+        path + " belongs to " + user_name(status.st_uid) +
+        ", who could change the key; run: " + own_key_command(path, status.st_uid));
   }
   if ((status.st_mode & 077) != 0) {
-    throw std::runtime_error(
-        fmt::format("{0} has mode {1:04o}, so others can reach the key; run: "
-                    "chmod 600 {0}",
-                    path, status.st_mode & 07777u));
+    throw std::runtime_error(fmt::format("{} has mode {:04o}, so others can reach the key; run: {}",
+                                         path, status.st_mode & 07777u,
+                                         own_key_command(path, status.st_uid)));
   }
 }
 
@@ -92,12 +92,7 @@ bool is_secret(const frame::SwarmKey& key) {
 std::shared_ptr<const frame::SwarmKey> load_key(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (file.get() < 0) {
-    const int error = errno;
-    const std::string remedy =
-        error == ENOENT
-            ? "make one with `swarmtalk-cli keygen " + path + "` and copy it to every robot"
-            : "give it to the daemon: chown " + user_name(geteuid()) + " " + path;
-    throw std::runtime_error(path + " cannot be read: " + std::strerror(error) + "; " + remedy);
+    throw std::runtime_error(path + " " + unreadable(path, errno, FileKind::kKey));
   }
   struct stat status {};
   if (fstat(file.get(), &status) != 0) throw std::runtime_error(path + ": " + std::strerror(errno));

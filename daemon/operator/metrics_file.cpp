@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "daemon/common/logging.hpp"
+#include "daemon/config/file_access.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -56,7 +57,11 @@ MetricsFile::~MetricsFile() {
 }
 
 void MetricsFile::configure(const MetricsConfig& config) {
-  if (config.file != config_.file) remove();
+  if (config.file != config_.file) {
+    remove();
+    const std::string problem = unseen(config.file);
+    if (!problem.empty()) log_of("daemon")->warn("metrics.file: {}", problem);
+  }
   config_ = config;
   is_failing_ = false;
   timer_.cancel();
@@ -90,9 +95,9 @@ void MetricsFile::write() {
   }
   if (std::exchange(is_failing_, true)) return;
   log_of("daemon")->warn(
-      "metrics.file: {} cannot be written: {}; under systemd the folder must be "
-      "below /run/swarmtalkd, or in ReadWritePaths=",
-      config_.file, problem);
+      "metrics.file: {} cannot be written by {}: {}; choose a folder that it may write to (of "
+      "swarmtalkd.service: /run/swarmtalkd, and what ReadWritePaths= names)",
+      config_.file, reader(), problem);
 }
 
 void MetricsFile::remove() const {

@@ -10,6 +10,7 @@
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
+#include "daemon/config/file_access.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -43,6 +44,8 @@ void PoseSocket::open() {
 
 void PoseSocket::start() {
   wait();
+  const std::string problem = unseen(file_.path());
+  if (!problem.empty()) log_of("daemon")->warn("node.pose_socket: {}", problem);
   watch_.emplace(io_, file_.path(), [this] { return restore(); });
 }
 

@@ -154,7 +154,7 @@ def replayed_altered_cut_and_foreign_frames_are_counted_by_cause(swarm, key):
 
 
 @pytest.mark.logic
-@pytest.mark.parametrize("mode,patterns", [(0o644, ["mode 0644", "chmod 600"]),
+@pytest.mark.parametrize("mode,patterns", [(0o644, ["mode 0644", "chmod 0400"]),
                                            (None, ["No such file", "swarmtalk-cli keygen"])])
 def test_a_key_file_that_is_not_safe_is_refused_in_one_line(tmp_path, mode, patterns):
     key = tmp_path / "swarm.key"

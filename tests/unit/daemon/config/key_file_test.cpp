@@ -4,10 +4,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
+
+#include "daemon/config/file_access.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -36,6 +40,15 @@ class KeyFile : public ::testing::Test {
     return {};
   }
 
+  /// What it says after "run: ", done as root does it on a robot.
+  std::string command() {
+    unsetenv("SUDO_USER");
+    const std::string text = problem();
+    const std::size_t found = text.find("run: ");
+    return found == std::string::npos ? "" : text.substr(found + 5);
+  }
+  void obey(const std::string& words) { EXPECT_EQ(std::system(words.c_str()), 0) << words; }
+
   std::filesystem::path folder_;
 };
 
@@ -50,7 +63,9 @@ TEST_F(KeyFile, HoldsSixtyFourDigits) {
 TEST_F(KeyFile, ThatOthersCanReachIsRefused) {
   for (const mode_t mode : {0640u, 0604u, 0620u, 0602u, 0610u}) {
     write(kDigits, mode);
-    EXPECT_THAT(problem(), HasSubstr("chmod 600 " + path())) << std::oct << mode;
+    EXPECT_THAT(problem(), HasSubstr("others can reach the key; run: ")) << std::oct << mode;
+    obey(command());
+    EXPECT_EQ(problem(), "") << std::oct << mode;
   }
 }
 
@@ -59,10 +74,87 @@ TEST_F(KeyFile, OfAnotherUserIsRefused) {
   write(kDigits);
   ASSERT_EQ(chown(path().c_str(), 65534, 65534), 0);
   EXPECT_THAT(problem(), HasSubstr("belongs to nobody, who could change the key"));
+  for (const mode_t mode : {0600u, 0640u}) {  // one command for owner and mode
+    ASSERT_EQ(chown(path().c_str(), 65534, 65534), 0);
+    chmod(path().c_str(), mode);
+    obey(command());
+    EXPECT_EQ(problem(), "");
+  }
 }
 
-TEST_F(KeyFile, ThatIsMissingNamesTheCommandThatMakesOne) {
-  EXPECT_THAT(problem(), HasSubstr("swarmtalk-cli keygen " + path()));
+// As a daemon that runs as a user of its own meets it.
+TEST_F(KeyFile, OfRootThatAGroupMayReadIsGivenToTheDaemonInOneStep) {
+  if (geteuid() != 0) GTEST_SKIP() << "to become another user needs root";
+  write(kDigits, 0644);
+  chmod(folder_.c_str(), 0755);
+  ASSERT_EQ(seteuid(65534), 0);
+  const std::string words = command();
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(words, "sudo chown nobody " + path() + " && sudo chmod 0400 " + path());
+}
+
+TEST_F(KeyFile, ThatMayNotBeReadNamesTheCommandForTheFileOrForItsFolder) {
+  if (geteuid() != 0) GTEST_SKIP() << "to become another user needs root";
+  write(kDigits, 0400);
+  chmod(folder_.c_str(), 0755);
+  ASSERT_EQ(seteuid(65534), 0);
+  const std::string of_file = command();
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(of_file, "sudo chown nobody " + path() + " && sudo chmod 0400 " + path());
+  chmod(folder_.c_str(), 0700);
+  ASSERT_EQ(seteuid(65534), 0);
+  const std::string of_folder = command();
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_THAT(of_folder, HasSubstr("sudo install -D -o nobody -m 0400 " + path() +
+                                   " /etc/swarmtalk/swarm.key, "));
+}
+
+TEST_F(KeyFile, ThatIsMissingIsPutThereByTheCommandThatIsNamed) {
+  unsetenv("SUDO_USER");
+  const std::string text = problem();
+  EXPECT_THAT(text, HasSubstr("swarmtalk-cli keygen FILE"));
+  const std::size_t begin = text.find("install -D ");
+  ASSERT_NE(begin, std::string::npos) << text;
+  std::string words = text.substr(begin, text.find(" (") - begin);
+  const std::string made = folder_ / "FILE";
+  std::ofstream(made) << kDigits;
+  ASSERT_NE(words.find("FILE"), std::string::npos) << text;
+  obey(words.replace(words.find("FILE"), 4, made));
+  EXPECT_EQ(problem(), "");
+}
+
+TEST(FileAccess, FolderThatAUnitHidesIsKnownFromItsMounts) {
+  const std::string mounts =
+      "21 1 8:1 / / ro,relatime shared:1 - ext4 /dev/sda1 rw\n"
+      "22 21 0:25 /systemd/inaccessible/dir /home ro,nosuid - tmpfs tmpfs rw,mode=755\n"
+      "23 21 0:30 / /run/user rw - tmpfs tmpfs rw\n"
+      "24 21 8:1 /tmp/systemd-private-0a-swarmtalkd.service-xy/tmp /tmp rw - ext4 /dev/sda1 rw\n";
+  const auto hidden = [&](const std::string& path) {
+    std::istringstream stream(mounts);
+    return hidden_folder(path, stream);
+  };
+  EXPECT_EQ(hidden("/home/alice/swarm.key"), "/home");
+  EXPECT_EQ(hidden("/tmp/swarm.key"), "/tmp");
+  EXPECT_EQ(hidden("/tmpx/swarm.key"), "");
+  EXPECT_EQ(hidden("/etc/swarmtalk/swarm.key"), "");
+  EXPECT_EQ(hidden("/run/user/1/swarm.key"), "");
+}
+
+TEST(FileAccess, ConfigurationThatMayNotBeReadNamesWhatOpensFileAndFolders) {
+  if (geteuid() != 0) GTEST_SKIP() << "to become another user needs root";
+  std::string folder = std::filesystem::temp_directory_path() / "swarmtalk-access-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const std::string file = folder + "/deep/f.toml";
+  std::filesystem::create_directory(folder + "/deep");
+  std::ofstream(file) << "";
+  chmod(file.c_str(), 0600);
+  unsetenv("SUDO_USER");
+  ASSERT_EQ(seteuid(65534), 0);
+  const std::string text = unreadable(file, EACCES, FileKind::kConfiguration);
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(text, "cannot be read by user nobody: Permission denied; run: sudo chmod a+x " +
+                      folder + " " + folder + "/deep && sudo chmod a+r " + file);
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(KeyFile, WithoutAKeyIsRefused) {

@@ -1,0 +1,121 @@
+#include "daemon/config/file_access.hpp"
+
+#include <fcntl.h>
+#include <pwd.h>
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace swarmtalk::daemon {
+namespace {
+
+constexpr const char* kOwnFolder = "/etc/swarmtalk";
+constexpr uid_t kFirstPerson = 1000;  // below are root and the users of daemons
+
+std::string user() {
+  const passwd* const entry = getpwuid(geteuid());
+  return entry == nullptr ? std::to_string(geteuid()) : entry->pw_name;
+}
+
+/// What stands before a command for root where it is typed: not where root itself reads this.
+std::string sudo() {
+  return geteuid() == 0 && std::getenv("SUDO_USER") == nullptr ? "" : "sudo ";
+}
+
+/// The folders above `path` that may be closed: the first one that this process may not enter, and
+/// those below it, which it cannot see. @return " FOLDER FOLDER"; empty: all are open
+std::string closed_folders(const std::string& path) {
+  std::string folders;
+  for (std::size_t slash = path.find('/', 1); slash != std::string::npos;
+       slash = path.find('/', slash + 1)) {
+    const std::string folder = path.substr(0, slash);
+    const bool is_closed =
+        faccessat(AT_FDCWD, folder.c_str(), X_OK, AT_EACCESS) != 0 && errno == EACCES;
+    if (is_closed || !folders.empty()) folders += " " + folder;
+  }
+  return folders;
+}
+
+/// For a file that is not where the daemon can read it: a copy in the folder of its own.
+std::string install(const std::string& path, const std::string& options, const char* name_it) {
+  const std::string copy = kOwnFolder + ("/" + std::filesystem::path(path).filename().string());
+  return fmt::format("run: {}install -D {} {} {}, and name that file {}", sudo(), options, path,
+                     copy, name_it);
+}
+
+std::string install_configuration(const std::string& path) {
+  return install(path, "-m 0644", "with --config");
+}
+
+std::string install_key(const std::string& path) {
+  return install(path, "-o " + user() + " -m 0400", "instead");
+}
+
+}  // namespace
+
+std::string reader() {
+  return geteuid() == 0 ? "root without capabilities" : "user " + user();
+}
+
+std::string hidden_folder(const std::string& path) {
+  std::ifstream mounts("/proc/self/mountinfo");
+  return hidden_folder(path, mounts);
+}
+
+std::string hidden_folder(const std::string& path, std::istream& mounts) {
+  for (std::string line; std::getline(mounts, line);) {
+    std::istringstream fields(line);  // proc(5): id, parent, device, root, mount point
+    std::string skipped, root, folder;
+    fields >> skipped >> skipped >> skipped >> root >> folder;
+    const bool is_own = root.find("/systemd-private-") != std::string::npos ||
+                        root.find("/systemd/inaccessible/") != std::string::npos;
+    if (is_own && path.starts_with(folder + "/")) return folder;
+  }
+  return {};
+}
+
+std::string unseen(const std::string& path) {
+  const std::string folder = hidden_folder(path);
+  if (folder.empty()) return {};
+  return "no other program sees " + path + ", as the unit of this daemon gives it a " + folder +
+         " of its own; choose a path below /run/swarmtalkd";
+}
+
+std::string unreadable(const std::string& path, int error, FileKind kind) {
+  const bool is_key = kind == FileKind::kKey;
+  const std::string what = std::strerror(error);
+  if (const std::string folder = hidden_folder(path);
+      !folder.empty() && (error == EACCES || error == ENOENT)) {
+    return "cannot be read: " + what + ", as the unit of this daemon hides " + folder +
+           " from it; " + (is_key ? install_key(path) : install_configuration(path));
+  }
+  if (error == EACCES) {
+    const std::string denied = "cannot be read by " + reader() + ": " + what + "; ";
+    const std::string closed = closed_folders(path);
+    const std::string open = closed.empty() ? "" : sudo() + "chmod a+x" + closed + " && ";
+    if (!is_key) return denied + "run: " + open + sudo() + "chmod a+r " + path;
+    const bool is_ours = std::filesystem::path(path).parent_path() == kOwnFolder;
+    if (!closed.empty() && !is_ours) return denied + install_key(path);
+    return denied + "run: " + open + own_key_command(path, 0);
+  }
+  if (!is_key) return "cannot be read: " + what + "; name a readable file with --config FILE";
+  if (error != ENOENT) return "cannot be read: " + what + "; give the path of another file";
+  return fmt::format(
+      "cannot be read: {}; put the key of the swarm there: {}install -D -o {} -m 0400 FILE {} "
+      "(`swarmtalk-cli keygen FILE` makes one for all robots)",
+      what, sudo(), user(), path);
+}
+
+std::string own_key_command(const std::string& path, uid_t owner) {
+  const bool is_of_a_person = owner == geteuid() && owner >= kFirstPerson;
+  if (is_of_a_person) return "chmod 0400 " + path;
+  return fmt::format("{0}chown {1} {2} && {0}chmod 0400 {2}", sudo(), user(), path);
+}
+
+}  // namespace swarmtalk::daemon
