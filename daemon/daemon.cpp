@@ -10,6 +10,7 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/monotonic_ns.hpp"
 #include "daemon/config/config_gateways.hpp"
+#include "daemon/config/file_access.hpp"
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
@@ -141,6 +142,11 @@ void Daemon::run() {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   drop_privileges();
   if (operator_.has_keys()) forbid_dumps();
+  const std::string made_socket = socket_.is_from_systemd() ? "" : socket_.path();
+  for (const std::string& trouble :
+       later_troubles(parsed_.config, parsed_.lines.file(), made_socket)) {
+    log_of("daemon")->warn("{}", trouble);
+  }
   for (const auto& station : stations_) {
     station->start();
     log_of("link")->debug("link {}: {} on {}, {}", station->name(), station->link().type(),

@@ -56,9 +56,15 @@ std::string joined(const std::vector<std::string>& words) {
 void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
   const std::string file = daemon.config_file.empty() ? "the configuration" : daemon.config_file;
   if (daemon.config_error) {
-    report.add(
-        {"configuration-wrong", Severity::kError, file, *daemon.config_error,
-         "correct the line; `swarmtalkd --check --config " + file + "` says when it is right"});
+    // What this daemon may not read, `--check` of somebody else reads.
+    const bool is_unread = daemon.config_error->find(" cannot be read") != std::string::npos;
+    const bool is_running = daemon.state == DaemonFacts::State::kRuns;
+    const std::string remedy =
+        !is_unread
+            ? "correct the line; `swarmtalkd --check --config " + file + "` says when it is right"
+        : is_running ? "do what the line says, then `swarmtalk-cli reload`"
+                     : "do what the line says, then `sudo systemctl restart swarmtalkd`";
+    report.add({"configuration-wrong", Severity::kError, file, *daemon.config_error, remedy});
     return;
   }
   if (!daemon.is_config_compared) return;

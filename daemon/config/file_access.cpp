@@ -28,16 +28,18 @@ std::string sudo() {
   return geteuid() == 0 && std::getenv("SUDO_USER") == nullptr ? "" : "sudo ";
 }
 
-/// The folders above `path` that may be closed: the first one that this process may not enter, and
-/// those below it, which it cannot see. @return " FOLDER FOLDER"; empty: all are open
+bool is_denied(const std::string& path, int mode) {
+  return faccessat(AT_FDCWD, path.c_str(), mode, AT_EACCESS) != 0 && errno == EACCES;
+}
+
+/// The folders above `path` that this process may not enter, or cannot see for that.
+/// @return " FOLDER FOLDER"; empty: all are open
 std::string closed_folders(const std::string& path) {
   std::string folders;
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos;
        slash = path.find('/', slash + 1)) {
     const std::string folder = path.substr(0, slash);
-    const bool is_closed =
-        faccessat(AT_FDCWD, folder.c_str(), X_OK, AT_EACCESS) != 0 && errno == EACCES;
-    if (is_closed || !folders.empty()) folders += " " + folder;
+    if (is_denied(folder, X_OK)) folders += " " + folder;
   }
   return folders;
 }
@@ -110,6 +112,29 @@ std::string unreadable(const std::string& path, int error, FileKind kind) {
       "cannot be read: {}; put the key of the swarm there: {}install -D -o {} -m 0400 FILE {} "
       "(`swarmtalk-cli keygen FILE` makes one for all robots)",
       what, sudo(), user(), path);
+}
+
+std::vector<std::string> later_troubles(const Config& config, const std::string& file,
+                                        const std::string& made_socket) {
+  std::vector<std::string> troubles;
+  const auto look = [&](const std::string& path, FileKind kind) {
+    if (path.empty() || !is_denied(path, R_OK)) return;
+    troubles.push_back("a reload will fail: " + path + " " + unreadable(path, EACCES, kind));
+  };
+  look(file, FileKind::kConfiguration);
+  for (const LinkConfig& link : config.links) {
+    look(link.key_file, FileKind::kKey);
+    look(link.also_key_file, FileKind::kKey);
+  }
+  for (const std::string& socket : {made_socket, config.node.pose_socket}) {
+    const std::string folder = std::filesystem::path(socket).parent_path();
+    if (socket.empty() || !is_denied(folder, W_OK | X_OK)) continue;
+    troubles.push_back(fmt::format(
+        "{} may not write to {}: the socket {} stays there at the end, and is not made again when "
+        "it is deleted; choose a path in a folder of {}",
+        reader(), folder, socket, user()));
+  }
+  return troubles;
 }
 
 std::string own_key_command(const std::string& path, uid_t owner) {

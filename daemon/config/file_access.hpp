@@ -7,6 +7,9 @@
 
 #include <istream>
 #include <string>
+#include <vector>
+
+#include "daemon/config/config.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -26,6 +29,12 @@ enum class FileKind { kConfiguration, kKey };
 
 /// "cannot be read by user swarmtalk: Permission denied; run: ..." @param error  an errno
 std::string unreadable(const std::string& path, int error, FileKind kind);
+
+/// What this daemon will not be able to do with the rights that it has now, one line each.
+/// @param file  with the configuration
+/// @param made_socket  that it has made itself; empty: none
+std::vector<std::string> later_troubles(const Config& config, const std::string& file,
+                                        const std::string& made_socket);
 
 /// The command after which this process, and nobody else, can read the key file at `path`, which
 /// belongs to `owner`.

@@ -6,33 +6,52 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
+#include "daemon/common/logging.hpp"
+
 namespace swarmtalk::daemon {
-namespace {
-
-constexpr auto kRetry = std::chrono::seconds(5);
-
-}  // namespace
 
 SocketWatch::SocketWatch(boost::asio::io_context& io, const std::string& path,
-                         std::function<bool()> restore)
+                         std::function<bool()> restore, std::chrono::milliseconds retry)
     : path_(path),
       folder_(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1))),
       restore_(std::move(restore)),
+      retry_(retry),
       events_(io),
       timer_(io) {
-  const int descriptor = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-  if (descriptor < 0) return;  // out of descriptors: as before, unnoticed
-  events_.assign(descriptor);
   watch_folder();
-  wait();
 }
 
+// Without a watch the clock is what it goes by.
 void SocketWatch::watch_folder() {
   constexpr std::uint32_t kEvents = IN_DELETE | IN_MOVED_FROM | IN_DELETE_SELF | IN_MOVE_SELF;
-  is_watching_ = inotify_add_watch(events_.native_handle(), folder_.c_str(), kEvents) >= 0;
+  const char* remedy = "to know at once: sudo sysctl fs.inotify.max_user_instances=1024";
+  if (!events_.is_open()) {
+    const int descriptor = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    if (descriptor < 0) return watch_by_clock(remedy);
+    events_.assign(descriptor);
+    wait();
+  }
+  if (inotify_add_watch(events_.native_handle(), folder_.c_str(), kEvents) < 0) {
+    if (errno == EACCES) remedy = "choose a path in a folder that it may read";
+    if (errno == ENOSPC) remedy = "to know at once: sudo sysctl fs.inotify.max_user_watches=65536";
+    return watch_by_clock(remedy);
+  }
+  is_told_ = false;
+}
+
+void SocketWatch::watch_by_clock(const char* remedy) {
+  const char* why = std::strerror(errno);
+  if (!std::exchange(is_told_, true)) {
+    log_of("daemon")->warn(
+        "the kernel does not tell when the socket {} is deleted ({}), so swarmtalkd looks every "
+        "{} s; {}",
+        path_, why, std::chrono::duration_cast<std::chrono::seconds>(retry_).count(), remedy);
+  }
+  check_later();
 }
 
 void SocketWatch::wait() {
@@ -53,14 +72,14 @@ void SocketWatch::on_events() {
 
 void SocketWatch::check() {
   struct stat status {};
-  const bool is_there = stat(path_.c_str(), &status) == 0 && S_ISSOCK(status.st_mode);
-  if (!is_there && !restore_()) return check_later();
+  const bool is_known = stat(path_.c_str(), &status) == 0 || errno == ENOENT || errno == ENOTDIR;
+  const bool is_gone = is_known && !S_ISSOCK(status.st_mode);
+  if (is_gone && !restore_()) return check_later();
   watch_folder();  // it may be a new one
-  if (!is_watching_) check_later();
 }
 
 void SocketWatch::check_later() {
-  timer_.expires_after(kRetry);
+  timer_.expires_after(retry_);
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (!error) check();
   });

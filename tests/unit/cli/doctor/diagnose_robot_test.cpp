@@ -173,6 +173,13 @@ TEST_F(CabledRobot, HasAWrongConfigurationWhetherTheDaemonRunsOrNot) {
   EXPECT_EQ(made.findings[1].id, "configuration-wrong");
 }
 
+TEST_F(CabledRobot, HasAConfigurationThatItsDaemonMayNotRead) {
+  daemon_.config_error = "robot.toml: cannot be read by user pi: Permission denied; run: chmod it";
+  const std::string remedy = only("configuration-wrong").remedy;
+  EXPECT_EQ(remedy.find("--check"), std::string::npos) << remedy;
+  EXPECT_NE(remedy.find("swarmtalk-cli reload"), std::string::npos) << remedy;
+}
+
 TEST_F(CabledRobot, HasAConfigurationThatIsNotInForce) {
   daemon_.config_reload = {"links.air.beacon_ms", "node.pose"};
   EXPECT_NE(only("configuration-changed").what.find("links.air.beacon_ms, node.pose"),

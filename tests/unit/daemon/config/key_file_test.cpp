@@ -10,8 +10,10 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 #include "daemon/config/file_access.hpp"
+#include "daemon/host/privileges.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -189,6 +191,34 @@ TEST_F(KeyFile, OfOneByteAgainAndAgainIsRefused) {
 TEST_F(KeyFile, ThatIsNoFileIsRefused) {
   ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
   EXPECT_THAT(problem(), HasSubstr("is not a file; give the path of one"));
+}
+
+TEST(FileAccess, WhatADaemonCannotDoWithoutItsPrivilegesIsKnownAtItsStart) {
+  std::string folder = std::filesystem::temp_directory_path() / "swarmtalk-access-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  Config config;
+  config.links.resize(1);
+  config.links[0].key_file = folder + "/swarm.key";
+  config.node.pose_socket = folder + "/pose.sock";
+  std::vector<std::string> before, after;
+  const auto troubles = [&] {
+    return later_troubles(config, folder + "/f.toml", folder + "/d.sock");
+  };
+  std::thread([&] {  // whose capabilities are its own
+    drop_privileges();
+    before = troubles();
+    std::filesystem::permissions(folder, std::filesystem::perms::none);
+    after = troubles();
+  })
+      .join();
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+  EXPECT_THAT(before, testing::IsEmpty());
+  EXPECT_THAT(after,
+              testing::ElementsAre(HasSubstr(folder + "/f.toml"), HasSubstr("install -D -o "),
+                                   HasSubstr("/d.sock"), HasSubstr("/pose.sock")));
+  config.node.pose_socket.clear();
+  EXPECT_THAT(later_troubles(config, folder + "/f.toml", ""), testing::IsEmpty());
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

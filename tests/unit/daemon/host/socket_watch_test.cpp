@@ -1,15 +1,20 @@
 #include "daemon/host/socket_watch.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <thread>
+
+#include "daemon/host/privileges.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -21,11 +26,7 @@ class SocketWatchTest : public testing::Test {
     folder_ = mkdtemp(name);
     path_ = folder_ + "/socket";
     make_socket();
-    watch_.emplace(io_, path_, [this] {
-      ++tried_;
-      if (can_restore_) make_socket();
-      return can_restore_;
-    });
+    watch(std::chrono::seconds(5));
   }
   ~SocketWatchTest() override { std::filesystem::remove_all(folder_); }
 
@@ -36,6 +37,21 @@ class SocketWatchTest : public testing::Test {
     const int made = socket(AF_UNIX, SOCK_STREAM, 0);
     EXPECT_EQ(bind(made, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
     close(made);
+  }
+  void watch(std::chrono::milliseconds retry) {
+    const auto restore = [this] {
+      ++tried_;
+      if (can_restore_) make_socket();
+      return can_restore_;
+    };
+    watch_.emplace(io_, path_, restore, retry);
+  }
+  /// So many things that happen, none of which takes long.
+  void steps(int count) {
+    for (int i = 0; i < count; ++i) {
+      io_.restart();
+      io_.run_one_for(std::chrono::milliseconds(20));
+    }
   }
   void step() {
     io_.restart();
@@ -76,6 +92,40 @@ TEST_F(SocketWatchTest, WhatComesInItsPlaceAndIsNoSocketIsNotTakenForIt) {
   std::filesystem::remove(path_);
   std::ofstream(path_) << "x";
   step();
+  EXPECT_EQ(tried_, 1);
+}
+
+TEST_F(SocketWatchTest, WithoutAWatchTheFileIsLookedAtByTheClock) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  watch_.reset();
+  const int next = dup(0);
+  close(next);
+  const rlimit none_left{static_cast<rlim_t>(next), before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none_left), 0);
+  watch(std::chrono::milliseconds(1));  // as where all inotify instances of a user are taken
+  setrlimit(RLIMIT_NOFILE, &before);
+  std::filesystem::remove(path_);
+  steps(3);
+  EXPECT_EQ(tried_, 1);
+  EXPECT_TRUE(std::filesystem::exists(path_));
+  std::filesystem::remove(path_);  // by now there is a watch
+  step();
+  EXPECT_EQ(tried_, 2);
+}
+
+TEST_F(SocketWatchTest, FolderThatMayNotBeEnteredIsNoDeletedSocket) {
+  std::filesystem::permissions(folder_, std::filesystem::perms::none);
+  std::thread([this] {  // whose capabilities are its own
+    drop_privileges();
+    watch(std::chrono::milliseconds(1));
+    steps(3);
+  })
+      .join();
+  EXPECT_EQ(tried_, 0);
+  std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
+  std::filesystem::remove(path_);
+  steps(3);
   EXPECT_EQ(tried_, 1);
 }
 
