@@ -27,7 +27,7 @@ void make_robot_namespace(const Robot& robot, const std::string& hub_namespace) 
 }  // namespace
 
 std::string BridgeMedium::problem() const {
-  return namespace_problem();
+  return namespace_problem("udp");
 }
 
 void BridgeMedium::plan(State& state) const {

@@ -80,18 +80,6 @@ void start_daemon(const State& state, Robot& robot, const LabOptions& options) {
       spawn_options);
 }
 
-/// A program by path, or by name from $PATH; empty: there is none.
-std::string find_program(const std::string& name) {
-  if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string file = (folder.empty() ? "." : folder) + "/" + name;
-    if (access(file.c_str(), X_OK) == 0) return file;
-  }
-  return "";
-}
-
 void check(const LabOptions& options) {
   if (const std::string problem = medium_named(options.medium).problem(); !problem.empty()) {
     throw std::runtime_error(problem);

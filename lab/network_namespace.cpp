@@ -1,11 +1,14 @@
 #include "lab/network_namespace.hpp"
 
+#include <linux/capability.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 namespace swarmtalk::lab {
 namespace {
@@ -26,16 +29,35 @@ bool namespace_exists(const std::string& network_namespace) {
   return !network_namespace.empty() && std::filesystem::exists("/run/netns/" + network_namespace);
 }
 
+bool has_capability(int capability) {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3]{};
+  if (syscall(SYS_capget, &header, sets) != 0) return true;  // what is missing shows later
+  return (sets[CAP_TO_INDEX(capability)].effective & CAP_TO_MASK(capability)) != 0;
+}
+
 }  // namespace
 
 std::string namespace_prefix(const std::string& lab_name) {
   return "swarmtalk-" + lab_name + "-";
 }
 
-std::string namespace_problem() {
-  if (geteuid() == 0) return {};
-  return "network namespaces need root: run it with sudo, or without root as "
-         "`swarmtalk-lab ... --medium udp`";
+std::string namespace_problem(const std::string& instead) {
+  const std::string remedy = "`swarmtalk-lab ... --medium " + instead + "`";
+  if (geteuid() != 0) {
+    return "network namespaces need root: run it with sudo, or without root as " + remedy;
+  }
+  constexpr std::pair<int, const char*> kNeeded[]{{CAP_SYS_ADMIN, "CAP_SYS_ADMIN"},
+                                                  {CAP_NET_ADMIN, "CAP_NET_ADMIN"},
+                                                  {CAP_NET_RAW, "CAP_NET_RAW"}};
+  for (const auto& [capability, name] : kNeeded) {
+    if (has_capability(capability)) continue;
+    return std::string("this root lacks ") + name + " (a container?), which network namespaces " +
+           "with raw layer-2 frames need: run it as " + remedy;
+  }
+  if (!find_program("ip").empty()) return {};
+  return "network namespaces need the program ip: sudo apt install iproute2, or run it as " +
+         remedy;
 }
 
 void make_namespace(const std::string& name) {

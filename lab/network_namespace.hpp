@@ -11,8 +11,9 @@ namespace swarmtalk::lab {
 /// What of a lab each namespace's name begins with: "swarmtalk-LAB-".
 std::string namespace_prefix(const std::string& lab_name);
 
-/// "swarmtalk-lab ..." cannot make namespaces as this user; empty: it can.
-std::string namespace_problem();
+/// Why network namespaces, and raw layer-2 frames in them, cannot be had here, in one line with
+/// what to do; empty: they can. @param instead  the medium that needs none
+std::string namespace_problem(const std::string& instead);
 
 /// Makes one with its loopback interface up. IPv6 is switched off in it, so that the kernel says
 /// nothing on the wire by itself.

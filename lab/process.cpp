@@ -114,6 +114,17 @@ std::filesystem::path own_folder() {
   return unknown ? "/usr/bin" : self.parent_path();
 }
 
+std::string find_program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::string file = (folder.empty() ? "." : folder) + "/" + name;
+    if (access(file.c_str(), X_OK) == 0) return file;
+  }
+  return "";
+}
+
 ProcessId identify(pid_t pid) {
   const ProcStat stat = read_stat(pid);
   return {pid, stat.state == 'Z' ? 0 : stat.start_time_ticks};

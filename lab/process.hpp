@@ -20,6 +20,9 @@ struct ProcessId {
 /// The folder of this very program; where /proc is not mounted, the one that it is installed in.
 std::filesystem::path own_folder();
 
+/// A program by path, or by name from $PATH; empty: there is none.
+std::string find_program(const std::string& name);
+
 /// The id of a running process. start_time_ticks is 0 when there is no such process.
 ProcessId identify(pid_t pid);
 

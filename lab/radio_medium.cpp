@@ -53,9 +53,7 @@ void need_descriptors() {
 }  // namespace
 
 std::string RadioMedium::problem() const {
-  if (!has_namespaces_ || namespace_problem().empty()) return {};
-  return "network namespaces need root: run it with sudo, or without root as "
-         "`swarmtalk-lab ... --medium radio-udp`";
+  return has_namespaces_ ? namespace_problem("radio-udp") : "";
 }
 
 void RadioMedium::plan(State& state) const {

@@ -51,8 +51,10 @@ int open_packet_socket(const std::string& interface) {
   const std::string who = "raw_l2 '" + interface + "': ";
   if (errno == EPERM || errno == EACCES) {
     throw LinkError(LinkSetting::kInterface,
-                    who + "a packet socket needs CAP_NET_RAW; start swarmtalkd by systemd " +
-                        "or as root, or use a udp link, which needs no privilege");
+                    who + "a packet socket needs CAP_NET_RAW" +
+                        (geteuid() == 0 ? ", which this root lacks (a container?); "
+                                        : "; start swarmtalkd by systemd or as root, or ") +
+                        "use a udp link, which needs no privilege");
   }
   throw LinkError(LinkSetting::kNone, who + "cannot open a packet socket: " + std::strerror(errno));
 }

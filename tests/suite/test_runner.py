@@ -142,6 +142,21 @@ def is_logging(folder):
     return any(part.stat().st_size > 100000 for part in folder.glob("suite-logs/.*jsonl*"))
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces need root")
+@pytest.mark.parametrize("lacks, media, lines", [
+    ("", ["bridge", "radio"], 0), ("sys_admin", ["udp", "radio-udp"], 1),
+    ("net_admin", ["udp", "radio-udp"], 1), ("net_raw", ["udp", "radio-udp"], 1)])
+def test_a_lab_of_a_root_without_capabilities_is_one_without_namespaces(lacks, media, lines):
+    """As in a container; and it is said once."""
+    script = ("import lab\nfor platform in 'coachbot-lab', 'coachbot-radio':\n"
+              "    print(lab.medium({'platform': platform, 'radio': {'range_mm': 1}})[1])")
+    less = ["setpriv", f"--bounding-set=-{lacks}", "--inh-caps=-all"] if lacks else []
+    done = subprocess.run([*less, sys.executable, "-c", script], cwd=ROOT / "suite/runner",
+                          env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split() == media, done.stderr
+    assert done.stderr.count("\n") == lines
+
+
 def test_interrupt_ends_with_what_there_is(tmp_path):
     process = subprocess.Popen(
         [SUITE, "run", "hop_count", "--platform", "sim-coachbot", "--seconds", "50000"],

@@ -91,7 +91,7 @@ TEST(RawL2Config, OnAWireItSaysWhatIsNotEthernetWhichCapabilityIsMissingAndWhatT
     keep_capability(false);
     text = refusal(config_of("air0"));
   });
-  EXPECT_NE(text.find("needs CAP_NET_RAW; start swarmtalkd by systemd or as root, or use a udp"),
+  EXPECT_NE(text.find("needs CAP_NET_RAW, which this root lacks (a container?); use a udp link"),
             std::string::npos)
       << text;
   EXPECT_EQ(log_of(network, 65536), "") << "it is within the limit";
