@@ -162,6 +162,11 @@ void Daemon::run() {
   log_of("daemon")->info("swarmtalkd {} serves {} as node {} ({})", SWARMTALK_VERSION,
                          socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
                          identity_.id(), parsed_.config.node.id_source);
+  if (socket_.is_from_systemd() && socket_.is_awaited()) {
+    log_of("daemon")->info(
+        "a program waits at swarmtalkd.socket, which starts swarmtalkd whenever one connects; to "
+        "keep it off: systemctl stop swarmtalkd.socket");
+  }
   ::malloc_trim(0);  // what reading the command line and the configuration needed
   service_manager_.ready();
   loop::Loop::of(io_).run();

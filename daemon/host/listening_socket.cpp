@@ -1,6 +1,7 @@
 #include "daemon/host/listening_socket.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -123,6 +124,11 @@ void ListeningSocket::restore(const SocketConfig& config, const KeyLines& lines)
     close(old_lock);
   }
   make(config, lines);
+}
+
+bool ListeningSocket::is_awaited() const {
+  pollfd waiting{descriptor(), POLLIN, 0};
+  return poll(&waiting, 1, 0) == 1;
 }
 
 ListeningSocket::ListeningSocket(ListeningSocket&& other) noexcept

@@ -31,6 +31,8 @@ class ListeningSocket {
   int descriptor() const { return passed_ >= 0 ? passed_ : file_.descriptor(); }
   const std::string& path() const { return path_; }
   bool is_from_systemd() const { return lock_ < 0; }
+  /// Whether a program has connected that nobody has accepted so far.
+  bool is_awaited() const;
 
  private:
   explicit ListeningSocket(const std::string& path);

@@ -232,6 +232,18 @@ def check_udp(robots, namespaces):
     assert cross(robots[0], robots[1], "over IP")["text"] == "over IP"
 
 
+def check_off(robot):
+    """What operations.md says of an end that lasts: whoever connects does not start it."""
+    text = (ROOT / "docs/operations.md").read_text(encoding="utf-8")
+    for words in re.findall("^    systemctl ((?:stop|disable) .*?) +#", text, re.M):
+        robot.systemctl("restart", UNIT)
+        robot.systemctl(*words.split())
+        assert robot.cli("status").returncode != 0
+        assert robot.show("ActiveState") == "inactive", words
+    for unit in (UNIT, "swarmtalkd.socket"):
+        assert robot.do("systemctl", "is-enabled", unit).stdout == "disabled\n"
+
+
 @pytest.mark.field
 def test_two_robots_under_a_booted_systemd(robots, wire):
     first, second = robots
@@ -263,6 +275,8 @@ def test_two_robots_under_a_booted_systemd(robots, wire):
     assert second.show("ActiveState") == "inactive"
     assert second.cli("status").returncode == 0, "a client's connection starts the daemon"
     assert second.show("ActiveState") == "active"
+    assert "a program waits at swarmtalkd.socket" in second.journal()
     check_field_work(robots)
     check_udp(robots, wire)
+    check_off(second)
     print(f"two booted robots: {time.monotonic() - started:.1f} s after boot")

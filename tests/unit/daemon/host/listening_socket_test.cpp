@@ -76,6 +76,13 @@ class ListeningSocketTest : public testing::Test {
   KeyLines lines_{"f.toml"};
 };
 
+TEST_F(ListeningSocketTest, KnowsWhetherAProgramWaits) {
+  const ListeningSocket socket = open();
+  EXPECT_FALSE(socket.is_awaited());
+  EXPECT_TRUE(can_connect());
+  EXPECT_TRUE(socket.is_awaited());
+}
+
 TEST_F(ListeningSocketTest, ListensWithTheModeAndGoesAway) {
   config_.mode = 0640;
   {
