@@ -221,6 +221,28 @@ def check_field_work(robots):
              what="metrics of the message")
 
 
+def check_remedies(robot):
+    """A key where the unit hides it, or of the wrong owner: what the journal says is done, once."""
+    config = pathlib.Path(f"/proc/{robot.leader}/root/etc/swarmtalk/swarmtalkd.toml")
+    install = "install -D -o swarmtalk -m 0400 {} /etc/swarmtalk/new.key"
+    for folder in ("/tmp", "/home/alice"):
+        key = f"{folder}/new.key"
+        robot.do("rm", "-f", key, "/etc/swarmtalk/new.key")
+        assert robot.do("swarmtalk-cli", "keygen", key).returncode == 0
+        config.write_text(FIELD.replace("/etc/swarmtalk/swarm.key", key))
+        assert robot.do("systemctl", "restart", UNIT).returncode != 0
+        assert f"run: sudo {install.format(key)}, and name" in robot.journal()
+        assert robot.do(*install.format(key).split()).returncode == 0
+        restart_with(robot, FIELD.replace("swarm.key", "new.key"))
+    for words in ("chown root:swarmtalk", "chmod 0640"):
+        robot.do(*words.split(), "/etc/swarmtalk/new.key")
+    assert robot.do("systemctl", "restart", UNIT).returncode != 0
+    command = re.findall("others can reach the key; run: (.*)", robot.journal())[-1]
+    assert robot.do("sh", "-c", command.replace("sudo ", "")).returncode == 0
+    restart_with(robot, FIELD.replace("swarm.key", "new.key").replace("/run/swarmtalkd/", "/tmp/"))
+    assert "metrics.file: no other program sees /tmp/swarmtalk.prom" in robot.journal()
+
+
 def check_udp(robots, namespaces):
     for number, (robot, namespace) in enumerate(zip(robots, namespaces), start=1):
         assert run("ip", "-n", namespace, "addr", "add", f"10.83.84.{number}/24", "dev",
@@ -277,6 +299,7 @@ def test_two_robots_under_a_booted_systemd(robots, wire):
     assert second.show("ActiveState") == "active"
     assert "a program waits at swarmtalkd.socket" in second.journal()
     check_field_work(robots)
+    check_remedies(second)
     check_udp(robots, wire)
     check_off(second)
     print(f"two booted robots: {time.monotonic() - started:.1f} s after boot")
