@@ -2,8 +2,15 @@
 #include <gtest/gtest.h>
 #include <linux/filter.h>
 #include <linux/if_packet.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
+#include <cstddef>
 #include <filesystem>
 
 #include "drivers/socket/ether_filter.hpp"
@@ -59,6 +66,7 @@ class RawL2Wire : public ::testing::Test {
   void receive_a_frame_with_ethernet_padding();
   void keep_what_comes_before_a_bad_packet_length();
   void send_broadcast_frames_of_its_ethertype_and_nothing_else();
+  void hear_others_and_not_itself_on_an_old_kernel();
 
   std::optional<TestNetwork> network_;
   std::optional<WireProbe> probe_;
@@ -166,6 +174,44 @@ void RawL2Wire::send_broadcast_frames_of_its_ethertype_and_nothing_else() {
   }
 }
 
+/// From now on this thread's setsockopt(SOL_PACKET, PACKET_IGNORE_OUTGOING) is refused.
+void be_a_kernel_before_4_20() {
+  std::array<sock_filter, 8> refusal{{
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_setsockopt, 0, 5),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[1])),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SOL_PACKET, 0, 3),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[2])),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_IGNORE_OUTGOING, 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOPROTOOPT),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+  }};
+  const sock_fprog program{static_cast<unsigned short>(refusal.size()), refusal.data()};
+  ASSERT_EQ(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0), 0);
+  ASSERT_EQ(syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &program), 0);
+}
+
+void RawL2Wire::hear_others_and_not_itself_on_an_old_kernel() {
+  link_.reset();
+  user_.received.clear();
+  network_->inside('a', [&] {
+    be_a_kernel_before_4_20();
+    link_ = std::make_unique<RawL2Link>(io_, config_);
+  });
+  ASSERT_NE(link_, nullptr);
+  link_->start(user_);
+  ASSERT_TRUE(run_until(io_, [&] { return link_->is_up(); })) << link_->state();
+  user_.waiting.push_back(numbered_packet(1, 10));
+  link_->wake();
+  ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "packets_sent") == 1; }));
+  probe_->inject(good_frame(), kNeighbourMac);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
+  run_for(io_, 20ms);
+  EXPECT_EQ(probe_->heard().size(), 1U);
+  EXPECT_EQ(user_.received.size(), 1U);
+  EXPECT_EQ(counter(*link_, "own_echoes"), 0U);
+}
+
 TEST_F(RawL2Wire, TakesAndSendsFramesOfItsOwnAndCountsTheOthers) {
   say_nothing_unasked();
   lock_its_filter_and_ignore_outgoing_frames();
@@ -175,6 +221,7 @@ TEST_F(RawL2Wire, TakesAndSendsFramesOfItsOwnAndCountsTheOthers) {
   receive_a_frame_with_ethernet_padding();
   keep_what_comes_before_a_bad_packet_length();
   send_broadcast_frames_of_its_ethertype_and_nothing_else();
+  hear_others_and_not_itself_on_an_old_kernel();
 }
 
 }  // namespace
