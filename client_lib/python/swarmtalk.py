@@ -785,6 +785,8 @@ class Publisher(_Handle):
         """Why another message cannot be taken, or None."""
         if len(self._client._outgoing) > _OUTGOING_MAX:
             return "swarmtalkd does not read what this program sends"
+        if callable(self._sent) and len(self._client._events) >= _EVENTS_MAX:
+            return "%d callbacks wait: call run() or process()" % len(self._client._events)
         if not self._drop_oldest and len(self._in_flight) > self._queue:
             waiting = len(self._in_flight)
             return "%d message%s not left yet" % (waiting, " has" if waiting == 1 else "s have")

@@ -151,6 +151,25 @@ def test_where_the_oldest_is_dropped_none_is_refused(world):
     assert len(world.daemon.of(PUBLISH)) == 10, "the daemon drops"
 
 
+def test_callbacks_of_a_program_that_only_sends_do_not_pile_up(world, monkeypatch):
+    monkeypatch.setattr(swarmtalk, "_EVENTS_MAX", 100)
+    ends = []
+    publisher = world.client.advertise("a", queue=1, drop_oldest=True, sent=ends.append)
+    id_ = world.daemon.newest_id(ADVERTISE)
+    refused = None
+    for number in range(1, 1000):
+        refused = publisher.send("x")
+        if not refused:
+            break
+        world.daemon.serve()
+        world.daemon.tell(field(SENT, field(1, id_) + field(2, number)))
+    assert refused.code == "busy" and "call run() or process()" in refused.text
+    assert not ends and 100 <= len(world.client._events) < 200
+    world.settle()
+    assert len(ends) >= 100
+    assert publisher.send("x")
+
+
 def test_what_threads_and_calls_queue_is_written_when_there_is_room_again(world):
     publisher = world.client.advertise("a", queue=1000)
     while publisher.send(b"x" * 50000):
