@@ -77,6 +77,7 @@ void Daemon::open_stations() {
     hub_.add(*stations_.back());
     if (link.type == LinkType::kKilobot) add_kilobots(link, *stations_.back());
   }
+  expect_one_to_start(stations_, parsed_.lines);
   if (const auto refusal = hub_.set_gateways(parsed_.config.gateways)) {
     throw parsed_.lines.error("gateway", refusal->text);
   }

@@ -218,9 +218,12 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
   const std::string& name = interface.name;
   const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
   if (interface.index == 0) {
-    report.add({"interface-missing", severity, name, "there is no such interface",
-                "`ip link` lists those there are; correct `interface` in the configuration, or "
-                "plug the radio in"});
+    report.add(
+        {"interface-missing", severity, name, "there is no such interface",
+         "`ip link` lists those there are; " +
+             (link == nullptr ? std::string("plug the radio in, or name another")
+                              : "plug the radio in, or correct `interface` in [links." +
+                                    link->name + "], then sudo systemctl restart swarmtalkd")});
     return true;
   }
   report.looked_at.push_back("interface " + name);

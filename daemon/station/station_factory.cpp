@@ -1,5 +1,6 @@
 #include "daemon/station/station_factory.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/station/link_factory.hpp"
@@ -34,6 +35,14 @@ std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkCon
       break;
   }
   return make.operator()<core::Wifi>();
+}
+
+void expect_one_to_start(const std::vector<std::unique_ptr<Station>>& stations,
+                         const KeyLines& lines) {
+  const auto can_start = [](const auto& station) { return station->link().missing().empty(); };
+  if (stations.empty() || std::any_of(stations.begin(), stations.end(), can_start)) return;
+  Station& first = *stations.front();
+  throw lines.error("links." + first.name() + ".interface", first.link().missing());
 }
 
 }  // namespace swarmtalk::daemon

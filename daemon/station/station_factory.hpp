@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <memory>
+#include <vector>
 
 #include "daemon/config/config.hpp"
 #include "daemon/config/config_error.hpp"
@@ -17,5 +18,10 @@ namespace swarmtalk::daemon {
 std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkConfig& config,
                                       const KeyLines& lines, NodeIdentity& identity,
                                       const PoseKeeper& poses, StationUser& user);
+
+/// One link that can start is enough: the others come up when what they miss is there.
+/// @throws ConfigError  there is none: what the first one misses
+void expect_one_to_start(const std::vector<std::unique_ptr<Station>>& stations,
+                         const KeyLines& lines);
 
 }  // namespace swarmtalk::daemon

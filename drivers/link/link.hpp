@@ -151,6 +151,10 @@ class Link {
   /// privilege. Asks the kernel, at most half a second: not for each frame.
   virtual Signals signals() { return {}; }
 
+  /// Before start(): the error that a daemon ends with if no link of it can start; empty: this one
+  /// can. It comes up by itself when what it misses is there.
+  virtual std::string missing() const { return ""; }
+
   virtual bool is_up() const = 0;
   virtual std::string state() const = 0;   // one line for a person
   virtual std::string type() const = 0;    // "raw_l2"

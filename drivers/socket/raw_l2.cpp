@@ -29,10 +29,7 @@ void check(const RawL2Config& config, const InterfaceInfo& interface) {
                     who + "ethertype " + fmt::format("{:#06x}", config.ethertype) +
                         " is a length in Ethernet; use 0x0600 or more, 0x88b5 is for experiments");
   }
-  if (interface.index == 0) {
-    throw LinkError(LinkSetting::kInterface,
-                    who + "no such interface; this machine has " + InterfaceWatch::names());
-  }
+  if (interface.index == 0) return;  // it may come
   if (interface.is_loopback) {
     throw LinkError(LinkSetting::kInterface,
                     who + "the loopback interface carries no layer-2 broadcast; use a " +
@@ -79,7 +76,9 @@ RawL2Link::RawL2Link(boost::asio::io_context& io, const RawL2Config& config)
   use_receive_socket(socket_);
   prepare_socket(socket_, config_);
   given_buffer_bytes_ = use_receive_buffer(*this, socket_, config_.receive_buffer_bytes);
-  if (!bind_to(interface)) {
+  if (interface.index == 0) {
+    wait_for_interface(config_.interface, "raw_l2 '" + config_.interface + "': no such interface");
+  } else if (!bind_to(interface)) {
     throw LinkError(LinkSetting::kInterface,
                     "raw_l2 '" + config_.interface +
                         "': cannot bind to the interface: " + std::strerror(errno));
@@ -107,10 +106,10 @@ void RawL2Link::refresh() {
   const std::string name = "interface '" + config_.interface + "'";
   if (interface.index == 0) {
     bound_index_ = 0;
-    return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
+    return set_gone(config_.interface);
   }
   if (!interface.is_ethernet || interface.is_loopback) {
-    return set_state(false, "down: " + name + " is no longer an Ethernet interface");
+    return set_state(false, "down: " + name + " is not an Ethernet or Wi-Fi interface");
   }
   if (interface.index != bound_index_ && !bind_to(interface)) {
     return set_state(false, "down: cannot bind to " + name + ": " + std::strerror(errno));

@@ -2,7 +2,8 @@
 //
 // The constructor does all that needs a privilege (CAP_NET_RAW); after it the process may drop
 // every capability. The one descriptor survives its interface: when it goes down, is deleted and
-// re-created, or changes its MTU, the same socket is bound again, without any privilege.
+// re-created, changes its MTU, or comes after the start, the same socket is bound again, without
+// any privilege.
 //
 // The socket is SOCK_RAW, not SOCK_DGRAM: the kernel then runs the filter on the frame from its
 // Ethernet header, which is what libpcap compiles "ether proto" for.
@@ -34,8 +35,9 @@ struct RawL2Config {
 
 class RawL2Link final : public SocketLink {
  public:
-  /// @throws std::runtime_error  one line with the remedy: no such interface, not Ethernet, no
-  ///   permission, EtherType below 0x0600
+  /// An interface that is not there is waited for: missing().
+  /// @throws std::runtime_error  one line with the remedy: not Ethernet, no permission, EtherType
+  ///   below 0x0600
   RawL2Link(boost::asio::io_context& io, const RawL2Config& config);
 
   std::string type() const override { return "raw_l2"; }
@@ -61,7 +63,7 @@ class RawL2Link final : public SocketLink {
   std::size_t given_buffer_bytes_ = 0;
   std::unique_ptr<nl80211::KernelAsker> radio_;  // opened when somebody asks for signals
   int socket_ = -1;
-  unsigned bound_index_ = 0;  // 0: the interface is gone
+  unsigned bound_index_ = 0;  // 0: the interface is not there
   std::array<std::uint8_t, 6> own_mac_{};
   mutable std::uint64_t kernel_drops_ = 0;  // the kernel's own count restarts at each reading
 };

@@ -66,6 +66,19 @@ void SocketLink::use_send_socket(int socket) {
   send_socket_.own(socket);
 }
 
+// What there is now stays in the text: other interfaces that come and go are no news of this link.
+void SocketLink::wait_for_interface(const std::string& interface, const std::string& error) {
+  const std::string names = InterfaceWatch::names();
+  missing_ = error + "; this machine has " + names;
+  waiting_ = "down: waiting for interface '" + interface + "'; at the start this machine had " +
+             names + kGoneRemedy;
+}
+
+void SocketLink::set_gone(const std::string& interface) {
+  set_state(false, waiting_.empty() ? "down: interface '" + interface + "' is gone" + kGoneRemedy
+                                    : waiting_);
+}
+
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
   watch_.start([this] { refresh(); });
@@ -137,7 +150,10 @@ std::string SocketLink::mtu_remark() const {
 
 void SocketLink::set_state(bool is_up, const std::string& text) {
   if (!state_.set(is_up, text)) return;
-  if (is_up) pacer_.suit(is_radio(settings().interface));
+  if (is_up) {
+    waiting_.clear();
+    pacer_.suit(is_radio(settings().interface));
+  }
   if (!is_up) ++counters_.link_down_events;
   if (user_ != nullptr) user_->on_link_state();
   if (is_up) wake();

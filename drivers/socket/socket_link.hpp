@@ -53,6 +53,7 @@ class SocketLink : public Link, public Tappable {
   bool is_up() const override { return state_.is_up(); }
   std::string state() const override { return state_.text() + seal_.remark(); }
   Counters counters() const override;
+  std::string missing() const override { return missing_; }
 
  protected:
   SocketLink(boost::asio::io_context& io, frame::ProfileId profile, std::size_t max_packet_bytes,
@@ -62,6 +63,13 @@ class SocketLink : public Link, public Tappable {
   /// the receiving one sends.
   void use_receive_socket(int socket);
   void use_send_socket(int socket);
+
+  /// In the constructor of the derived class: its interface is not there yet. @param error
+  /// missing()
+  void wait_for_interface(const std::string& interface, const std::string& error);
+
+  /// The interface is not there, or not any more.
+  void set_gone(const std::string& interface);
 
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
@@ -136,6 +144,8 @@ class SocketLink : public Link, public Tappable {
   LinkSeal seal_;
 
   LinkState state_;
+  std::string missing_;
+  std::string waiting_;  // the state until its interface has come; empty: it has been there
   std::uint64_t kernel_drops_ = 0;  // before the datagram in hand
   std::size_t frame_limit_bytes_ = 0;
   std::size_t frames_at_once_ = TransmitQueue::kFrames;  // fewer after the kernel's queue was full

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "drivers/link/link_error.hpp"
 #include "drivers/socket/receive_buffer.hpp"
@@ -49,6 +50,25 @@ int open_udp_socket(const UdpConfig& config) {
   return socket;
 }
 
+/// Why the receiving socket cannot be bound, and which setting is to blame.
+std::pair<LinkSetting, std::string> bind_problem(int error, std::uint16_t port) {
+  switch (error) {
+    case EADDRINUSE:
+      return {LinkSetting::kPort,
+              "the port is taken by a program that does not share it; choose another"};
+    case EACCES:
+    case EPERM:
+      return {LinkSetting::kPort, "no permission to use port " + std::to_string(port) +
+                                      "; choose one from 1024 on, or give swarmtalkd "
+                                      "CAP_NET_BIND_SERVICE"};
+    case EADDRNOTAVAIL:
+      return {LinkSetting::kAddress,
+              "neither a multicast group nor a broadcast address of this machine"};
+    default:
+      return {LinkSetting::kAddress, std::string("cannot bind: ") + std::strerror(error)};
+  }
+}
+
 bool is_multicast(const sockaddr_in& address) {
   return IN_MULTICAST(ntohl(address.sin_addr.s_addr));
 }
@@ -59,11 +79,6 @@ UdpLink::UdpLink(boost::asio::io_context& io, const UdpConfig& config)
     : SocketLink(io, config.profile, config.max_packet_bytes, config.pacer, kIpAndUdpHeaderBytes),
       config_(config),
       destination_(parse_destination(config)) {
-  if (!config_.interface.empty() && watch().find(config_.interface).index == 0) {
-    throw failure(
-        config_, LinkSetting::kInterface,
-        "no interface '" + config_.interface + "'; this machine has " + InterfaceWatch::names());
-  }
   receive_socket_ = open_udp_socket(config_);
   use_receive_socket(receive_socket_);
   send_socket_ = open_udp_socket(config_);
@@ -71,6 +86,10 @@ UdpLink::UdpLink(boost::asio::io_context& io, const UdpConfig& config)
   open_receiving();
   open_sending();
   transmit_queue().set_destination(destination_);
+  if (config_.interface.empty() || watch().find(config_.interface).index != 0) return;
+  wait_for_interface(
+      config_.interface,
+      failure(config_, LinkSetting::kInterface, "no interface '" + config_.interface + "'").what());
 }
 
 void UdpLink::open_receiving() {
@@ -83,24 +102,28 @@ void UdpLink::open_receiving() {
   enable_receive_stamps(receive_socket_);
   enable_drop_counts(receive_socket_);
   given_buffer_bytes_ = use_receive_buffer(*this, receive_socket_, config_.receive_buffer_bytes);
-  if (bind(receive_socket_, reinterpret_cast<sockaddr*>(&destination_), sizeof destination_) != 0) {
-    if (errno == EADDRINUSE) {
-      throw failure(config_, LinkSetting::kPort,
-                    "the port is taken by a program that does not share it; choose another");
-    }
-    if (errno == EACCES || errno == EPERM) {
-      throw failure(config_, LinkSetting::kPort,
-                    "no permission to use port " + std::to_string(config_.port) +
-                        "; choose one from 1024 on, or give swarmtalkd "
-                        "CAP_NET_BIND_SERVICE");
-    }
-    if (errno == EADDRNOTAVAIL) {
-      throw failure(config_, LinkSetting::kAddress,
-                    "neither a multicast group nor a broadcast address of this machine");
-    }
-    throw failure(config_, LinkSetting::kAddress,
-                  std::string("cannot bind: ") + std::strerror(errno));
+  if (bind_receiving()) return;
+  const int error = errno;
+  // The broadcast address of a network is one of this machine's once it has an address there.
+  const bool may_come =
+      !config_.interface.empty() && has_no_address(watch().find(config_.interface));
+  if (error != EADDRNOTAVAIL || !may_come) {
+    const auto [blamed, what] = bind_problem(error, config_.port);
+    throw failure(config_, blamed, what);
   }
+}
+
+bool UdpLink::bind_receiving() {
+  const auto* const place = reinterpret_cast<const sockaddr*>(&destination_);
+  is_bound_ = is_bound_ || bind(receive_socket_, place, sizeof destination_) == 0;
+  return is_bound_;
+}
+
+// The loopback interface needs none.
+bool UdpLink::has_no_address(const InterfaceInfo& interface) const {
+  return interface.index == 0 ||
+         (!interface.is_loopback &&
+          watch().lacks_source(interface.index, destination_.sin_addr.s_addr));
 }
 
 void UdpLink::open_sending() {
@@ -142,7 +165,7 @@ void UdpLink::refresh() {
   if (!config_.interface.empty()) {
     interface = watch().find(config_.interface);
     const std::string name = "interface '" + config_.interface + "'";
-    if (interface.index == 0) return set_state(false, "down: " + name + " is gone" + kGoneRemedy);
+    if (interface.index == 0) return set_gone(config_.interface);
     if (const std::string obstacle = obstacle_of(interface); !obstacle.empty()) {
       return set_state(false, "down: " + name + " " + obstacle);
     }
@@ -160,11 +183,12 @@ void UdpLink::refresh() {
     return set_state(false, std::string("down: cannot join the group: ") + std::strerror(errno) +
                                 (config_.interface.empty() ? " (name an interface)" : ""));
   }
-  // The loopback interface needs none.
-  if (interface.index != 0 && !interface.is_loopback &&
-      watch().lacks_source(interface.index, destination_.sin_addr.s_addr)) {
+  if (interface.index != 0 && has_no_address(interface)) {
     return set_state(false, "down: interface '" + config_.interface +
                                 "' has no IPv4 address yet (give it one, or wait for DHCP)");
+  }
+  if (!bind_receiving()) {
+    return set_state(false, "down: " + bind_problem(errno, config_.port).second);
   }
   set_state(true, "up, frames of up to " + std::to_string(frame_bytes) + " bytes" + mtu_remark() +
                       remark_on(interface));

@@ -34,8 +34,10 @@ class UdpLink final : public SocketLink {
   static constexpr std::size_t kMaxFrameBytes = 1472;     // Ethernet's 1500 less IP and UDP headers
   static constexpr std::size_t kMaxDatagramBytes = 2048;  // longer ones are not of a UdpLink
 
-  /// @throws std::runtime_error  one line with the remedy: bad address, no such interface, port
-  ///   taken by a program that does not share it
+  /// An interface that is not there is waited for: missing().
+  /// @throws std::runtime_error  one line with the remedy: bad address, port taken by a program
+  /// that
+  ///   does not share it
   UdpLink(boost::asio::io_context& io, const UdpConfig& config);
 
   std::string type() const override { return "udp"; }
@@ -50,6 +52,8 @@ class UdpLink final : public SocketLink {
   std::uint64_t kernel_drops() const override;
 
   void open_receiving();
+  bool bind_receiving();
+  bool has_no_address(const InterfaceInfo& interface) const;
   void open_sending();
   bool join_group(const InterfaceInfo& interface);
 
@@ -57,6 +61,7 @@ class UdpLink final : public SocketLink {
   std::size_t given_buffer_bytes_ = 0;
   sockaddr_in destination_{};
   int receive_socket_ = -1;  // bound to the group's port, which others on this machine share
+  bool is_bound_ = false;    // the one to receive
   int send_socket_ = -1;     // its port is ours alone: so we know our own frames
   in_port_t own_port_ = 0;   // network byte order
 };

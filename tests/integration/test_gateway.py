@@ -1,4 +1,5 @@
 """Several links in one daemon, profiles side by side, and gateway rules, on real wires."""
+import json
 import time
 
 import pytest
@@ -130,12 +131,42 @@ def one_link_goes_on_when_the_other_loses_its_interface(first, second):
     assert heard(listener)[0]["text"] == "still here"
     assert second.link("small")["up"] is False
     assert "gone" in second.link("small")["state"]
-    # A start without it.
+
+
+def a_start_without_one_interface_waits_for_it(wires, first, second, small):
+    """@param small  the section of the link on b0, which the second robot gets later"""
+    for each in (first, second):
+        each.stop()
+    second.execute("ip", "link", "del", "b0")
+    begin = len(second.logged())
+    second.start(node(2) + WIFI + small, wait=False)
+    wait_for(lambda: second.cli("status").returncode == 0, what="the daemon to serve")
+    wait_for(lambda: second.link("wifi")["up"], what="the link that is there")
+    state = second.link("small")["state"]
+    assert state.startswith("down: waiting for interface 'b0'; at the start this machine had ")
+    one_line("".join(line for line in second.logged()[begin:].splitlines(True) if "b0" in line),
+             "warn", "waiting for interface 'b0'", "a0")
+    assert second.cli("reload").returncode == 0
+    report = json.loads(second.cli("doctor", "--json", "--period", "0.1").stdout)
+    missing, = [each for each in report["findings"] if each["severity"] == "error"]
+    assert (missing["id"], missing["subject"]) == ("interface-missing", "b0")
+    first.start(node(1) + WIFI + small)
+    listener = first.subscribe("c", "-C", "1", "-W", "60")
+    second.publish("c", "one")
+    assert heard(listener)[0]["text"] == "one"
+    wires.plug(second, "b")
+    second.execute("ip", "address", "add", "10.83.84.2/24", "brd", "+", "dev", "b0")
+    for each in (first, second):
+        wait_for(lambda robot=each: robot.link("small")["counters"]["frames_received"] > 0,
+                 what="the other's frames")
+
+
+def no_link_that_can_start_is_an_error(second):
     second.stop()
     begin = len(second.logged())
-    second.start(node(1) + WIFI + SMALL, wait=False)
+    second.start(node(2) + WIFI.replace("a0", "none0") + SMALL.replace("b0", "none1"), wait=False)
     assert second.daemon.wait(timeout=60) == 1
-    one_line(second.logged()[begin:], r"2\.toml:8: key 'links\.small\.interface'",
+    one_line(second.logged()[begin:], r"2\.toml:5: key 'links\.wifi\.interface'",
              "no such interface", "a0")
 
 
@@ -155,6 +186,12 @@ def test_robots_on_two_links_hear_once_and_go_on_with_one(wires):
     too_long_for_the_small_link_says_so(first)
     wires.end_all()
     one_link_goes_on_when_the_other_loses_its_interface(first, second)
+    first.execute("ip", "address", "add", "10.83.84.1/24", "brd", "+", "dev", "b0")
+    for small in (SMALL, SMALL.replace("raw_l2", "udp"),
+                  SMALL.replace("raw_l2", "udp") + 'address = "10.83.84.255"\n'):
+        small += "beacon_ms = 100\n"
+        a_start_without_one_interface_waits_for_it(wires, first, second, small)
+    no_link_that_can_start_is_an_error(second)
 
 
 @pytest.mark.logic

@@ -20,6 +20,7 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   void start(drivers::LinkUser& user) override { user_ = &user; }
   void wake() override { ++wakes; }
   std::size_t packet_limit_bytes() const override { return packet_limit; }
+  std::string missing() const override { return misses; }
   bool is_up() const override { return up; }
   std::string state() const override { return up ? "up" : "interface fake0 is gone"; }
   std::string type() const override { return "fake"; }
@@ -50,6 +51,7 @@ class FakeLink final : public drivers::Link, public drivers::Tappable {
   drivers::LinkUser& user() { return *user_; }
 
   bool up = true;
+  std::string misses;
   std::size_t packet_limit = SIZE_MAX;
   int wakes = 0;
   drivers::Counters counts{{"frames_sent", 42}};

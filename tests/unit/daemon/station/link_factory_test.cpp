@@ -10,7 +10,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon/station/station_factory.hpp"
 #include "tests/unit/daemon/config/config_error.hpp"
+#include "tests/unit/daemon/station/fake_station.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -67,12 +69,31 @@ TEST_F(LinkFactoryTest, AddressIsBlamedAlsoWhenTheComplaintHoldsTheInterfacesNam
   EXPECT_EQ(blamed(), ".address");
 }
 
-TEST_F(LinkFactoryTest, InterfaceThatIsNotThereIsBlamed) {
+TEST_F(LinkFactoryTest, InterfaceThatIsNotThereIsBlamedOnlyIfNoOtherLinkCanStart) {
   link_.interface = "none0";
   link_.type = LinkType::kUdp;
-  EXPECT_EQ(blamed(), ".interface");
-  link_.type = LinkType::kRawL2;
-  EXPECT_EQ(blamed(), ".interface");
+  EXPECT_EQ(blamed(), "opened");
+  DeafUser user;
+  std::vector<std::unique_ptr<Station>> stations;
+  const auto error = [&]() -> std::string {
+    try {
+      expect_one_to_start(stations, KeyLines("f.toml"));
+    } catch (const ConfigError& refusal) {
+      return refusal.what();
+    }
+    return "";
+  };
+  const auto add = [&](const std::string& name, const std::string& missing) {
+    auto made = std::make_unique<FakeStation>(user, name);
+    dynamic_cast<FakeLink&>(made->link()).misses = missing;
+    stations.push_back(std::move(made));
+  };
+  add("a", "no wlan1");
+  EXPECT_EQ(error(), "f.toml: key 'links.a.interface': no wlan1");
+  add("b", "no wlan2");
+  EXPECT_EQ(error(), "f.toml: key 'links.a.interface': no wlan1");
+  add("c", "");
+  EXPECT_EQ(error(), "");
 }
 
 TEST_F(LinkFactoryTest, EthertypeThatIsALengthIsBlamed) {

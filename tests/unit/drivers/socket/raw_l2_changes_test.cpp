@@ -52,6 +52,14 @@ class RawL2Changes : public LinkPair<RawL2Link, RawL2Config> {
     })) << a_->state();
   }
 
+  /// Capabilities belong to a thread: one gives up all it has and runs the links, while the main
+  /// thread, still root, plays with the interface.
+  static void give_up_capabilities() {
+    capng_clear(CAPNG_SELECT_BOTH);
+    if (capng_apply(CAPNG_SELECT_CAPS) != 0) std::abort();
+    EXPECT_EQ(socket(AF_PACKET, SOCK_RAW, 0), -1) << "still has CAP_NET_RAW";
+  }
+
   // Steps of the stories below.
   void survive_down_and_up();
   void notice_that_the_other_end_is_down();
@@ -61,6 +69,7 @@ class RawL2Changes : public LinkPair<RawL2Link, RawL2Config> {
   void survive_deletion_and_return();
   void survive_deletion_and_return_before_it_is_noticed();
   void need_no_capability();
+  void come_up_with_an_interface_that_is_late();
   void follow_the_mtu();
   void say_what_an_mtu_is_too_small_for();
   void follow_a_renamed_interface();
@@ -134,13 +143,9 @@ void RawL2Changes::survive_deletion_and_return_before_it_is_noticed() {
 }
 
 void RawL2Changes::need_no_capability() {
-  // Capabilities belong to a thread: this one gives up all it has and runs the links, while the
-  // main thread, still root, plays with the interface.
   std::promise<void> runs, is_down;
   std::thread daemon([&] {
-    capng_clear(CAPNG_SELECT_BOTH);
-    if (capng_apply(CAPNG_SELECT_CAPS) != 0) std::abort();
-    EXPECT_EQ(socket(AF_PACKET, SOCK_RAW, 0), -1) << "still has CAP_NET_RAW";
+    give_up_capabilities();
     runs.set_value();
     EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); }));
     is_down.set_value();
@@ -152,6 +157,35 @@ void RawL2Changes::need_no_capability() {
   is_down.get_future().wait();
   network_->add_pair();
   daemon.join();
+}
+
+void RawL2Changes::come_up_with_an_interface_that_is_late() {
+  network_->ip('a', "link del air0");
+  open();
+  const std::string waiting =
+      "down: waiting for interface 'air0'; at the start this machine had lo (ip link lists those "
+      "there "
+      "are)";
+  EXPECT_EQ(a_->state(), waiting);
+  EXPECT_EQ(a_->missing(), "raw_l2 'air0': no such interface; this machine has lo");
+  network_->ip('a', "tuntap add dev air0 mode tun");
+  expect_state_of_a("interface 'air0' is not an Ethernet or Wi-Fi interface", false);
+  network_->ip('a', "link del air0");
+  expect_state_of_a(waiting, false);
+  std::promise<void> runs;
+  std::thread daemon([&] {
+    give_up_capabilities();
+    runs.set_value();
+    expect_exchange();
+  });
+  runs.get_future().wait();
+  network_->add_pair();
+  daemon.join();
+  EXPECT_EQ(counter(*a_, "link_down_events"), 0U) << "it was not up before";
+  network_->ip('a', "link del air0");
+  expect_state_of_a("interface 'air0' is gone", false);
+  network_->add_pair();
+  expect_exchange();
 }
 
 void RawL2Changes::follow_the_mtu() {
@@ -221,6 +255,7 @@ TEST_F(RawL2Changes, LivesThroughDownsDeletionsAndTheLossOfItsCapabilities) {
   survive_deletion_and_return();
   survive_deletion_and_return_before_it_is_noticed();
   need_no_capability();
+  come_up_with_an_interface_that_is_late();
 }
 
 TEST_F(RawL2Changes, FollowsTheNameAndTheMtu) {

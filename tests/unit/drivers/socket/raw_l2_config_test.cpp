@@ -29,16 +29,22 @@ RawL2Config config_of(const std::string& interface) {
   return config;
 }
 
-TEST(RawL2Config, NamesTheInterfacesWhenItsOwnIsMissing) {
-  const std::string text = refusal(config_of("absent0"));
-  EXPECT_NE(text.find("raw_l2 'absent0': no such interface; this machine has "), std::string::npos)
-      << text;
-  EXPECT_NE(text.find("lo"), std::string::npos) << text;
-}
-
-TEST(RawL2Config, RefusesAnInterfaceNameThatIsTooLong) {
-  EXPECT_NE(refusal(config_of("an_interface_name_beyond_15_bytes")).find("no such interface"),
-            std::string::npos);
+TEST(RawL2Config, WaitsForAnInterfaceThatIsNotThereAndNamesThoseThatAre) {
+  SWARMTALK_SKIP_WITHOUT_ROOT();
+  for (const char* const name : {"absent0", "an_interface_name_beyond_15_bytes"}) {
+    boost::asio::io_context io;
+    RawL2Link link(io, config_of(name));
+    const std::string who = "raw_l2 '" + std::string(name) + "': ";
+    EXPECT_EQ(link.missing().find(who + "no such interface; this machine has "), 0u)
+        << link.missing();
+    TestLinkUser user(1);
+    link.start(user);
+    EXPECT_FALSE(link.is_up());
+    EXPECT_EQ(link.state().find("down: waiting for interface '" + std::string(name) + "'; "), 0u);
+    for (const std::string& text : {link.missing(), link.state()}) {
+      EXPECT_NE(text.find("lo"), std::string::npos) << text;
+    }
+  }
 }
 
 TEST(RawL2Config, RefusesTheLoopbackInterface) {

@@ -212,10 +212,26 @@ TEST(UdpLinkConfig, RefusesAnAddressOfNoGroupAndNoNetwork) {
   expect_refused(config, "neither a multicast group nor a broadcast address");
 }
 
-TEST(UdpLinkConfig, NamesTheInterfacesWhenItsOwnIsMissing) {
+TEST(UdpLinkConfig, WaitsForAnInterfaceThatIsNotThereAndNamesThoseThatAre) {
   UdpConfig config = loopback_config();
   config.interface = "absent0";
-  expect_refused(config, "no interface 'absent0'; this machine has ");
+  for (const char* const address : {"239.255.83.84", "203.0.113.7"}) {
+    config.address = address;  // the second is nobody's yet: it may come with the interface
+    boost::asio::io_context io;
+    UdpLink link(io, config);
+    EXPECT_NE(link.missing().find(": no interface 'absent0'; this machine has lo"),
+              std::string::npos)
+        << link.missing();
+    TestLinkUser user(1);
+    link.start(user);
+    EXPECT_FALSE(link.is_up());
+    EXPECT_EQ(link.state().find(
+                  "down: waiting for interface 'absent0'; at the start this machine had lo"),
+              0u)
+        << link.state();
+  }
+  boost::asio::io_context io;
+  EXPECT_EQ(UdpLink(io, loopback_config()).missing(), "");
 }
 
 TEST(UdpLinkConfig, RefusesPortZero) {

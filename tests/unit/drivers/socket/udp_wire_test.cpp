@@ -39,6 +39,7 @@ class UdpWire : public LinkPair<UdpLink, UdpConfig> {
   void not_hear_its_group_on_another_interface();
   void join_again_when_the_interface_returns();
   void wait_for_an_address();
+  void come_up_with_an_interface_that_is_late();
   void use_the_networks_broadcast_address();
   void use_the_broadcast_address_of_all_networks_without_a_route();
   void never_fragment_on_a_small_mtu();
@@ -102,6 +103,34 @@ void UdpWire::wait_for_an_address() {
   expect_exchange();
 }
 
+void UdpWire::come_up_with_an_interface_that_is_late() {
+  const auto expect_state = [&](const std::string& begin) {
+    EXPECT_TRUE(run_until(io_, [&] { return a_->state().find(begin) == 0; })) << a_->state();
+    EXPECT_FALSE(a_->is_up());
+  };
+  for (const char* const address : {"239.255.83.84", "255.255.255.255", "10.83.84.255"}) {
+    network_->ip('a', "link del air0");
+    open([&](UdpConfig& config) { config.address = address; });
+    EXPECT_EQ(a_->missing(), "udp '" + std::string(address) + ":21332': no interface 'air0'; " +
+                                 "this machine has lo");
+    expect_state("down: waiting for interface 'air0'; at the start this machine had lo ");
+    network_->add_pair();
+    expect_state("down: interface 'air0' has no IPv4 address yet");
+    add_addresses();
+    ASSERT_TRUE(run_until(io_, [&] { return a_->is_up() && b_->is_up(); })) << a_->state();
+    expect_exchange();
+  }
+  network_->ip('a', "addr flush dev air0");
+  open([](UdpConfig& config) { config.address = "10.83.84.255"; });
+  expect_state("down: interface 'air0' has no IPv4 address yet");
+  network_->ip('a', "addr add 10.83.85.1/24 brd + dev air0");
+  expect_state("down: neither a multicast group nor a broadcast address of this machine");
+  network_->ip('a', "addr add 10.83.84.1/24 brd + dev air0");
+  ASSERT_TRUE(run_until(io_, [&] { return a_->is_up(); })) << a_->state();
+  expect_exchange();
+  network_->ip('a', "addr del 10.83.85.1/24 dev air0");
+}
+
 void UdpWire::use_the_networks_broadcast_address() {
   open([](UdpConfig& config) { config.address = "10.83.84.255"; });
   expect_exchange();
@@ -134,6 +163,7 @@ TEST_F(UdpWire, StaysOnItsNetworkAndFollowsItsInterface) {
   not_hear_its_group_on_another_interface();
   join_again_when_the_interface_returns();
   wait_for_an_address();
+  come_up_with_an_interface_that_is_late();
   use_the_networks_broadcast_address();
   use_the_broadcast_address_of_all_networks_without_a_route();
   never_fragment_on_a_small_mtu();
