@@ -287,6 +287,33 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
   return false;
 }
 
+const NeighbourFacts* double_of(const Facts& facts, const LinkFacts& link) {
+  for (const InterfaceFacts& interface : facts.interfaces) {
+    if (interface.name != link.interface || interface.index == 0) continue;
+    std::uint64_t own = 0;
+    for (const std::uint8_t byte : interface.mac) own = own << 8 | byte;
+    for (const NeighbourFacts& each : facts.daemon.neighbours) {
+      if (each.link != link.name || each.is_ghost) continue;
+      if (each.address == address_text(own)) return &each;
+    }
+  }
+  return nullptr;
+}
+
+void diagnose_address(const Facts& facts, const LinkFacts& link, Report& report) {
+  const NeighbourFacts* const other = double_of(facts, link);
+  if (other == nullptr) return;
+  const std::string& name = link.interface;
+  report.add({"address-twice", Severity::kError, name,
+              "robot " + std::to_string(other->node_id) +
+                  " has this interface's hardware address too: " + other->address,
+              "on one of the two: sudo ip link set " + name + " down; sudo ip link set " + name +
+                  " address 02:00:00:00:00:NN, with another NN on each robot; sudo ip link set " +
+                  name +
+                  " up. For good, take the fixed address out of what was copied to it "
+                  "(NetworkManager: cloned-mac-address)"});
+}
+
 void diagnose(const Facts& facts, const Expected& expected, Report& report) {
   diagnose_daemon(facts, report);
   std::vector<std::string> explained;
@@ -313,6 +340,7 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report) {
       report.add({"link-down", Severity::kError, "link " + link.name, link.state,
                   "do what the line says; `journalctl -u swarmtalkd` has more"});
     }
+    diagnose_address(facts, link, report);
     diagnose_link(link, facts.daemon, report);
   }
   if (!facts.clock) {

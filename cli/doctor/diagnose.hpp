@@ -18,12 +18,16 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report);
 
 // Parts of it.
 void diagnose_daemon(const Facts& facts, Report& report);
+void diagnose_address(const Facts& facts, const LinkFacts& link, Report& report);
 void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& report);
 /// @return whether something was found that explains a link that is down
 bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, Report& report);
 /// @return likewise
 bool diagnose_radio(const InterfaceFacts& interface, const LinkFacts* link,
                     const Expected& expected, Report& report);
+
+/// A robot that is heard on this link from the address of this robot's own interface; null: none.
+const NeighbourFacts* double_of(const Facts& facts, const LinkFacts& link);
 
 /// 0x020000000001 as "02:00:00:00:00:01".
 std::string address_text(std::uint64_t address);

@@ -202,6 +202,8 @@ void diagnose_peer(const PeerFacts& peer, const Facts& own, Report& report) {
   const std::string robot = "robot " + std::to_string(peer.robot);
   const LinkFacts* link = link_of(peer, own);
   const RadioFacts* radio = radio_of(link, own);
+  const NeighbourFacts* const twin = link == nullptr ? nullptr : double_of(own, *link);
+  const bool is_twin = twin != nullptr && twin->node_id == peer.robot;
   report.looked_at.push_back(robot);
   if (peer.report && !peer.report->version.empty() && peer.report->version != own.daemon.version) {
     report.add(
@@ -210,8 +212,8 @@ void diagnose_peer(const PeerFacts& peer, const Facts& own, Report& report) {
          "install one release on all robots"});
   }
   if (peer.answered == 0) {
-    // A link that is down, or strangers on the air, have been told already.
-    if (link != nullptr && link->is_up) diagnose_silence(peer, link, radio, report);
+    // A link that is down, or that both have one hardware address, has been told already.
+    if (link != nullptr && link->is_up && !is_twin) diagnose_silence(peer, link, radio, report);
     return;
   }
   const auto share = [](std::uint64_t part, std::uint64_t whole) {
@@ -228,7 +230,7 @@ void diagnose_peer(const PeerFacts& peer, const Facts& own, Report& report) {
                     "there " +
                     percent(there) + ", back " + percent(back),
                 "bring the two closer, or look at their antennas"});
-  } else if (there > kMostLoss || back > kMostLoss) {
+  } else if (!is_twin && (there > kMostLoss || back > kMostLoss)) {
     const bool is_lopsided = std::fabs(there - back) > kMostLoss;
     report.add({is_lopsided ? "one-way" : "lossy", Severity::kWarning, robot,
                 "lost on the way there " + percent(there) + ", back " + percent(back),

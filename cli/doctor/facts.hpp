@@ -55,6 +55,7 @@ struct NeighbourFacts {
   std::uint64_t age_ms = 0;
   bool is_duplicate = false;
   std::optional<int> signal_dbm;
+  bool is_ghost = false;
 };
 
 struct DaemonFacts {

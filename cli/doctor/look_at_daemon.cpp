@@ -177,6 +177,7 @@ void take_neighbours(const ipc::Neighbours& neighbours, DaemonFacts& facts) {
     made.frames = each.frames();
     made.age_ms = each.age_ms();
     made.is_duplicate = each.duplicate_id();
+    made.is_ghost = each.ghost();
     if (each.has_signal_dbm()) made.signal_dbm = each.signal_dbm();
   }
 }

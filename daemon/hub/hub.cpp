@@ -233,4 +233,13 @@ void Hub::on_duplicate(Station& station, const Neighbour& older, const Neighbour
   }
 }
 
+void Hub::on_double_address(Station& station, const Neighbour& other) {
+  if (const auto silent = address_log_.pass(std::chrono::steady_clock::now())) {
+    log_of("hub")->warn(
+        "link {}: another robot has this interface's hardware address {}: node {}; give one of "
+        "them another ({} more since the last line)",
+        station.name(), station.link().hardware_text(other.hardware), other.node, *silent);
+  }
+}
+
 }  // namespace swarmtalk::daemon

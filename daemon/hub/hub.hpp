@@ -113,6 +113,7 @@ class Hub final : public StationUser, private OutgoingListener {
   void on_last_message(Station& station, const MessageHead& head) override;
   void on_link_state(Station& station) override;
   void on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) override;
+  void on_double_address(Station& station, const Neighbour& other) override;
 
  private:
   std::optional<Refusal> check_share(const ChannelRequest& request, const HubClient& client,
@@ -126,6 +127,7 @@ class Hub final : public StationUser, private OutgoingListener {
   NodeIdentity& identity_;
   LogLimiter namesake_log_;
   LogLimiter duplicate_log_;
+  LogLimiter address_log_;
   StationList stations_;
   ChannelRegistry channels_;
   Shares shares_;

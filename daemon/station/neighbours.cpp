@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace swarmtalk::daemon {
 namespace {
@@ -39,7 +40,11 @@ Neighbours::Duplicate Neighbours::heard(const drivers::FrameReception& frame, co
   neighbour.is_out_of_range = is_out_of_range;
   neighbour.pose = frame.pose;
   neighbour.is_ghost = frame.is_ghost;
-  return find_duplicate(neighbour);
+  Duplicate found = find_duplicate(neighbour);
+  const bool is_double = frame.has_our_hardware && !frame.is_ghost;
+  if (is_double && !std::exchange(neighbour.has_our_hardware, true))
+    found.double_of_us = &neighbour;
+  return found;
 }
 
 // A restarted robot falls silent under its old epoch; only a second robot is heard again after the
@@ -50,7 +55,8 @@ Neighbours::Duplicate Neighbours::find_duplicate(Neighbour& neighbour) {
     Neighbour& other = entries_[i];
     if (other.epoch == neighbour.epoch || other.first_heard <= neighbour.first_heard) continue;
     if (neighbour.last_heard - other.last_heard > kForgetAfter) continue;
-    if (other.hardware != 0 && other.hardware == neighbour.hardware) continue;  // late frames
+    const bool is_late = neighbour.last_heard - other.first_heard <= kLongestHeld;
+    if (is_late && other.hardware != 0 && other.hardware == neighbour.hardware) continue;
     const bool is_known = neighbour.is_duplicate && other.is_duplicate;
     neighbour.is_duplicate = other.is_duplicate = true;
     if (!is_known) return {&neighbour, &other};

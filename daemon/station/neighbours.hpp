@@ -11,6 +11,7 @@
 #include "daemon/common/followed_count.hpp"
 #include "daemon/pose/ranging.hpp"
 #include "drivers/link/link.hpp"
+#include "drivers/link/own_echoes.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -29,6 +30,7 @@ struct Neighbour {
   std::uint64_t frames_lost = 0;         // gaps in its count of frames, as far as they are believed
   bool is_ghost = false;                 // simulated, by its own word
   bool is_duplicate = false;             // another robot with the same id is heard as well
+  bool has_our_hardware = false;         // it has been heard from our interface's own address
 
   /// Share of its frames that did not come in the last 5 to 10 s in which it was heard: 0 to 1.
   double loss() const;
@@ -48,11 +50,15 @@ class Neighbours {
   static constexpr std::size_t kMost = 256;
   static constexpr auto kForgetAfter = std::chrono::seconds(10);
 
+  /// From one address, for so long after a robot has restarted, frames may be of before.
+  static constexpr auto kLongestHeld = drivers::OwnEchoes::kLongestHeld;
+
   /// Two robots with one id. The older one is heard again after the younger began, so neither is
   /// the other, restarted.
   struct Duplicate {
     const Neighbour* older = nullptr;  // null: there is none
     const Neighbour* younger = nullptr;
+    const Neighbour* double_of_us = nullptr;  // a robot with our interface's address
   };
 
   /// One more frame. @return what it reveals, once for each pair; valid until the next call

@@ -367,6 +367,7 @@ void NodeStation<P>::on_frame(const drivers::FrameReception& frame) {
   range_.end();
   const auto found = neighbours_.heard(frame, range, hearing_.is_out_of_range(range));
   if (found.older != nullptr) user_.on_duplicate(*this, *found.older, *found.younger);
+  if (found.double_of_us != nullptr) user_.on_double_address(*this, *found.double_of_us);
   const bool is_told = std::exchange(is_namesake_told_, false);
   const bool is_namesake =
       frame.transmitter == identity_.id() && frame.transmitter_epoch != identity_.epoch();

@@ -46,6 +46,9 @@ class StationUser {
   /// Two other robots are heard under one node id. Once for each pair.
   virtual void on_duplicate(Station& /*station*/, const Neighbour& /*older*/,
                             const Neighbour& /*younger*/) {}
+
+  /// Another robot is heard from the address of this station's own interface. Once for each.
+  virtual void on_double_address(Station& /*station*/, const Neighbour& /*other*/) {}
 };
 
 enum class SendResult : std::uint8_t { kSent, kBusy, kRefused };

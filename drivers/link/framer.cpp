@@ -183,10 +183,11 @@ bool FrameReceiver::hand_up(const frame::Frame& frame, const FrameArrival& arriv
   }
   ++counters.frames_received;
   counters.bytes_received += frame.size_bytes;
-  const FrameReception reception{frame.header.node,    frame.header.epoch,    frame.header.counter,
-                                 frame.header.pose,    arrival.received_at,   {},
-                                 arrival.kernel_drops, arrival.is_time_known, arrival.hardware,
-                                 frame.header.is_ghost};
+  const FrameReception reception{
+      frame.header.node,     frame.header.epoch,      frame.header.counter,
+      frame.header.pose,     arrival.received_at,     {},
+      arrival.kernel_drops,  arrival.is_time_known,   arrival.hardware,
+      frame.header.is_ghost, arrival.has_our_hardware};
   frame::PacketReader reader(frame.packets);
   for (std::span<const std::uint8_t> packet; reader.next(packet);) {
     ++counters.packets_received;

@@ -28,6 +28,7 @@ struct FrameArrival {
   std::uint64_t kernel_drops = 0;
   bool is_time_known = true;
   std::uint64_t hardware = 0;
+  bool has_our_hardware = false;  // and is not our own
 };
 
 /// What a link knows about the frame in which a packet came.
@@ -43,6 +44,7 @@ struct FrameReception {
   bool is_time_known = true;       // false: the wall clock was set, received_at is when it was read
   std::uint64_t hardware = 0;      // transmitter's address on the medium; 0: not known
   bool is_ghost = false;           // the transmitter says that it is simulated
+  bool has_our_hardware = false;   // another's, and its address is that of this link's interface
 };
 
 /// Upper end of a link. Called by the link only, on the io_context's thread.

@@ -41,6 +41,12 @@ void check(const RawL2Config& config, const InterfaceInfo& interface) {
   }
 }
 
+std::uint64_t number_of(std::span<const std::uint8_t> mac) {
+  std::uint64_t number = 0;
+  for (const std::uint8_t byte : mac) number = number << 8 | byte;
+  return number;
+}
+
 /// A packet socket that hears nothing yet: its protocol is 0 until the filter is in place.
 int open_packet_socket(const std::string& interface) {
   const int socket = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -128,6 +134,7 @@ void RawL2Link::refresh() {
 
 void RawL2Link::write_ethernet_header(const InterfaceInfo& interface) {
   own_mac_ = interface.mac;
+  set_own_hardware(number_of(own_mac_));
   std::array<std::uint8_t, kEthernetHeaderBytes> header;
   header.fill(0xFF);  // destination: broadcast
   std::copy(own_mac_.begin(), own_mac_.end(), header.begin() + ETH_ALEN);
@@ -141,15 +148,14 @@ std::optional<std::span<const std::uint8_t>> RawL2Link::air_frame(const Datagram
   if (bytes.size() < kEthernetHeaderBytes) return bytes.first(0);
   // An access point repeats a station's broadcast to all, the station included.
   const bool is_own = std::equal(own_mac_.begin(), own_mac_.end(), bytes.begin() + ETH_ALEN);
-  if (is_own) return std::nullopt;
-  return bytes.subspan(kEthernetHeaderBytes);
+  const std::span<const std::uint8_t> frame = bytes.subspan(kEthernetHeaderBytes);
+  if (is_own && echoes().is_ours(frame, datagram.received_at)) return std::nullopt;
+  return frame;
 }
 
 std::uint64_t RawL2Link::hardware_of(const Datagram& datagram) const {
-  std::uint64_t mac = 0;
-  if (datagram.bytes.size() < kEthernetHeaderBytes) return mac;
-  for (const std::uint8_t byte : datagram.bytes.subspan(ETH_ALEN, ETH_ALEN)) mac = mac << 8 | byte;
-  return mac;
+  if (datagram.bytes.size() < kEthernetHeaderBytes) return 0;
+  return number_of(datagram.bytes.subspan(ETH_ALEN, ETH_ALEN));
 }
 
 std::string RawL2Link::hardware_text(std::uint64_t hardware) const {

@@ -81,6 +81,7 @@ void SocketLink::set_gone(const std::string& interface) {
 
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
+  echoes_.begin(user.frame_header().epoch, std::chrono::steady_clock::now());
   watch_.start([this] { refresh(); });
   refresh();
   receive_socket_.watch(EPOLLIN);
@@ -185,10 +186,11 @@ void SocketLink::receive(const Datagram& datagram) {
   kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
   const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
   if (bytes) {
-    receiver_.receive(
-        *bytes,
-        {datagram.received_at, kernel_drops_, datagram.is_time_known, hardware_of(datagram)},
-        *user_, counters_);
+    const std::uint64_t hardware = hardware_of(datagram);
+    receiver_.receive(*bytes,
+                      {datagram.received_at, kernel_drops_, datagram.is_time_known, hardware,
+                       hardware != 0 && hardware == own_hardware_},
+                      *user_, counters_);
   } else {
     ++counters_.own_echoes;
   }

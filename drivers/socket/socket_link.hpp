@@ -20,6 +20,7 @@
 #include "drivers/link/link_counters.hpp"
 #include "drivers/link/link_seal.hpp"
 #include "drivers/link/link_state.hpp"
+#include "drivers/link/own_echoes.hpp"
 #include "drivers/link/pacer.hpp"
 #include "drivers/link/unreadable_frames.hpp"
 #include "drivers/link/wake_timer.hpp"
@@ -96,6 +97,10 @@ class SocketLink : public Link, public Tappable {
   /// " (its MTU ...)" when the longest packet does not fit into a frame, else empty.
   std::string mtu_remark() const;
 
+  /// Of the address from which our own frames leave, as hardware_of() has it.
+  void set_own_hardware(std::uint64_t hardware) { own_hardware_ = hardware; }
+  const OwnEchoes& echoes() const { return echoes_; }
+
   LinkUser* user() const { return user_; }
   bool is_sealed() const { return seal_.is_sealed(); }
   std::chrono::microseconds forward_jitter() const {
@@ -143,6 +148,8 @@ class SocketLink : public Link, public Tappable {
   BeaconTimer beacon_;
   LinkSeal seal_;
 
+  OwnEchoes echoes_;
+  std::uint64_t own_hardware_ = 0;  // 0: not known
   LinkState state_;
   std::string missing_;
   std::string waiting_;  // the state until its interface has come; empty: it has been there

@@ -81,6 +81,7 @@ def test_a_healthy_pair_is_surveyed_and_an_interface_is_switched_on(wires, pair)
     a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair)
     a_survey_tells_loss_and_delay_by_distance_and_is_plotted(wires, pair[0])
     an_interface_that_is_switched_off_is_named_and_switched_on(pair[0])
+    robots_with_one_hardware_address_hear_each_other_and_are_named(wires, pair)
 
 
 def a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair):
@@ -95,6 +96,29 @@ def a_healthy_robot_has_no_findings_and_doctor_says_what_it_looked_at(pair):
     for word in ("interface a0", "link air", "robot 2", "delay by DTIM", "conversion to unicast"):
         assert word in lines[0]
     assert examine(other)[0] == {}
+
+
+def robots_with_one_hardware_address_hear_each_other_and_are_named(wires, pair):
+    robot, other = pair
+    address, = json.loads(robot.execute("ip", "-j", "link", "show", "a0").stdout)
+    twin = wires.robot("a")
+    for words in (("down",), ("address", address["address"]), ("up",)):
+        assert twin.execute("ip", "link", "set", "a0", *words).returncode == 0
+    wires.wait_for_wire(twin, "a")
+    twin.start(standing(8) + HEALTHY)
+    for each, number in ((robot, 8), (twin, 1)):
+        line = f"hardware address {address['address']}: node {number};"
+        wait_for(lambda log=each.logged, line=line: line in log(), what="the line")
+        assert only(each, "address-twice")["subject"] == "a0"
+    twin.listen("ping", "--answer")
+    only(robot, "address-twice", "--peer", "8")
+    assert examine(other)[0] == {}
+    twin.stop()
+    twin.start(node(1) + HEALTHY)  # a card that was copied whole
+    wait_for(lambda: other.counter("duplicate_neighbours") == 1, what="the duplicate")
+    assert only(other, "node-id-collision")["subject"] == "robot 1"
+    wait_for(lambda: robot.counter("duplicate_node_ids") > 0, what="the namesake")
+    assert set(examine(robot)[0]) == {"address-twice", "node-id-collision"}
 
 
 def test_a_robot_whose_daemon_answers_is_healthy_without_a_program_there(wires, robot):

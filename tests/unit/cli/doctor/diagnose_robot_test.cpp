@@ -81,6 +81,41 @@ TEST_F(CabledRobot, IsHealthyAlone) {
   EXPECT_FALSE(report().has_findings());
 }
 
+TEST_F(CabledRobot, HearsARobotFromItsOwnAddress) {
+  facts_.interfaces[0].mac = {2, 0, 0, 0, 2, 0};
+  const Finding found = only("address-twice");
+  EXPECT_EQ(found.subject, "a0");
+  EXPECT_NE(found.remedy.find("sudo ip link set a0 address 02:00:00:00:00:NN"), std::string::npos);
+  daemon_.neighbours[0].is_ghost = true;
+  EXPECT_TRUE(report().findings.empty());
+  daemon_.neighbours[0].is_ghost = false;
+  daemon_.neighbours[0].link = daemon_.links[0].name = "other";
+  only("address-twice");
+  daemon_.neighbours[0].link = "air";
+  only("nobody-heard");
+}
+
+TEST_F(CabledRobot, DoesNotBlameAntennasForAnAddressThatBothHave) {
+  PeerFacts peer;
+  peer.robot = 2;
+  peer.asked = 75;
+  peer.frames = 30;
+  const auto ids = [&] {
+    Report made;
+    diagnose_peer(peer, facts_, made);
+    std::string all;
+    for (const Finding& each : made.findings) all += each.id;
+    return all;
+  };
+  EXPECT_EQ(ids(), "one-way");
+  facts_.interfaces[0].mac = {2, 0, 0, 0, 2, 0};
+  EXPECT_EQ(ids(), "");
+  peer.answered = peer.heard_there = 10;
+  EXPECT_EQ(ids(), "");
+  peer.robot = 3;
+  EXPECT_EQ(ids(), "one-way");
+}
+
 TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffOrUnplugged) {
   daemon_.links[0].is_up = false;
   facts_.interfaces[0].has_carrier = false;

@@ -11,8 +11,11 @@ using namespace std::chrono_literals;
 class NeighboursTest : public testing::Test {
  protected:
   Neighbours::Duplicate hear(std::uint16_t node, std::uint32_t epoch, std::uint32_t counter,
-                             std::uint64_t hardware = 1) {
+                             std::uint64_t hardware = 1, bool has_ours = false,
+                             bool is_ghost = false) {
     drivers::FrameReception frame;
+    frame.has_our_hardware = has_ours;
+    frame.is_ghost = is_ghost;
     frame.transmitter = node;
     frame.transmitter_epoch = epoch;
     frame.frame_counter = counter;
@@ -95,6 +98,42 @@ TEST_F(NeighboursTest, TwoRobotsUnderOneIdAreToldOnce) {
   EXPECT_EQ(hear(7, 2, 2, 0xB).older, nullptr);
   EXPECT_EQ(hear(7, 1, 3, 0xA).older, nullptr);
   EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
+}
+
+TEST_F(NeighboursTest, TwoRobotsUnderOneIdAndOneAddressAreToldWhenNoFrameCanBeLate) {
+  hear(7, 1, 1, 0xA);
+  hear(7, 2, 1, 0xA);
+  EXPECT_EQ(hear(7, 1, 2, 0xA).older, nullptr) << "an access point may have held it";
+  now_ += Neighbours::kLongestHeld - 1s;
+  hear(7, 2, 2, 0xA);
+  EXPECT_EQ(hear(7, 1, 3, 0xA).older, nullptr);
+  EXPECT_FALSE(list()[0].is_duplicate);
+  now_ += 1s;
+  const auto found = hear(7, 1, 4, 0xA);
+  ASSERT_NE(found.older, nullptr);
+  EXPECT_EQ(found.older->epoch, 1u);
+  EXPECT_EQ(found.younger->epoch, 2u);
+  EXPECT_EQ(hear(7, 1, 5, 0xA).older, nullptr);
+  EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
+}
+
+TEST_F(NeighboursTest, RobotThatRestartsAgainAndAgainIsNoDuplicate) {
+  for (std::uint32_t epoch = 1; epoch <= 20; ++epoch) {
+    now_ += 1s;
+    EXPECT_EQ(hear(7, epoch, 1, 0xA).older, nullptr);
+    EXPECT_EQ(hear(7, epoch, 2, 0xA).older, nullptr);
+  }
+  for (const Neighbour& each : list()) EXPECT_FALSE(each.is_duplicate);
+}
+
+TEST_F(NeighboursTest, RobotWithOurOwnAddressIsToldOnce) {
+  EXPECT_EQ(hear(7, 1, 1, 0xA, false).double_of_us, nullptr);
+  EXPECT_EQ(hear(8, 1, 1, 0xB, true, true).double_of_us, nullptr) << "a ghost";
+  const auto found = hear(9, 1, 1, 0xB, true);
+  ASSERT_NE(found.double_of_us, nullptr);
+  EXPECT_EQ(found.double_of_us->node, 9);
+  EXPECT_EQ(hear(9, 1, 2, 0xB, true).double_of_us, nullptr);
+  EXPECT_NE(hear(9, 2, 1, 0xB, true).double_of_us, nullptr) << "it has restarted";
 }
 
 TEST_F(NeighboursTest, DuplicateIsNoneWhenTheOtherIsGone) {

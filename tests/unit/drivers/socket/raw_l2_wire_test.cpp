@@ -120,7 +120,11 @@ void RawL2Wire::count_what_is_no_frame_of_its_own() {
 
 void RawL2Wire::drop_and_count_its_own_echo() {
   const Bytes mac = WireProbe(*network_, 'a').mac();
-  probe_->inject(good_frame(), mac);  // as an access point repeats it
+  Bytes own = good_frame();
+  for (std::size_t i = 0; i < 4; ++i) {
+    own[frame::kEpochAt + i] = static_cast<std::uint8_t>(user_.header.epoch >> (24 - 8 * i));
+  }
+  probe_->inject(own, mac);  // as an access point repeats it
   ASSERT_TRUE(run_until(io_, [&] { return counter(*link_, "own_echoes") == 1; }));
   EXPECT_TRUE(user_.received.empty());
 }

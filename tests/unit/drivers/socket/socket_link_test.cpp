@@ -28,6 +28,7 @@ class PairLink final : public SocketLink {
   std::string device() const override { return "here"; }
 
   using SocketLink::set_limits;
+  using SocketLink::set_own_hardware;
   using SocketLink::set_state;
 
   std::string remark() const { return mtu_remark(); }
@@ -189,22 +190,27 @@ TEST_P(SocketLinkTest, HandsUpWhatComesAndShowsItToACapture) {
   EXPECT_EQ(packet_number(user_.received[0]), 5u);
   EXPECT_EQ(user_.frames.at(0).hardware, 0xABCu);
   EXPECT_EQ(user_.frames.at(0).transmitter, 2);
+  EXPECT_FALSE(user_.frames.at(0).has_our_hardware);
   EXPECT_EQ(count("frames_received"), 1u);
+  link_->set_own_hardware(0xABC);
+  send(bytes);
+  ASSERT_TRUE(run_until(io_, [&] { return user_.frames.size() == 2; }));
+  EXPECT_TRUE(user_.frames.at(1).has_our_hardware);
   link_->is_echo = true;
   send(bytes);
   ASSERT_TRUE(run_until(io_, [&] { return count("own_echoes") == 1; }));
-  EXPECT_EQ(user_.received.size(), 1u);
+  EXPECT_EQ(user_.received.size(), 2u);
   send({1, 2});  // shorter than a header
-  ASSERT_TRUE(run_until(io_, [&] { return tap.begun == 3; }));
-  EXPECT_EQ(tap.headers, (std::vector<std::size_t>{3, 3, 2}));
-  EXPECT_EQ(tap.received_bytes, (std::vector<Bytes>{bytes, bytes, {1, 2}}));
+  ASSERT_TRUE(run_until(io_, [&] { return tap.begun == 4; }));
+  EXPECT_EQ(tap.headers, (std::vector<std::size_t>{3, 3, 3, 2}));
+  EXPECT_EQ(tap.received_bytes, (std::vector<Bytes>{bytes, bytes, bytes, {1, 2}}));
   send_packets(0, 1);
   ASSERT_TRUE(run_until(io_, [&] { return heard().size() == 1; }));
   EXPECT_EQ(tap.sent_bytes, std::vector<Bytes>{frames_.back()});
   link_->set_tap(nullptr);
   send(bytes);
   ASSERT_TRUE(run_until(io_, [&] { return count("own_echoes") == 3; }));
-  EXPECT_EQ(tap.begun, 3);
+  EXPECT_EQ(tap.begun, 4);
 }
 
 TEST_P(SocketLinkTest, SendsABeaconWhenItIsSilentAndShowsItToACapture) {
