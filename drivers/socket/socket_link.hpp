@@ -65,8 +65,8 @@ class SocketLink : public Link, public Tappable {
   void use_receive_socket(int socket);
   void use_send_socket(int socket);
 
-  /// In the constructor of the derived class: its interface is not there yet. @param error
-  /// missing()
+  /// In the constructor of the derived class: its interface is not there yet.
+  /// @param error  missing()
   void wait_for_interface(const std::string& interface, const std::string& error);
 
   /// The interface is not there, or not any more.

@@ -36,8 +36,7 @@ class UdpLink final : public SocketLink {
 
   /// An interface that is not there is waited for: missing().
   /// @throws std::runtime_error  one line with the remedy: bad address, port taken by a program
-  /// that
-  ///   does not share it
+  ///   that does not share it
   UdpLink(boost::asio::io_context& io, const UdpConfig& config);
 
   std::string type() const override { return "udp"; }
