@@ -8,6 +8,10 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
 endif()
 
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # files beyond 2 GiB, as a recording may become
+  add_compile_definitions(_FILE_OFFSET_BITS=64)
+endif()
+
 find_program(SWARMTALK_CCACHE ccache)
 if(SWARMTALK_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${SWARMTALK_CCACHE})

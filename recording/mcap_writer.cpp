@@ -12,6 +12,8 @@
 #include "recording/compression.hpp"
 #include "recording/crc32.hpp"
 
+static_assert(sizeof(off_t) == 8, "a recording may be longer than 2 GiB");
+
 namespace swarmtalk::recording {
 namespace {
 
