@@ -18,11 +18,15 @@ bool is_local_name(std::string_view name) {
   return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
 }
 
-/// "localhost:8080" is this machine at our port; another port is another server's page.
-bool is_own_host(std::string_view host, std::uint16_t port) {
-  const std::string ending = ":" + std::to_string(port);
-  if (host.ends_with(ending)) return is_local_name(host.substr(0, host.size() - ending.size()));
-  return port == 80 && is_local_name(host);
+/// This machine, or the one of somebody who looks through a forwarded port, which may have another
+/// number there. The page of another server has another origin than the host that it asks.
+bool is_local_host(std::string_view host) {
+  const auto colon = host.rfind(':');
+  if (colon == std::string_view::npos || host.ends_with(']')) return is_local_name(host);
+  const std::string_view port = host.substr(colon + 1);
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  return !port.empty() && std::all_of(port.begin(), port.end(), is_digit) &&
+         is_local_name(host.substr(0, colon));
 }
 
 bool has_token(const AccessRules& rules, const Visitor& visitor) {
@@ -87,7 +91,7 @@ std::string refusal(const AccessRules& rules, const Visitor& visitor) {
   if (!visitor.is_this_machine && !is_known) {
     return "a token is needed from another machine: open the address that swarmtalk-view printed";
   }
-  if (!is_known && !is_own_host(visitor.host, rules.port)) {
+  if (!is_known && !is_local_host(visitor.host)) {
     return "the address must name this machine: open http://localhost:" +
            std::to_string(rules.port) + "/";
   }

@@ -39,6 +39,19 @@ TEST(Access, APageOfOurOwnIsLetIn) {
   EXPECT_EQ(refusal(kRules, visitor), "");
 }
 
+TEST(Access, APageThroughAForwardedPortIsLetIn) {
+  for (const std::string host : {"localhost:8081", "127.0.0.1:8081", "[::1]:8081", "localhost"}) {
+    Visitor visitor = from_here();
+    visitor.host = host;
+    EXPECT_EQ(refusal(kRules, visitor), "") << host;
+    const std::string own = "http://" + host;
+    visitor.origin = own;
+    EXPECT_EQ(refusal(kRules, visitor), "") << host;
+    visitor.origin = "http://localhost:8080";  // what else the browser has open
+    EXPECT_NE(refusal(kRules, visitor), "") << host;
+  }
+}
+
 TEST(Access, APageFromElsewhereInTheSameBrowserIsRefused) {
   for (const char* origin :
        {"", "http://evil.example", "http://localhost:8081", "https://localhost:8080", "null",
@@ -56,8 +69,8 @@ TEST(Access, AnAllowedOriginIsLetIn) {
 }
 
 TEST(Access, ANameThatWasMadeToPointHereIsRefused) {
-  for (const char* host : {"evil.example:8080", "evil.example", "", "localhost:8081", "localhost",
-                           "xlocalhost:8080", "localhost:8080:8080"}) {
+  for (const char* host : {"evil.example:8080", "evil.example", "", "localhost:", "xlocalhost:8080",
+                           "localhost:8080:8080", "localhost:80x", ":8080"}) {
     Visitor visitor = from_here();
     visitor.host = host;
     EXPECT_NE(refusal(kRules, visitor), "") << host;
