@@ -1,2 +1,0 @@
-import swarmtalk
-swarmtalk.Client('x', '/nowhere/s')
