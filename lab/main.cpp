@@ -53,9 +53,23 @@ bool is_up(const std::string& name) {
   }
 }
 
+std::string orphans(const std::string& name, const Elsewhere& lab) {
+  const std::size_t count = lab.processes.size();
+  return std::to_string(count) + (count == 1 ? " process" : " processes") + " of the lab '" + name +
+         "' still run" + (count == 1 ? "s" : "") + ", and its folder " + lab.folder.string() +
+         " was deleted; end " + (count == 1 ? "it" : "them") + " with `swarmtalk-lab " +
+         name_option(name) + "down`";
+}
+
 State load_or_throw(const std::string& name) {
   State state;
   if (load(name, state)) return state;
+  if (const Elsewhere lab = find_elsewhere(name); lab.is_folder_there) {
+    look_in(lab.folder);
+    if (load(name, state)) return state;
+  } else if (!lab.folder.empty()) {
+    throw std::runtime_error(orphans(name, lab));
+  }
   if (const std::string owner = owner_of_other_lab(name); !owner.empty()) {
     throw std::runtime_error("the lab '" + name + "' belongs to " + owner +
                              "; use it as that user" +
@@ -75,6 +89,16 @@ State load_or_throw(const std::string& name) {
     text += "; choose with --name)";
   }
   throw std::runtime_error(text);
+}
+
+/// @return whether there were any
+bool end_orphans(const std::string& name) {
+  State state;
+  if (load(name, state)) return false;
+  const Elsewhere lab = find_elsewhere(name);
+  if (lab.folder.empty() || lab.is_folder_there) return false;
+  end_processes(lab.processes, kCommandGrace);
+  return true;
 }
 
 /// Waits for the command, passing on a termination that only this process got.
@@ -292,6 +316,12 @@ int main(int argc, char** argv) {
       return keep_medium(options.name, [&] { return serve_radio(load_or_throw(options.name)); });
     }
     remember_interrupts();
+    if (*up_command || *run_command) {
+      const Elsewhere other = find_elsewhere(options.name);
+      if (!other.folder.empty() && !other.is_folder_there) {
+        throw std::runtime_error(orphans(options.name, other));
+      }
+    }
     if (*up_command) {
       Keeper keeper;
       up(options, keeper);
@@ -301,6 +331,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (*run_command) return run(options, command_line);
+    if (*down_command && end_orphans(options.name)) return 0;
     const State state = load_or_throw(options.name);
     if (is_left_behind(state)) {
       if (!*down_command) {

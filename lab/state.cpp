@@ -15,7 +15,10 @@ namespace {
 
 using nlohmann::json;
 
+std::filesystem::path found_base;  // empty: that of the environment
+
 std::filesystem::path base_folder() {
+  if (!found_base.empty()) return found_base;
   if (geteuid() == 0) return "/run/swarmtalk-lab";
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != 0) {
     return std::filesystem::path(runtime) / "swarmtalk-lab";
@@ -29,6 +32,20 @@ std::filesystem::path word_of(const std::string& name) {
 
 json to_json(const ProcessId& process) {
   return {{"pid", process.pid}, {"start_time_ticks", process.start_time_ticks}};
+}
+
+/// Of a lab's own process: the file in the lab's folder that it was started with. Empty: another.
+std::filesystem::path own_file(const std::filesystem::path& process, const std::string& name) {
+  std::ifstream file(process / "cmdline");
+  std::string before;
+  for (std::string word; std::getline(file, word, '\0'); before = word) {
+    if (before != "--config" && before != "keep") continue;
+    const std::filesystem::path path = word;
+    const std::filesystem::path folder = path.parent_path();
+    const std::string base = folder.parent_path().filename();
+    if (folder.filename() == name && base.starts_with("swarmtalk-lab")) return path;
+  }
+  return {};
 }
 
 ProcessId process_from(const json& object) {
@@ -134,7 +151,34 @@ void forget_word(const std::string& name) {
 }
 
 void forget(const State& state) {
-  std::filesystem::remove_all(folder_of(state.name));
+  std::error_code error;
+  for (int i = 0; i < 10; ++i) {  // a program that has not ended yet may make a file meanwhile
+    std::filesystem::remove_all(folder_of(state.name), error);
+    if (!error) return;
+  }
+  throw std::runtime_error("cannot remove " + folder_of(state.name).string() + ": " +
+                           error.message());
+}
+
+Elsewhere find_elsewhere(const std::string& name) {
+  Elsewhere found;
+  std::error_code error;
+  for (const auto& process : std::filesystem::directory_iterator("/proc", error)) {
+    const std::string number = process.path().filename();
+    struct stat its {};
+    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (stat(process.path().c_str(), &its) != 0 || its.st_uid != geteuid()) continue;
+    const std::filesystem::path folder = own_file(process.path(), name).parent_path();
+    if (folder.empty() || (!found.folder.empty() && folder != found.folder)) continue;
+    found.folder = folder;
+    found.processes.push_back(identify(std::stoi(number)));
+  }
+  found.is_folder_there = std::filesystem::exists(found.folder / "lab.json", error);
+  return found;
+}
+
+void look_in(const std::filesystem::path& folder) {
+  found_base = folder.parent_path();
 }
 
 std::vector<std::string> list_labs() {
@@ -160,6 +204,7 @@ std::string owner_of_other_lab(const std::string& name) {
   for (const auto& folder : folders) {
     struct stat found {};
     if (folder == base_folder() || stat((folder / name).c_str(), &found) != 0) continue;
+    if (found.st_uid == geteuid()) continue;  // left behind by our own
     const passwd* user = getpwuid(found.st_uid);
     return user != nullptr ? user->pw_name : "user " + std::to_string(found.st_uid);
   }

@@ -63,6 +63,18 @@ void forget(const State& state);
 /// Who runs a lab of this name that is not ours, as far as one can see; empty: nobody.
 std::string owner_of_other_lab(const std::string& name);
 
+/// Processes of a lab of this user's, wherever its folder is: below another $XDG_RUNTIME_DIR, or
+/// nowhere any more, as after a logout.
+struct Elsewhere {
+  std::filesystem::path folder;      // empty: there is none
+  std::vector<ProcessId> processes;  // its daemons, and its medium's
+  bool is_folder_there = false;
+};
+Elsewhere find_elsewhere(const std::string& name);
+
+/// From here on labs are looked for where this one is.
+void look_in(const std::filesystem::path& folder);
+
 /// Names of the labs this user has, running or left behind.
 std::vector<std::string> list_labs();
 

@@ -4,7 +4,9 @@ namespace swarmtalk::lab {
 
 std::int64_t udp_port_of(const State& state) {
   std::uint32_t hash = 2166136261u;  // FNV-1a
-  for (const char c : state.name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
+  // Labs of one name do not hear each other: each user's has a folder of its own.
+  for (const char c : folder_of(state.name).string())
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
   return 20000 + hash % 10000;
 }
 

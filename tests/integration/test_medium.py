@@ -3,6 +3,7 @@ that runs a Wi-Fi channel in real time; and what can be done to that channel whi
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -239,6 +240,31 @@ def it_needs_no_privilege(folder_of_everybody):
     assert not run("pgrep", "-f", f"swarmtalk-lab-65534/{name}/").stdout
     one_line(run(*as_nobody, tool, "--name", name, "up", "2", "--medium", "radio").stderr,
              "root", "--medium radio-udp")
+    a_lab_is_found_below_another_runtime_folder_and_after_a_logout(
+        folder_of_everybody, name, tool, as_nobody)
+
+
+def a_lab_is_found_below_another_runtime_folder_and_after_a_logout(folder, name, tool, as_nobody):
+    session = folder / "session"
+    session.mkdir(mode=0o777)
+    session.chmod(0o777)
+    as_user = (*as_nobody[:-1], f"XDG_RUNTIME_DIR={session}")
+    for medium in ("udp", "radio-udp"):
+        done = run(*as_user, tool, "--name", name, "up", "2", "--medium", medium)
+        assert done.returncode == 0, done.stderr
+        done = run(*as_nobody, tool, "--name", name, "status")
+        assert done.returncode == 0 and "robot" in done.stdout.lower(), done.stderr
+        # At once: the daemons make a socket that is deleted anew.
+        (session / "swarmtalk-lab").rename(session / "gone")
+        shutil.rmtree(session / "gone")
+        done = run(*as_nobody, tool, "--name", name, "up", "2", "--medium", medium)
+        assert done.returncode == 1
+        one_line(done.stderr, "still run")
+        remedy = re.search("`swarmtalk-lab (.*)`", done.stderr)[1]
+        done = run(*as_nobody, tool, *remedy.split())
+        assert (done.returncode, done.stderr) == (0, "")
+        assert not run("pgrep", "-f", f"swarmtalk-lab/{name}/").stdout
+        one_line(run(*as_user, tool, "--name", name, "down").stderr, "no lab called")
 
 
 @needs_root

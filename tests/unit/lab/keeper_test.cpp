@@ -6,12 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 
 #include "lab/lab.hpp"
+#include "lab/udp_medium.hpp"
 
 namespace swarmtalk::lab {
 namespace {
@@ -180,6 +182,53 @@ TEST(LabSpawn, BeginsNothingThatCouldNotBeWrittenDown) {
   EXPECT_EQ(waitpid(pid, &status, 0), pid);
   EXPECT_NE(exit_code(status), 0);
   EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+/// As a daemon of a lab whose folder is not where this program looks.
+class LabElsewhere : public LabKeeper {
+ protected:
+  void SetUp() override {
+    LabKeeper::SetUp();
+    std::filesystem::create_directories(folder_);
+    const char* const rest_a_minute = "for i in $(seq 6000); do sleep 0.01; done";
+    SpawnOptions options;
+    options.write_down = [this](const ProcessId& process) { daemon_ = process; };
+    spawn({"sh", "-c", rest_a_minute, "--config", (folder_ / "robot-1.toml").string()}, options);
+    for (int i = 0; i < 60'000 && find_elsewhere(name_).folder.empty(); ++i) ::usleep(1000);
+  }
+  void TearDown() override {
+    look_in({});
+    std::filesystem::remove_all(folder_);
+    LabKeeper::TearDown();
+  }
+  const std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / "elsewhere" / "swarmtalk-lab" / name_;
+};
+
+TEST_F(LabElsewhere, IsFoundByItsProcesses) {
+  EXPECT_TRUE(find_elsewhere("another").folder.empty());
+  Elsewhere lab = find_elsewhere(name_);
+  EXPECT_EQ(lab.folder, folder_);
+  EXPECT_FALSE(lab.is_folder_there) << "nothing of a lab is in it";
+  const auto is_daemon = [&](const ProcessId& each) { return each.pid == daemon_.pid; };
+  EXPECT_TRUE(std::any_of(lab.processes.begin(), lab.processes.end(), is_daemon));
+  State state;
+  EXPECT_FALSE(load(name_, state));
+  look_in(folder_);
+  state.name = name_;
+  save(state);
+  EXPECT_TRUE(find_elsewhere(name_).is_folder_there);
+  EXPECT_TRUE(load(name_, state));
+  look_in({});
+  EXPECT_FALSE(load(name_, state));
+}
+
+TEST_F(LabElsewhere, IsNotHeardByOneOfTheSameNameHere) {
+  State state;
+  state.name = name_;
+  const auto here = udp_port_of(state);
+  look_in(folder_);
+  EXPECT_NE(udp_port_of(state), here);
 }
 
 }  // namespace
