@@ -3,19 +3,21 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
-if(NOT CMAKE_BUILD_TYPE)
-  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
-endif()
 
 if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # files beyond 2 GiB, as a recording may become
   add_compile_definitions(_FILE_OFFSET_BITS=64)
 endif()
 
-find_program(SWARMTALK_CCACHE ccache)
-if(SWARMTALK_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${SWARMTALK_CCACHE})
-  set(CMAKE_C_COMPILER_LAUNCHER ${SWARMTALK_CCACHE})
+if(PROJECT_IS_TOP_LEVEL)  # else the other project decides
+  set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+  if(NOT CMAKE_BUILD_TYPE)
+    set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
+  endif()
+  find_program(SWARMTALK_CCACHE ccache)
+  if(SWARMTALK_CCACHE)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${SWARMTALK_CCACHE})
+    set(CMAKE_C_COMPILER_LAUNCHER ${SWARMTALK_CCACHE})
+  endif()
 endif()
 
 foreach(sanitizer IN LISTS SWARMTALK_SANITIZE)
@@ -91,9 +93,14 @@ function(swarmtalk_join_sources_of target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
 endfunction()
 
-# For our own targets: warnings, which generated code (protobuf) does not get, and joined sources.
+# For our own targets: warnings, which generated code (protobuf) does not get, and joined sources. Inside
+# another project they have none: its -Werror is for its own code.
 function(swarmtalk_warnings target)
   swarmtalk_join_sources(${target})
+  if(NOT PROJECT_IS_TOP_LEVEL)
+    target_compile_options(${target} PRIVATE -w)
+    return()
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
     -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Werror=return-type)
 endfunction()

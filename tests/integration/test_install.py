@@ -1,5 +1,6 @@
 """What `cmake --install` lays down: programs that run, units that systemd accepts, a library that a
-program outside this tree can use."""
+program outside this tree can use. And this tree as a part of another project."""
+import json
 import os
 import pathlib
 import re
@@ -187,6 +188,73 @@ target_link_libraries(consumer swarmtalk::client)
     done = run("cmake", "--build", tmp_path / "b", timeout=120)
     assert done.returncode == 0, done.stdout
     assert run(tmp_path / "b/consumer").returncode == 0
+
+
+ADD = {
+    "add_subdirectory": f"add_subdirectory({ROOT} swarmtalk)",
+    "FetchContent": f"""include(FetchContent)
+FetchContent_Declare(swarmtalk SOURCE_DIR {ROOT} SYSTEM)
+FetchContent_MakeAvailable(swarmtalk)""",
+}
+
+
+def configure_with_us_inside(folder, way, *options):
+    """Another project, which has nothing but protobuf. Returns its own settings afterwards."""
+    (folder / "main.cpp").write_text(
+        CONSUMER + "static_assert(__cplusplus == 201703L, \"the standard of the project\");\n")
+    (folder / "CMakeLists.txt").write_text(f"""
+cmake_minimum_required(VERSION 3.25)
+project(consumer CXX)
+set(CMAKE_CXX_STANDARD 17)
+enable_testing()
+{ADD[way]}
+add_executable(consumer main.cpp)
+target_link_libraries(consumer swarmtalk::client)
+install(TARGETS consumer DESTINATION bin)
+foreach(name CMAKE_BUILD_TYPE CMAKE_CXX_STANDARD CMAKE_CXX_COMPILER_LAUNCHER BUILD_TESTING
+    CMAKE_EXPORT_COMPILE_COMMANDS CMAKE_POSITION_INDEPENDENT_CODE CMAKE_RUNTIME_OUTPUT_DIRECTORY)
+  message(STATUS "setting ${{name}}=${{${{name}}}}")
+endforeach()
+""")
+    absent = ["Boost", "spdlog", "CLI11", "nlohmann_json", "PkgConfig", "ZLIB", "GTest"]
+    done = run("cmake", "-G", "Ninja", "-S", folder, "-B", folder / "b", *options,
+               *(f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in absent), timeout=120)
+    assert done.returncode == 0, done.stderr
+    return dict(re.findall(r"^-- setting (\w+)=(.*)$", done.stdout, re.M))
+
+
+@pytest.mark.parametrize("way", ADD)
+def test_inside_another_project_its_settings_stay(tmp_path, way):
+    settings = configure_with_us_inside(tmp_path, way)
+    assert settings.pop("CMAKE_CXX_STANDARD") == "17"
+    assert set(settings.values()) == {""} and len(settings) == 6
+    cache = (tmp_path / "b/CMakeCache.txt").read_text()
+    assert re.search("^CMAKE_BUILD_TYPE:STRING=$", cache, re.M)
+    assert re.findall("^SWARMTALK_.*", cache, re.M) == []
+    assert not (tmp_path / "b/compile_commands.json").exists()
+
+
+def test_inside_another_project_the_client_library_alone_is_built(tmp_path):
+    settings = configure_with_us_inside(
+        tmp_path, "add_subdirectory", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O0",
+        "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wconversion -Wuseless-cast -Werror",
+        "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DSWARMTALK_JOIN_SOURCES=ON")
+    assert settings["CMAKE_BUILD_TYPE"] == "Debug"
+    commands = json.loads((tmp_path / "b/compile_commands.json").read_text())
+    own, = (entry["command"].split() for entry in commands if entry["file"].endswith("main.cpp"))
+    assert [word for word in own[1:] if word.startswith("-") and not word.startswith("-std=")] == [
+        f"-I{ROOT}/client_lib/include", "-Wall", "-Wextra", "-Wconversion", "-Wuseless-cast",
+        "-Werror", "-O0", "-o", "-c"]
+    done = run("cmake", "--build", tmp_path / "b", timeout=280)
+    assert done.returncode == 0, done.stdout
+    assert run(tmp_path / "b/consumer").returncode == 0
+    made = {path.name for path in (tmp_path / "b/swarmtalk").rglob("lib*")}
+    assert made == {"libswarmtalk.a"}
+    assert "Total Tests: 0" in run("ctest", "-N", "--test-dir", tmp_path / "b").stdout
+    done = run("cmake", "--install", tmp_path / "b", "--prefix", tmp_path / "installed")
+    assert done.returncode == 0, done.stderr
+    files = [path for path in (tmp_path / "installed").rglob("*") if path.is_file()]
+    assert files == [tmp_path / "installed/bin/consumer"]
 
 
 def test_a_program_outside_the_tree_builds_with_pkg_config(staged, tmp_path):
