@@ -1,11 +1,13 @@
 """What `cmake --install` lays down: programs that run, units that systemd accepts, a library that a
 program outside this tree can use. And this tree as a part of another project."""
+import importlib.util
 import json
 import os
 import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 from conftest import BUILD, ROOT, run
@@ -147,6 +149,38 @@ def test_the_runner_of_scripts_finds_the_library_beside_it(staged, tmp_path):
     assert done.returncode == 3
     assert done.stderr.startswith("swarmtalk: cannot reach swarmtalkd: /nowhere/socket")
     assert (staged / "usr/lib/python3/dist-packages/swarmtalk.py").exists()
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory):
+    """A virtual environment into which pip has installed the Python client, without a network."""
+    for module in ("ensurepip", "setuptools", "wheel"):
+        if importlib.util.find_spec(module) is None:
+            pytest.skip(f"Python's {module} is missing (tools/setup test installs it)")
+    folder = tmp_path_factory.mktemp("pip")
+    clone = shutil.copytree(ROOT / "client_lib/python", folder / "clone")  # pip writes into it
+    done = run(sys.executable, "-m", "venv", "--system-site-packages", folder / "env", timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    done = run(folder / "env/bin/pip", "install", "--no-build-isolation", "--no-index", clone,
+               timeout=120, cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder / "env"
+
+
+def test_pip_installs_the_python_client_into_a_virtual_environment(environment, tmp_path):
+    done = run(environment / "bin/python", "-c", """import importlib.metadata, swarmtalk
+print(swarmtalk.__file__)
+print(swarmtalk.__version__, importlib.metadata.version("swarmtalk"))""", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    place, versions = done.stdout.splitlines()
+    assert pathlib.Path(place).is_relative_to(environment)
+    said = re.search(r"project\(swarmtalk VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
+    assert versions.split() == [said[1], said[1]]
+    (tmp_path / "usr_code.py").write_text("def usr(robot):\n    pass\n")
+    done = run(environment / "bin/swarmtalk-run", "usr_code.py", cwd=tmp_path,
+               env={"SWARMTALK_SOCKET": "/nowhere/socket"})
+    assert done.returncode == 3
+    assert done.stderr.startswith("swarmtalk: cannot reach swarmtalkd: /nowhere/socket")
 
 
 def test_the_installed_configuration_is_accepted(staged):
