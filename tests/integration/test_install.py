@@ -148,7 +148,8 @@ def test_the_runner_of_scripts_finds_the_library_beside_it(staged, tmp_path):
                env={"SWARMTALK_SOCKET": "/nowhere/socket", "PYTHONDONTWRITEBYTECODE": "1"})
     assert done.returncode == 3
     assert done.stderr.startswith("swarmtalk: cannot reach swarmtalkd: /nowhere/socket")
-    assert (staged / "usr/lib/python3/dist-packages/swarmtalk.py").exists()
+    folder = staged / "usr/lib/python3/dist-packages"
+    assert (folder / "swarmtalk.py").exists() and (folder / "swarmtalk-stubs/__init__.pyi").exists()
 
 
 @pytest.fixture(scope="module")
@@ -181,6 +182,31 @@ print(swarmtalk.__version__, importlib.metadata.version("swarmtalk"))""", cwd=tm
                env={"SWARMTALK_SOCKET": "/nowhere/socket"})
     assert done.returncode == 3
     assert done.stderr.startswith("swarmtalk: cannot reach swarmtalkd: /nowhere/socket")
+
+
+TYPED = """import swarmtalk
+
+with swarmtalk.Client("typed") as robot:
+    hello = robot.advertise("hello", ttl=2, redundancy="auto")
+    if not hello.send("good morning"):
+        print("too fast")
+    for message in robot.subscribe("hello", within=1.5):
+        print(message.text.upper(), message.distance < 0.5)
+    print([link.name for link in robot.status().links])
+"""
+
+
+@pytest.mark.parametrize("right, wrong, finding", [
+    ("", "", None), ("within=", "withn=", "call-arg"), (".text", ".txt", "attr-defined"),
+    ("ttl=2", 'ttl="2"', "arg-type")])
+def test_mypy_finds_what_a_program_calls_wrongly(environment, tmp_path, right, wrong, finding):
+    if importlib.util.find_spec("mypy") is None:
+        pytest.skip("mypy is missing (tools/setup test installs it)")
+    (tmp_path / "program.py").write_text(TYPED.replace(right, wrong, 1) if right else TYPED)
+    done = run(sys.executable, "-m", "mypy", "--strict", "--python-executable",
+               environment / "bin/python", "program.py", cwd=tmp_path, timeout=120)
+    assert re.findall(r"\[([a-z-]+)\]$", done.stdout, re.M) == ([finding] if finding else [])
+    assert done.returncode == (1 if finding else 0), done.stdout + done.stderr
 
 
 def test_the_installed_configuration_is_accepted(staged):
