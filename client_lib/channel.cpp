@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client_lib/engine.hpp"
+#include "client_lib/program_end.hpp"
 #include "client_lib/state.hpp"
 
 namespace swarmtalk {
@@ -17,17 +18,17 @@ void remove(std::shared_ptr<State>& state) {
 }
 
 /// A state's session and its gate, held; neither when the session is gone.
-struct StateLock {
-  std::shared_ptr<client::Engine> session;
-  std::unique_lock<std::mutex> lock;
-};
+class StateLock {
+ public:
+  explicit StateLock(const client::HandleState& state) : session_(state.session.lock()) {
+    if (session_) lock_ = std::unique_lock(session_->gate());
+  }
 
-StateLock lock_state(const client::HandleState& state) {
-  StateLock held;
-  held.session = state.session.lock();
-  if (held.session) held.lock = std::unique_lock(held.session->gate());
-  return held;
-}
+ private:
+  const client::LockingCall locking_;
+  std::shared_ptr<client::Engine> session_;
+  std::unique_lock<std::mutex> lock_;
+};
 
 template <typename State>
 Status handle_status(const std::shared_ptr<State>& state) {
@@ -65,25 +66,25 @@ bool Publisher::busy() const {
 
 std::size_t Publisher::max_message_bytes() const {
   if (!state_) return 0;
-  const auto lock = lock_state(*state_);
+  const StateLock lock(*state_);
   return state_->id != 0 ? state_->max_message_bytes : 0;
 }
 
 bool Publisher::has_redundancy() const {
   if (!state_) return false;
-  const auto lock = lock_state(*state_);
+  const StateLock lock(*state_);
   return state_->id != 0 && state_->has_redundancy;
 }
 
 std::optional<std::uint16_t> Publisher::channel_number() const {
   if (!state_) return std::nullopt;
-  const auto lock = lock_state(*state_);
+  const StateLock lock(*state_);
   return state_->channel;
 }
 
 Status Publisher::status() const {
   if (!state_) return handle_status(state_);
-  const auto lock = lock_state(*state_);
+  const StateLock lock(*state_);
   return state_->status;
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "client_lib/program_end.hpp"
 #include "client_lib/protobuf_log.hpp"
 #include "client_lib/scope.hpp"
 #include "client_lib/unread.hpp"
@@ -244,9 +245,15 @@ Status Engine::set_pose(const OwnPose& pose) {
   });
 }
 
+bool Engine::is_busy(const PublisherState& publisher) {
+  const LockingCall locking;
+  return entrance_.is_own_process() && sender_.is_busy(publisher);
+}
+
 Status Engine::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl) {
   if (!entrance_.is_own_process()) return entrance_.refuse_child();
+  const LockingCall locking;
   Status status = sender_.publish(publisher, payload, ttl, entrance_.is_mine());
   if (status.code_ == StatusCode::kBusy) {
     const auto tell = [engine = weak_from_this()](const std::string& label, const std::string& why,
@@ -259,6 +266,7 @@ Status Engine::publish(PublisherState& publisher, std::string_view payload,
 }
 
 void Engine::tell_unread(const std::string& channel, const std::string& why, bool is_unread) {
+  const LockingCall locking;
   const std::optional<Status> report =
       refusals_.note(channel, why, is_unread, Wakeup::Clock::now());
   if (!report) return;
@@ -266,8 +274,15 @@ void Engine::tell_unread(const std::string& channel, const std::string& why, boo
   wakeup_.wake();
 }
 
+void Engine::remove(PublisherState& publisher) {
+  if (!entrance_.is_own_process()) return;
+  const LockingCall locking;
+  handles_.remove(publisher);
+}
+
 void Engine::remove(SubscriberState& subscriber) {
   if (!entrance_.is_own_process()) return;
+  const LockingCall locking;
   if (subscriber.id != 0 && keeper_.is_up()) hints_.note_end(subscriber.key->label);
   handles_.remove(subscriber);
 }

@@ -70,13 +70,9 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl);
   void tell_unread(const std::string& channel, const std::string& why, bool is_unread);
-  bool is_busy(const PublisherState& publisher) {
-    return entrance_.is_own_process() && sender_.is_busy(publisher);
-  }
+  bool is_busy(const PublisherState& publisher);
   std::mutex& gate() { return gate_; }
-  void remove(PublisherState& publisher) {
-    if (entrance_.is_own_process()) handles_.remove(publisher);
-  }
+  void remove(PublisherState& publisher);
   void remove(SubscriberState& subscriber);
 
   /// The Client is gone: no callback after this, handles answer kDisconnected.

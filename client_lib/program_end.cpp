@@ -22,6 +22,7 @@ Open& open() {
 }
 
 void end_all() {
+  if (LockingCall::is_any()) return;
   std::unique_lock lock(open().mutex, std::try_to_lock);  // of a child's parent it may be held
   if (!lock) return;
   const auto engines = std::exchange(open().engines, {});

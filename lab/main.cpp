@@ -318,7 +318,9 @@ int main(int argc, char** argv) {
     remember_interrupts();
     if (*up_command || *run_command) {
       const Elsewhere other = find_elsewhere(options.name);
-      if (!other.folder.empty() && !other.is_folder_there) {
+      if (other.is_folder_there) {
+        look_in(other.folder);
+      } else if (!other.folder.empty()) {
         throw std::runtime_error(orphans(options.name, other));
       }
     }

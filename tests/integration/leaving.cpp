@@ -1,7 +1,11 @@
 // Sends COUNT messages and ends, as a first program does: it does not run, and waits for nothing.
 // Arguments: COUNT; "wait": says that it is ready, and waits for a line before it sends; "long":
 // they are long, and their Client is never destroyed; "callback": they are sent in a callback,
-// which ends the program.
+// which ends the program; "handler": they are sent for ever, and after COUNT ms a signal's handler
+// ends it.
+#include <sys/time.h>
+
+#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <string>
@@ -38,6 +42,15 @@ int send_in_callback(int count) {
   return 1;
 }
 
+[[noreturn]] void send_until_a_handler_ends_it(int after_ms) {
+  std::signal(SIGALRM, [](int) { std::exit(0); });
+  swarmtalk::Client robot("leaving");
+  auto publisher = robot.advertise("two", swarmtalk::Sending::newest(1));
+  const itimerval when{{0, 0}, {after_ms / 1000, after_ms % 1000 * 1000}};
+  setitimer(ITIMER_REAL, &when, nullptr);
+  for (;;) static_cast<void>(publisher.send("on and on"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -46,6 +59,7 @@ int main(int argc, char** argv) {
   const std::string how = argc > 2 ? argv[2] : "";
   if (how == "long") return send_long(count);
   if (how == "callback") return send_in_callback(count);
+  if (how == "handler") send_until_a_handler_ends_it(count);
   swarmtalk::Client robot("leaving");
   auto publisher = robot.advertise("two");
   const bool waits = how == "wait";

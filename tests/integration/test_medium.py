@@ -254,6 +254,8 @@ def a_lab_is_found_below_another_runtime_folder_and_after_a_logout(folder, name,
         assert done.returncode == 0, done.stderr
         done = run(*as_nobody, tool, "--name", name, "status")
         assert done.returncode == 0 and "robot" in done.stdout.lower(), done.stderr
+        one_line(run(*as_nobody, tool, "--name", name, "up", "2", "--medium", medium).stderr,
+                 "is up; take it down with")
         # At once: the daemons make a socket that is deleted anew.
         (session / "swarmtalk-lab").rename(session / "gone")
         shutil.rmtree(session / "gone")

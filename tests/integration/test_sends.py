@@ -68,6 +68,13 @@ def what_a_program_had_not_written_when_it_ended_arrives(lab):
     assert heard == list(range(count))
 
 
+def a_handler_that_ends_a_program_does_not_wait_for_what_it_cut_short(lab):
+    """Its send() holds the lock that the end would want."""
+    for after_ms in range(1, 31):
+        done = lab.execute(1, *IN_C_PLUS_PLUS, after_ms, "handler", env=ENVIRONMENT, timeout=60)
+        assert done.returncode == 0, (after_ms, done.stderr)
+
+
 def what_was_refused_at_the_end_is_told(lab, *words):
     done = lab.execute(1, *words, env=ENVIRONMENT)
     assert done.returncode == 0
@@ -145,6 +152,7 @@ def test_what_a_program_sends_before_it_ends_arrives_or_it_is_told(udp_lab):
                   (*IN_C, "9", "leave"), BY_PYTHON, (*BY_PYTHON, "killed")):
         what_a_program_sent_before_it_ended_arrives(lab, *words)
     what_a_program_had_not_written_when_it_ended_arrives(lab)
+    a_handler_that_ends_a_program_does_not_wait_for_what_it_cut_short(lab)
     for how in ("stopped", "killed"):
         a_daemon_that_has_gone_meanwhile_is_told(lab, how, (*IN_C_PLUS_PLUS, "2", "wait"),
                                                  (*IN_C, "2", "close", "wait"),
