@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <thread>
+#include <utility>
 
 #include "tests/unit/client_lib/client_fixture.hpp"
 
@@ -29,6 +30,30 @@ class ClientEnd : public ClientTest {
     if (child == 0) ::_exit(program());
     return exit_code(child);
   }
+  /// One that waits for begin(). It is made before the daemon: to a checker of leaks what a thread
+  /// of its parent held would be lost in it.
+  pid_t program_that_exits(const std::function<void()>& program) {
+    EXPECT_EQ(::pipe(start_), 0);
+    const pid_t child = fork_quietly();
+    if (child != 0) return child;
+    ::close(start_[1]);
+    char begun = 0;
+    if (::read(start_[0], &begun, 1) != 1) ::_exit(5);
+    program();
+    std::exit(0);
+  }
+  void begin() const {
+    EXPECT_EQ(::write(start_[1], "", 1), 1);
+    for (const int end : start_) ::close(end);
+  }
+  /// How many have come, when there are so many, or after kPatience.
+  static int publications(FakeDaemon& daemon, int enough) {
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (daemon.count(is_publication) < enough && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::yield();
+    }
+    return daemon.count(is_publication);
+  }
   static int exit_code(pid_t child) {
     int status = 0;
     EXPECT_EQ(::waitpid(child, &status, 0), child);
@@ -45,46 +70,34 @@ class ClientEnd : public ClientTest {
       if (stat[name_end + 2] == 'S' || stat[name_end + 2] == 'Z') return;
     }
   }
+
+ private:
+  int start_[2] = {-1, -1};
 };
 
 TEST_F(ClientEnd, ExitWritesWhatTheSocketDidNotTake) {
   constexpr int kCount = 60;
   constexpr std::size_t kBytes = 16000;  // with the others more than any socket holds
-  FakeDaemon daemon(path);
-  daemon.max_message_bytes = kBytes;
-  pid_t child = 0;
-  int pipe[2];
-  ASSERT_EQ(::pipe(pipe), 0);
-  daemon.says = [&](const ipc::Envelope& request) -> std::vector<ipc::Envelope> {
-    if (request.has_publish() && child == 0) {
-      if (::read(pipe[0], &child, sizeof child) == sizeof child) wait_until_still(child);
-    }
-    return {};
-  };
-  const pid_t forked = fork_quietly();
-  if (forked == 0) {
-    const pid_t self = ::getpid();
-    if (::write(pipe[1], &self, sizeof self) != sizeof self) std::exit(3);
-    auto* client = new Client("test", options());
-    auto* publisher = new Publisher(client->advertise("a", Sending::queued(200)));
+  const pid_t child = program_that_exits([this] {
+    static auto* const client = new Client("test", options());
+    static auto* const publisher = new Publisher(client->advertise("a", Sending::queued(200)));
     for (int i = 0; i < kCount; ++i) {
       if (!publisher->send(std::string(kBytes, 'x'))) std::exit(2);
     }
-    std::exit(0);
-  }
-  EXPECT_EQ(exit_code(forked), 0);
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (daemon.count(is_publication) < kCount && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::yield();
-  }
-  EXPECT_EQ(daemon.count(is_publication), kCount);
-  for (const int end : pipe) ::close(end);
+  });
+  FakeDaemon daemon(path);
+  daemon.max_message_bytes = kBytes;
+  daemon.says = [&, is_first = true](const ipc::Envelope& request) mutable {
+    if (request.has_publish() && std::exchange(is_first, false)) wait_until_still(child);
+    return std::vector<ipc::Envelope>();
+  };
+  begin();
+  EXPECT_EQ(exit_code(child), 0);
+  EXPECT_EQ(publications(daemon, kCount), kCount);
 }
 
 TEST_F(ClientEnd, ExitInACallbackWritesWhatTheCallbackSent) {
-  FakeDaemon daemon(path);
-  const pid_t forked = fork_quietly();
-  if (forked == 0) {
+  const pid_t child = program_that_exits([this] {
     Client client = make_client();
     Publisher publisher = client.advertise("a");
     Publisher first = client.advertise("b", {}, [&](const Status&) {
@@ -94,13 +107,11 @@ TEST_F(ClientEnd, ExitInACallbackWritesWhatTheCallbackSent) {
     if (!first.send("now")) std::exit(3);
     client.run_for(kPatience);
     std::exit(4);
-  }
-  EXPECT_EQ(exit_code(forked), 0);
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (daemon.count(is_publication) < 2 && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::yield();
-  }
-  EXPECT_EQ(daemon.count(is_publication), 2);
+  });
+  FakeDaemon daemon(path);
+  begin();
+  EXPECT_EQ(exit_code(child), 0);
+  EXPECT_EQ(publications(daemon, 2), 2);
 }
 
 TEST_F(ClientEnd, AChildOfAForkCallsNothingAndDisturbsNothing) {
