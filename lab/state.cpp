@@ -34,6 +34,13 @@ json to_json(const ProcessId& process) {
   return {{"pid", process.pid}, {"start_time_ticks", process.start_time_ticks}};
 }
 
+/// Whether a process sees the files that we see: one of a container has other ones under our names.
+bool sees_our_files(const std::filesystem::path& process) {
+  std::error_code error;
+  const auto its = std::filesystem::read_symlink(process / "ns/mnt", error);
+  return !error && its == std::filesystem::read_symlink("/proc/self/ns/mnt", error);
+}
+
 /// Of a lab's own process: the file in the lab's folder that it was started with. Empty: another.
 std::filesystem::path own_file(const std::filesystem::path& process, const std::string& name) {
   std::ifstream file(process / "cmdline");
@@ -169,7 +176,8 @@ Elsewhere find_elsewhere(const std::string& name) {
     if (number.find_first_not_of("0123456789") != std::string::npos) continue;
     if (stat(process.path().c_str(), &its) != 0 || its.st_uid != geteuid()) continue;
     const std::filesystem::path folder = own_file(process.path(), name).parent_path();
-    if (folder.empty() || (!found.folder.empty() && folder != found.folder)) continue;
+    if (folder.empty() || !sees_our_files(process.path())) continue;
+    if (!found.folder.empty() && folder != found.folder) continue;
     found.folder = folder;
     found.processes.push_back(identify(std::stoi(number)));
   }

@@ -2,6 +2,7 @@
 #include "lab/keeper.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -221,6 +222,19 @@ TEST_F(LabElsewhere, IsFoundByItsProcesses) {
   EXPECT_TRUE(load(name_, state));
   look_in({});
   EXPECT_FALSE(load(name_, state));
+}
+
+TEST_F(LabElsewhere, IsNoneOfAContainerWithFilesOfItsOwn) {
+  const pid_t outside = fork();
+  if (outside == 0) {
+    const bool is_apart = unshare(CLONE_NEWNS) == 0;
+    if (!is_apart) _exit(77);
+    _exit(find_elsewhere(name_).processes.empty() ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(outside, &status, 0), outside);
+  if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "namespaces cannot be made here";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST_F(LabElsewhere, IsNotHeardByOneOfTheSameNameHere) {
