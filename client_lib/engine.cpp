@@ -226,7 +226,11 @@ Status Engine::get_status(DaemonStatus& status) {
 }
 
 Status Engine::get_neighbours(std::vector<Neighbour>& neighbours) {
-  return entrance_.wait([&] { return questions_.get_neighbours(neighbours); });
+  return entrance_.wait([&] {
+    Status asked = questions_.get_neighbours(neighbours);
+    if (asked && neighbours.empty()) hints_.note_nobody_around();
+    return asked;
+  });
 }
 
 Status Engine::get_pose(std::optional<Pose>& pose) {

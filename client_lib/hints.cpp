@@ -25,6 +25,13 @@ void Hints::note_wildcard(const ChannelKey& key) {
        "swarmtalk-cli status lists those of this robot's programs");
 }
 
+void Hints::note_nobody_around() {
+  if (std::exchange(has_told_nobody_, true)) return;
+  tell(
+      "no robot was heard within the last 10 s: one whose programs send nothing is heard only with "
+      "beacon_ms in its configuration");
+}
+
 void Hints::note_end(const std::string& label) const {
   if (has_run_) return;
   tell(label +

@@ -1,5 +1,5 @@
 // Hints: what a programmer is told on stderr, each once: a name that looks like a number or like a
-// wildcard, a subscription that never ran. On the owner's thread.
+// wildcard, a subscription that never ran, nobody around. On the owner's thread.
 #pragma once
 
 #include <functional>
@@ -29,6 +29,8 @@ class Hints {
   void note_name(const ChannelKey& key);
   /// The program subscribes by this key.
   void note_wildcard(const ChannelKey& key);
+  /// The program asked for the robots around, and there is none.
+  void note_nobody_around();
   /// Callbacks may run.
   void note_running() { has_run_ = true; }
   /// A subscription that the daemon knows of ends. @param label  of its channel
@@ -40,6 +42,7 @@ class Hints {
   bool has_run_ = false;
   bool has_told_wildcard_ = false;
   bool has_told_digits_ = false;
+  bool has_told_nobody_ = false;
 };
 
 }  // namespace swarmtalk::client

@@ -282,6 +282,23 @@ TEST_F(ProgramInC, SetsItsPoseAndAsksForIt) {
   daemon_.says = nullptr;
 }
 
+TEST_F(ProgramInC, IsToldOnceThatNobodyIsAroundAndWhatItTakes) {
+  daemon_.says = [](const ipc::Envelope& request) -> std::vector<ipc::Envelope> {
+    if (!request.has_get_neighbours()) return {};
+    ipc::Envelope answer;
+    answer.mutable_neighbours();
+    return {answer};
+  };
+  const auto never = [](const swarmtalk_neighbour*, void*) { ADD_FAILURE() << "nobody is there"; };
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(swarmtalk_neighbours(robot_, never, nullptr), SWARMTALK_OK);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("beacon_ms"), std::string::npos);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(swarmtalk_neighbours(robot_, never, nullptr), SWARMTALK_OK);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  daemon_.says = nullptr;
+}
+
 TEST_F(ProgramInC, IsToldWhoIsAround) {
   daemon_.says = [](const ipc::Envelope& request) -> std::vector<ipc::Envelope> {
     if (!request.has_get_neighbours()) return {};

@@ -42,6 +42,13 @@ TEST_F(HintsAlone, TellOnceThatThereAreNoWildcards) {
   EXPECT_NE(told_[0].find("'robots/+' is heard as the name of one channel"), std::string::npos);
 }
 
+TEST_F(HintsAlone, TellOnceWhatANeighbourNeedsToBeHeard) {
+  hints_.note_nobody_around();
+  hints_.note_nobody_around();
+  ASSERT_EQ(told_.size(), 1u);
+  EXPECT_NE(told_[0].find("beacon_ms"), std::string::npos);
+}
+
 TEST_F(HintsAlone, TellOfASubscriptionThatEndsBeforeAnythingRan) {
   hints_.note_end("channel hello");
   ASSERT_EQ(told_.size(), 1u);
@@ -57,6 +64,7 @@ TEST_F(HintsAlone, AreNotToldToAProgramThatPrintsItsOwnErrors) {
   hints_.tell("anything");
   hints_.note_name(named("5"));
   hints_.note_wildcard(named("#"));
+  hints_.note_nobody_around();
   hints_.note_end("channel hello");
   EXPECT_TRUE(told_.empty());
 }
