@@ -8,6 +8,13 @@
 #include "daemon/common/monotonic_ns.hpp"
 
 namespace swarmtalk::daemon {
+namespace {
+
+std::span<const std::uint8_t> bytes_of(std::string_view payload) {
+  return {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()};
+}
+
+}  // namespace
 
 Hub::Hub(ChannelTable& names, const LimitsConfig& limits, DaemonCounters& counters,
          NodeIdentity& identity)
@@ -112,7 +119,16 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
   const std::uint32_t hops = ttl.value_or(publisher.ttl);
   auto refusal =
       admission_.admit(publisher, channel, payload.size(), hops, outbox_.waiting_for_room());
-  if (refusal) return refusal;
+  if (refusal) {
+    if (refusal->code == ipc::ERROR_LINK_DOWN) {
+      PublicationHead unsent;
+      unsent.client = publisher.client->serial();
+      unsent.ttl = static_cast<std::uint8_t>(hops);
+      unsent.sent_at_ns = sent_at_ns.value_or(monotonic_ns());
+      deliver_here(unsent, channel, bytes_of(payload));
+    }
+    return refusal;
+  }
   outbox_.publish(publisher, channel, number, payload, static_cast<std::uint8_t>(hops), sent_at_ns);
   return std::nullopt;
 }
@@ -139,30 +155,42 @@ void Hub::on_outgoing(const Publication& publication, std::size_t station, Chann
     return s->client->serial() != publication.client;
   };
   if (std::none_of(channel.subscriptions.begin(), channel.subscriptions.end(), is_other)) return;
-  MessageHead head;
-  head.channel = channel.number;
+  MessageHead head = own_head(channel);
   head.sender = stations_[station].identity().id();
-  head.epoch = identity_.epoch() & 0xFFFFu;  // as a packet carries it
   head.number = number;
-  head.distance_m = 0.0f;
   head.ttl = publication.ttl;
-  head.received_at_ns = monotonic_ns();
   if (channel.is_timestamped) head.buffering_delay_us = publication.told_us(head.received_at_ns);
   head.crossed_gateway = publication.rule != nullptr;
   head.origin = publication.origin;
   delivery_.deliver_own(channel, head, publication.bytes(), publication.client);
 }
 
-void Hub::tell_programs(const Publisher& publisher, std::string_view payload) {
+void Hub::on_stayed_here(const Publication& publication, Channel& channel) {
+  deliver_here(publication, channel, publication.bytes());
+}
+
+// Whether a robot's programs hear each other does not depend on its links.
+void Hub::deliver_here(const PublicationHead& publication, Channel& channel,
+                       std::span<const std::uint8_t> payload) {
+  MessageHead head = own_head(channel);
+  head.ttl = publication.ttl;
+  if (channel.is_timestamped) head.buffering_delay_us = publication.told_us(head.received_at_ns);
+  delivery_.deliver_own(channel, head, payload, publication.client);
+}
+
+MessageHead Hub::own_head(const Channel& channel) const {
   MessageHead head;
-  head.channel = publisher.channel;
+  head.channel = channel.number;
   head.sender = identity_.id();
-  head.epoch = identity_.epoch() & 0xFFFFu;
+  head.epoch = identity_.epoch() & 0xFFFFu;  // as a packet carries it
   head.distance_m = 0.0f;
   head.received_at_ns = monotonic_ns();
-  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(payload.data());
-  delivery_.deliver_own(*channels_.find(publisher.channel), head, {bytes, payload.size()},
-                        publisher.client->serial());
+  return head;
+}
+
+void Hub::tell_programs(const Publisher& publisher, std::string_view payload) {
+  Channel& channel = *channels_.find(publisher.channel);
+  delivery_.deliver_own(channel, own_head(channel), bytes_of(payload), publisher.client->serial());
 }
 
 void Hub::on_last_message(Station& station, const MessageHead& head) {

@@ -57,7 +57,8 @@ class Hub final : public StationUser, private OutgoingListener {
   std::optional<Refusal> advertise(const ChannelRequest& request, Publisher& publisher);
   void unadvertise(Publisher& publisher);
 
-  /// Accepts a message: on_sent() or on_unsent() of the client follows exactly once.
+  /// Accepts a message: on_sent() or on_unsent() of the client follows exactly once. One that is
+  /// refused because no link is up is heard by the programs of this robot.
   /// @param sent_at_ns  monotonic, when the app sent it; none or in the future: now
   std::optional<Refusal> publish(Publisher& publisher, std::uint64_t number,
                                  std::string_view payload, std::optional<std::uint32_t> ttl,
@@ -122,6 +123,10 @@ class Hub final : public StationUser, private OutgoingListener {
                                     const ChannelRequest& request) const;
   void on_outgoing(const Publication& publication, std::size_t station, Channel& channel,
                    std::uint32_t number) override;
+  void on_stayed_here(const Publication& publication, Channel& channel) override;
+  void deliver_here(const PublicationHead& publication, Channel& channel,
+                    std::span<const std::uint8_t> payload);
+  MessageHead own_head(const Channel& channel) const;
 
   DaemonCounters& counters_;
   NodeIdentity& identity_;

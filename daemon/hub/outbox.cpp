@@ -255,6 +255,7 @@ void Outbox::finish(Publication& publication, Channel& channel, bool was_sent) {
     if (client != nullptr) client->on_sent(*owner, publication.number);
   } else {
     ++counters_.messages_link_down;
+    if (!publication.is_heard_locally) listener_.on_stayed_here(publication, channel);
     if (client != nullptr) {
       client->on_unsent(owner->id, publication.number,
                         {ipc::ERROR_LINK_DOWN,

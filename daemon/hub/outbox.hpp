@@ -28,6 +28,8 @@ class OutgoingListener {
   /// @param number  that it has there
   virtual void on_outgoing(const Publication& publication, std::size_t station, Channel& channel,
                            std::uint32_t number) = 0;
+  /// No station could take a program's message.
+  virtual void on_stayed_here(const Publication& publication, Channel& channel) = 0;
 };
 
 class Outbox {

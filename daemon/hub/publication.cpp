@@ -4,11 +4,11 @@
 
 namespace swarmtalk::daemon {
 
-std::uint64_t Publication::waited_us(std::uint64_t now_ns) const {
+std::uint64_t PublicationHead::waited_us(std::uint64_t now_ns) const {
   return (now_ns - std::min(now_ns, sent_at_ns)) / 1000;
 }
 
-std::uint32_t Publication::told_us(std::uint64_t now_ns) const {
+std::uint32_t PublicationHead::told_us(std::uint64_t now_ns) const {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(waited_us(now_ns), UINT32_MAX));
 }
 

@@ -36,6 +36,12 @@ struct PublicationHead {
   std::optional<GatewayOrigin> origin;
   bool is_replaced = false;  // by a newer copy
   std::uint64_t serial = 0;  // of all publications: the memory is used again, this is not
+
+  /// Since its program sent it. The client says when; a time to come counts as now.
+  /// @param now_ns  monotonic
+  std::uint64_t waited_us(std::uint64_t now_ns) const;
+  /// The same as a delivery tells it: at most UINT32_MAX, 71 minutes.
+  std::uint32_t told_us(std::uint64_t now_ns) const;
 };
 
 struct Publication : PublicationHead {
@@ -44,11 +50,6 @@ struct Publication : PublicationHead {
   std::span<const std::uint8_t> bytes() const {
     return {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()};
   }
-  /// Since its program sent it. The client says when; a time to come counts as now.
-  /// @param now_ns  monotonic
-  std::uint64_t waited_us(std::uint64_t now_ns) const;
-  /// The same as a delivery tells it: at most UINT32_MAX, 71 minutes.
-  std::uint32_t told_us(std::uint64_t now_ns) const;
 };
 
 class PublicationPool {

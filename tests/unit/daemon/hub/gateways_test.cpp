@@ -11,6 +11,7 @@ namespace {
 class NobodyListens final : public OutgoingListener {
  public:
   void on_outgoing(const Publication&, std::size_t, Channel&, std::uint32_t) override {}
+  void on_stayed_here(const Publication&, Channel&) override {}
 };
 
 class GatewaysAlone : public testing::Test {

@@ -137,6 +137,23 @@ TEST_F(HubTest, LinkDownIsToldAtOnceAndWhy) {
   EXPECT_THAT(refusal->text, HasSubstr("interface fake0 is gone"));
 }
 
+TEST_F(HubTest, ProgramsOfThisRobotHearEachOtherWithoutALink) {
+  subscription(a_, 1);
+  const std::uint32_t id = subscription(b_, 1).id;
+  auto& from = publisher(a_, 1);
+  publish(from, 1, "leaves");
+  publish(publisher(a_, 1), 2, "waits");
+  station_.set_up(false);
+  hub_.give_up_on_dead_links();
+  EXPECT_EQ(code_of(publish(from, 3, "stays")), ipc::ERROR_LINK_DOWN);
+  EXPECT_EQ(code_of(publish(from, 4, std::string(1001, 'x'))), ipc::ERROR_TOO_LONG);
+  EXPECT_THAT(b_.heard, ElementsAre(std::tuple(id, "leaves", true), std::tuple(id, "waits", true),
+                                    std::tuple(id, "stays", true)));
+  EXPECT_EQ(b_.last->sender, 5);
+  EXPECT_EQ(b_.last->number, 0u);
+  EXPECT_TRUE(a_.heard.empty());
+}
+
 TEST_F(HubTest, LinkThatGoesDownGivesUpWhatWaits) {
   auto& a = publisher(a_, 1);
   auto& b = publisher(b_, 1);

@@ -14,7 +14,11 @@ class Outgoing final : public OutgoingListener {
                    std::uint32_t number) override {
     heard.emplace_back(publication.payload, station, number);
   }
+  void on_stayed_here(const Publication& publication, Channel&) override {
+    stayed.push_back(publication.payload);
+  }
   std::vector<std::tuple<std::string, std::size_t, std::uint32_t>> heard;
+  std::vector<std::string> stayed;
 };
 
 class OutboxAlone : public testing::Test {
@@ -105,6 +109,8 @@ TEST_F(OutboxAlone, GivesUpWhatWaitsForDeadLinks) {
   EXPECT_FALSE(outbox_.give_up_on_dead_links());
   EXPECT_EQ(client_.unsent, (std::vector<std::pair<std::uint64_t, ipc::ErrorCode>>{
                                 {1, ipc::ERROR_LINK_DOWN}, {2, ipc::ERROR_LINK_DOWN}}));
+  EXPECT_EQ(outgoing_.heard.size(), 1u);
+  EXPECT_EQ(outgoing_.stayed, std::vector<std::string>{"y"}) << "x was heard as it began to leave";
 }
 
 TEST_F(OutboxAlone, LetsAllMessagesLeaveWithoutTheirPublisher) {
