@@ -1,5 +1,6 @@
 #include "client_lib/connection.hpp"
 
+#include <fcntl.h>
 #include <grp.h>
 #include <poll.h>
 #include <pwd.h>
@@ -11,6 +12,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+
+#include "client_lib/descriptors.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -29,6 +32,10 @@ bool is_other_file(const std::string& path) {
 
 /// What helps a user who may not write to this socket.
 std::string who_may_connect(const std::string& path) {
+  if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0) {
+    return "this user may use it, so something else confines the program (a container, a snap, "
+           "AppArmor, SELinux, or the sandbox of a unit): allow it this socket there";
+  }
   struct stat its {};
   std::string group = "swarmtalk";
   if (::stat(path.c_str(), &its) == 0) {
@@ -99,7 +106,7 @@ Status Connection::open(const std::string& path) {
                                                 " bytes: " + path);
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  fd_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  fd_ = above_standard_streams(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (fd_ < 0) {
     return Status(StatusCode::kSystem, std::string("cannot open a socket: ") + strerror(errno));
   }

@@ -14,6 +14,8 @@
 #include <optional>
 #include <system_error>
 
+#include "client_lib/descriptors.hpp"
+
 namespace swarmtalk::client {
 namespace {
 
@@ -62,9 +64,9 @@ std::optional<bool> wait_directly(int, Wakeup::Clock::time_point) {
 }  // namespace
 
 Wakeup::Wakeup() {
-  epoll_fd_ = ::epoll_create1(EPOLL_CLOEXEC);
-  timer_fd_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
-  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  epoll_fd_ = above_standard_streams(::epoll_create1(EPOLL_CLOEXEC));
+  timer_fd_ = above_standard_streams(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
+  wake_fd_ = above_standard_streams(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
   bool ok = epoll_fd_ >= 0 && timer_fd_ >= 0 && wake_fd_ >= 0;
   for (int fd : {timer_fd_, wake_fd_}) {
     epoll_event event{};

@@ -1,5 +1,6 @@
 #include "usage/usage.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +17,14 @@ namespace {
 constexpr std::size_t kUsualColumns = 80;
 constexpr std::size_t kNarrow = 72;  // then descriptions begin on a line of their own
 constexpr std::size_t kNarrowIndent = 4;
+
+// Reading or writing there goes on to fail.
+void occupy_standard_streams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) != -1) continue;
+    ::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // the lowest that is free
+  }
+}
 
 std::size_t help_columns() {
   const std::size_t told = columns(STDOUT_FILENO);
@@ -85,6 +94,7 @@ std::string folded(const std::string& text, int fd) {
 }
 
 void prepare(CLI::App& app, const std::string& version) {
+  occupy_standard_streams();
   app.formatter(std::make_shared<Formatter>());
   app.set_version_flag("-V,--version", version);
   app.add_flag_callback("--describe",

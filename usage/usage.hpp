@@ -8,7 +8,8 @@
 
 namespace swarmtalk::usage {
 
-/// Called once, before the subcommands are added.
+/// Called once, before the subcommands are added and anything is opened: where descriptors 0 to 2
+/// are closed, /dev/null takes their place, so that what is printed cannot go into a socket.
 /// @param version  what --version prints
 void prepare(CLI::App& app, const std::string& version);
 

@@ -352,6 +352,16 @@ TEST_F(Cli, AFullDiskIsOneLineAndExitCode1) {
   }
 }
 
+TEST_F(Cli, StandardStreamsThatAreClosedAreNoPlaceForASocket) {
+  const std::string command = std::string("exec ") + SWARMTALK_CLI + " --socket " + path;
+  Program program({"-c", command + " sub x <&- 2>&-"}, nullptr, "/bin/sh");
+  wait_for_subscriptions(1);
+  EXPECT_EQ(program.descriptor(0), "/dev/null");
+  EXPECT_EQ(program.descriptor(2), "/dev/null");
+  program.signal(SIGTERM);
+  program.finish();
+}
+
 TEST_F(Cli, NoDaemonIsExitCode3WithTheRemedy) {
   daemon.kill();
   for (const Strings& arguments : {Strings{"pub", "c", "x"}, {"sub", "c"}, {"status"}}) {

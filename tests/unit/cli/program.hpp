@@ -9,6 +9,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -86,6 +87,12 @@ class Program {
   std::string read_line() { return read(out_, '\n'); }
   std::string read_error_line() { return read(error_, '\n'); }
   std::string read_until(char last) { return read(out_, last); }
+  /// What its descriptor is; empty: it is closed.
+  std::string descriptor(int fd) const {
+    std::error_code none;
+    const std::string link = "/proc/" + std::to_string(pid_) + "/fd/" + std::to_string(fd);
+    return std::filesystem::read_symlink(link, none);
+  }
   /// Until it waits for something itself; at most a minute.
   void wait_until_it_waits() const {
     for (int i = 0; i < 60'000; ++i) {

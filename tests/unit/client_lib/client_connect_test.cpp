@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -10,6 +11,7 @@
 #include <filesystem>
 
 #include "client_lib/connection.hpp"
+#include "client_lib/wakeup.hpp"
 #include "tests/unit/client_lib/client_fixture.hpp"
 
 namespace swarmtalk::test {
@@ -103,6 +105,29 @@ TEST_F(ClientConnect, TellsWhatHelpsWhoMayNotConnect) {
   ::close(fd);
   const Status standard = client::connect_error(EACCES, ipc::kDefaultSocketPath + std::string("?"));
   EXPECT_TRUE(has(standard, "join group swarmtalk")) << standard.text();
+}
+
+TEST_F(ClientConnect, TellsWhoMayConnectAndCannotThatSomethingElseConfinesIt) {
+  const int fd = bind_socket(path);
+  const Status confined = client::connect_error(EPERM, path);
+  EXPECT_EQ(confined.code(), StatusCode::kNoPermission);
+  EXPECT_TRUE(has(confined, "something else confines the program")) << confined.text();
+  ::close(fd);
+}
+
+TEST_F(ClientConnect, TakesNoPlaceOfAStandardStreamThatIsClosed) {
+  const int listening = bind_socket(path);
+  const int kept = ::dup(STDIN_FILENO);
+  ::close(STDIN_FILENO);
+  client::Wakeup wakeup;
+  client::Connection connection;
+  const Status connected = connection.open(path);
+  const bool is_free = ::fcntl(STDIN_FILENO, F_GETFD) == -1;
+  ::dup2(kept, STDIN_FILENO);
+  ::close(kept);
+  ::close(listening);
+  EXPECT_TRUE(connected) << connected.text();
+  EXPECT_TRUE(is_free);
 }
 
 TEST_F(ClientConnect, NamesBothVersionsWhenTheyDiffer) {
