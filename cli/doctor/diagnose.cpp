@@ -152,8 +152,9 @@ void diagnose_daemon(const Facts& facts, Report& report) {
   const DaemonFacts& daemon = facts.daemon;
   using State = DaemonFacts::State;
   if (daemon.state == State::kNoPermission) {
-    report.add({"socket-permission", Severity::kError, "socket", daemon.trouble,
-                "sudo usermod -aG swarmtalk $USER, then log in again"});
+    const std::size_t remedy = daemon.trouble.find("; ");
+    report.add({"socket-permission", Severity::kError, "socket", daemon.trouble.substr(0, remedy),
+                remedy == std::string::npos ? "" : daemon.trouble.substr(remedy + 2)});
     return;
   }
   if (daemon.state != State::kRuns) {

@@ -197,6 +197,17 @@ TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
   }
 }
 
+TEST_F(CabledRobot, HasASocketThatItMayNotUseAndTheOneRemedyThatConnectingNamed) {
+  daemon_.state = State::kNoPermission;
+  daemon_.trouble = "no permission for /run/s; it is for ada alone: run the program as ada, or so";
+  daemon_.is_config_compared = false;
+  daemon_.links.clear();
+  facts_.interfaces.clear();
+  const Finding found = only("socket-permission");
+  EXPECT_EQ(found.what, "no permission for /run/s");
+  EXPECT_EQ(found.remedy, "it is for ada alone: run the program as ada, or so");
+}
+
 TEST_F(CabledRobot, HasAWrongConfigurationWhetherTheDaemonRunsOrNot) {
   daemon_.config_error = "robot.toml:7: unknown key 'links.air.beacon'";
   EXPECT_EQ(only("configuration-wrong").what, *daemon_.config_error);
