@@ -2,6 +2,8 @@
 // that have just this one fault.
 #pragma once
 
+#include <cstddef>
+
 #include "cli/doctor/facts.hpp"
 #include "cli/doctor/finding.hpp"
 
@@ -13,12 +15,16 @@ inline constexpr int kWeakSignalDbm = -75;
 /// A broadcast of 100 bytes takes 1.7 ms at 1 Mb/s and 0.3 ms at 6 Mb/s.
 inline constexpr double kLeastBroadcastMbps = 5.5;
 
+/// Of Ethernet and Wi-Fi, and the longest frame that a link sends.
+inline constexpr std::size_t kUsualMtuBytes = 1500;
+
 /// All of this robot.
 void diagnose(const Facts& facts, const Expected& expected, Report& report);
 
 // Parts of it.
 void diagnose_daemon(const Facts& facts, Report& report);
 void diagnose_address(const Facts& facts, const LinkFacts& link, Report& report);
+void diagnose_losses(const Facts& facts, const LinkFacts& link, Report& report);
 void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& report);
 /// @return whether something was found that explains a link that is down
 bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, Report& report);

@@ -46,6 +46,21 @@ std::string hex(std::uint32_t ethertype) {
   return text;
 }
 
+/// The interface with the smaller MTU drops longer frames, and nothing tells their sender.
+void compare_mtus(const PeerFacts& peer, const LinkFacts* link, const Facts& own, Report& report) {
+  if (!peer.report || peer.report->mtu_bytes == 0) return;
+  if (link == nullptr || link->type != "raw_l2") return;
+  for (const InterfaceFacts& each : own.interfaces) {
+    if (each.name != link->interface || each.index == 0) continue;
+    const std::size_t theirs = peer.report->mtu_bytes;
+    if (std::min(theirs, kUsualMtuBytes) == std::min(each.mtu_bytes, kUsualMtuBytes)) return;
+    report.add({"mtu-differs", Severity::kWarning, "robot " + std::to_string(peer.robot),
+                "the MTU of its interface is " + std::to_string(theirs) + ", and of this robot's " +
+                    std::to_string(each.mtu_bytes) + ": the smaller drops longer frames",
+                "sudo ip link set INTERFACE mtu 1500, on the robot that has less"});
+  }
+}
+
 /// What differs by both robots' own words. @return whether something was found
 bool compare(const PeerFacts& peer, const LinkFacts* link, const RadioFacts* radio,
              Report& report) {
@@ -211,6 +226,7 @@ void diagnose_peer(const PeerFacts& peer, const Facts& own, Report& report) {
          "its daemon is version " + peer.report->version + ", this robot's " + own.daemon.version,
          "install one release on all robots"});
   }
+  compare_mtus(peer, link, own, report);
   if (peer.answered == 0) {
     // A link that is down, or that both have one hardware address, has been told already.
     if (link != nullptr && link->is_up && !is_twin) diagnose_silence(peer, link, radio, report);

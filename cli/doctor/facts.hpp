@@ -56,6 +56,8 @@ struct NeighbourFacts {
   bool is_duplicate = false;
   std::optional<int> signal_dbm;
   bool is_ghost = false;
+  double loss = 0;                // share of its frames that did not come lately
+  std::uint32_t loss_frames = 0;  // of which that is the share
 };
 
 struct DaemonFacts {

@@ -15,7 +15,6 @@ namespace swarmtalk::cli::doctor {
 namespace {
 
 constexpr std::uint32_t kMulticastRate100kbps = 60;  // the lowest of OFDM
-constexpr int kUsualMtuBytes = 1500;
 
 std::string outcome(int error) {
   if (error == 0) return {};
@@ -47,7 +46,7 @@ std::string switch_on(const std::string& name) {
 
 std::string set_usual_mtu(const std::string& name) {
   return change(name, SIOCSIFMTU, [](int, ifreq& request) {
-    request.ifr_mtu = kUsualMtuBytes;
+    request.ifr_mtu = static_cast<int>(kUsualMtuBytes);
     return true;
   });
 }
@@ -84,7 +83,7 @@ void add_fixes(const Facts& facts, const Expected& expected,
     if (finding.id == "interface-down") {
       finding.fix = [name] { return switch_on(name); };
       finding.fix_text = name + " is switched on now";
-    } else if (finding.id == "mtu-small") {
+    } else if (finding.id == "mtu-small" && finding.severity != Severity::kNote) {
       finding.fix = [name] { return set_usual_mtu(name); };
       finding.fix_text = "the MTU of " + name + " is 1500 now";
     } else if (finding.id == "configuration-changed") {

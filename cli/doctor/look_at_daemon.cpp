@@ -178,6 +178,8 @@ void take_neighbours(const ipc::Neighbours& neighbours, DaemonFacts& facts) {
     made.age_ms = each.age_ms();
     made.is_duplicate = each.duplicate_id();
     made.is_ghost = each.ghost();
+    made.loss = static_cast<double>(each.loss());
+    made.loss_frames = each.loss_frames();
     if (each.has_signal_dbm()) made.signal_dbm = each.signal_dbm();
   }
 }

@@ -31,6 +31,7 @@ struct PeerReport {
   std::string mode, network, bssid;  // empty: not a radio, or not told
   std::uint32_t frequency_mhz = 0;   // 0: not told
   std::uint32_t ethertype = 0;       // 0: not told
+  std::uint32_t mtu_bytes = 0;       // of its interface under raw_l2; 0: not told
 };
 
 struct PeerFacts {

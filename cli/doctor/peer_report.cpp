@@ -22,6 +22,9 @@ std::optional<PeerReport> read_report(const nlohmann::ordered_json& json, std::u
   for (const auto& link : json["links"]) {
     if (!link.is_object()) return std::nullopt;
     if (report.ethertype == 0) report.ethertype = number(link, "ethertype");
+    if (report.mtu_bytes == 0 && text(link, "type") == "raw_l2") {
+      report.mtu_bytes = number(link, "interface_mtu_bytes");
+    }
     if (report.mode.empty() && link.contains("radio") && link["radio"].is_object()) {
       report.mode = text(link["radio"], "mode");
       report.network = text(link["radio"], "network");

@@ -45,12 +45,16 @@ Json link_json(const LinkFacts& link, const Facts& facts) {
     if (each.link == link.name) hears.push_back(each.node_id);
   }
   Json radio = nullptr;
+  Json mtu = nullptr;
   for (const InterfaceFacts& each : facts.interfaces) {
-    if (each.name == link.interface && each.radio) radio = radio_json(*each.radio);
+    if (each.name != link.interface || each.index == 0) continue;
+    mtu = each.mtu_bytes;
+    if (each.radio) radio = radio_json(*each.radio);
   }
   return {{"name", link.name},
           {"type", link.type},
           {"interface", text_or_null(link.interface)},
+          {"interface_mtu_bytes", mtu},
           {"up", link.is_up},
           {"ethertype", link.ethertype == 0 ? Json(nullptr) : Json(link.ethertype)},
           {"sealed", link.is_sealed},

@@ -72,6 +72,7 @@ void fill_neighbour(Station& station, const Neighbour& from, Neighbour::Time now
   to.set_frames(from.frames);
   to.set_frames_lost(from.frames_lost);
   to.set_loss(static_cast<float>(from.loss()));
+  to.set_loss_frames(from.loss_frames());
   to.set_duplicate_id(from.is_duplicate);
   to.set_out_of_range(from.is_out_of_range);
   to.set_ghost(from.is_ghost);

@@ -25,9 +25,12 @@ std::uint64_t to_ns(Neighbour::Time time) {
 }  // namespace
 
 double Neighbour::loss() const {
-  const double heard = window_heard_ + previous_heard_;
   const double lost = window_lost_ + previous_lost_;
-  return heard + lost > 0 ? lost / (heard + lost) : 0.0;
+  return loss_frames() > 0 ? lost / loss_frames() : 0.0;
+}
+
+std::uint32_t Neighbour::loss_frames() const {
+  return window_heard_ + previous_heard_ + window_lost_ + previous_lost_;
 }
 
 Neighbours::Duplicate Neighbours::heard(const drivers::FrameReception& frame, const Range& range,

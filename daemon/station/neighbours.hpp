@@ -34,6 +34,8 @@ struct Neighbour {
 
   /// Share of its frames that did not come in the last 5 to 10 s in which it was heard: 0 to 1.
   double loss() const;
+  /// Frames heard and lost of which that is the share.
+  std::uint32_t loss_frames() const;
 
  private:
   friend class Neighbours;

@@ -20,6 +20,8 @@ namespace swarmtalk::drivers {
 namespace {
 
 constexpr std::uint16_t kSmallestEthertype = 0x0600;  // below, the field is a length (IEEE 802.3)
+// Of Ethernet and, as drivers set it, of Wi-Fi. Nothing longer is sent, whatever this interface
+// takes: one of another robot drops what is longer than its own.
 constexpr std::size_t kUsualMtuBytes = 1500;
 
 void check(const RawL2Config& config, const InterfaceInfo& interface) {
@@ -121,7 +123,7 @@ void RawL2Link::refresh() {
     return set_state(false, "down: cannot bind to " + name + ": " + std::strerror(errno));
   }
   write_ethernet_header(interface);
-  set_limits(std::min(interface.mtu_bytes, frame::kMaxFrameBytes),
+  set_limits(std::min(interface.mtu_bytes, kUsualMtuBytes),
              kEthernetHeaderBytes + std::max(interface.mtu_bytes, kUsualMtuBytes));
   const std::string renamed =
       interface.name == config_.interface ? "" : " (renamed to '" + interface.name + "')";

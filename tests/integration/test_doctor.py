@@ -168,6 +168,23 @@ def test_a_small_mtu_is_named_and_set_right(pair):
     assert examine(robot)[0] == {}
 
 
+def test_a_robot_of_which_most_is_lost_is_named_and_its_mtu_compared(wires, pair):
+    robot, other = pair
+    other.execute("ip", "link", "set", "a0", "mtu", "1468")
+    report = pathlib.Path(wires.file("report"))
+    report.write_text(other.cli("doctor", "--json", "--period", WATCH_S).stdout)
+    only(robot, "mtu-differs", "--peer", 2, "--peer-report", report)
+    wires.lose("a", 0.8)
+
+    def share():
+        each, = json.loads(robot.cli("neighbours", "--json").stdout)["neighbours"]
+        return each["loss"]
+
+    wait_for(lambda: share() > 0.75, what="the loss")
+    finding = only(robot, "neighbour-lossy")
+    assert finding["subject"] == "link air" and "robot 2 " in finding["what"]
+
+
 def test_a_user_outside_the_group_is_told(robot):
     os.chmod(pathlib.Path(robot.socket).parent, 0o755)
     os.chmod(robot.socket, 0o660)

@@ -17,7 +17,7 @@ NAMES = {"clients_served": "programs", "distance_m": "distance", "bearing_rad": 
          "age_ms": "age", "uptime_ms": "uptime"}
 # For swarmtalk-cli doctor and people who look.
 NOT_HANDED_ON = {
-    "Neighbour": {"signal_dbm"}, "ChannelStatus": set(), "ClientStatus": set(),
+    "Neighbour": {"signal_dbm", "loss_frames"}, "ChannelStatus": set(), "ClientStatus": set(),
     "Status": {"users"},
     "LinkStatus": {"interface", "ethertype", "sealed", "air_rate_mbps", "asked_buffer_bytes",
                    "given_buffer_bytes", "packet_limit_bytes", "forward_jitter_us"}}

@@ -180,6 +180,65 @@ TEST_F(CabledRobot, HasASmallMtu) {
   EXPECT_NE(small.what.find("500 of 1400"), std::string::npos);
 }
 
+TEST_F(CabledRobot, IsToldOfAnMtuThatOthersMayExceed) {
+  facts_.interfaces[0].mtu_bytes = 1468;
+  const Finding small = only("mtu-small");
+  EXPECT_EQ(small.severity, Severity::kNote);
+  EXPECT_NE(small.remedy.find("sudo ip link set a0 mtu 1500"), std::string::npos);
+  Report made = report();
+  add_fixes(facts_, expected_, {}, nullptr, made);
+  EXPECT_FALSE(made.findings[0].fix) << "all robots may have this MTU";
+  facts_.interfaces[0].mtu_bytes = 9000;
+  EXPECT_TRUE(report().findings.empty());
+  facts_.interfaces[0].mtu_bytes = 1468;
+  daemon_.links[0].type = "udp";
+  EXPECT_TRUE(report().findings.empty()) << "frames of UDP follow the path";
+}
+
+TEST_F(CabledRobot, HearsTooLittleOfAnother) {
+  const auto hears = [this](double loss, std::uint32_t frames) {
+    daemon_.neighbours[0].loss = loss;
+    daemon_.neighbours[0].loss_frames = frames;
+    return report().has_findings();
+  };
+  EXPECT_FALSE(hears(0.4, 1000)) << "usual on a full Wi-Fi";
+  EXPECT_FALSE(hears(0.5, 10)) << "may be chance";
+  EXPECT_FALSE(hears(0.6, 20));
+  EXPECT_TRUE(hears(0.75, 10));
+  EXPECT_TRUE(hears(0.68, 150));
+  daemon_.neighbours.push_back(daemon_.neighbours[0]);
+  daemon_.neighbours[1].node_id = 7;
+  daemon_.neighbours[1].loss = 0.9;
+  const Finding found = only("neighbour-lossy");
+  EXPECT_EQ(found.severity, Severity::kWarning);
+  EXPECT_EQ(found.subject, "link air");
+  EXPECT_NE(found.what.find("robot 2 68 %, robot 7 90 %"), std::string::npos);
+  EXPECT_NE(found.remedy.find("swarmtalk-cli doctor --peer 2`"), std::string::npos);
+  EXPECT_NE(found.remedy.find("1500 here"), std::string::npos);
+  daemon_.links[0].rises["kernel_drops"] = 3;
+  only("kernel-drops");
+}
+
+TEST_F(CabledRobot, HasAnotherMtuThanThePeerByItsReport) {
+  PeerFacts peer;
+  peer.robot = 2;
+  peer.asked = peer.heard_there = peer.answered = 75;
+  const auto ids = [&](std::size_t ours, std::uint32_t theirs) {
+    facts_.interfaces[0].mtu_bytes = ours;
+    peer.report.emplace().mtu_bytes = theirs;
+    Report made;
+    diagnose_peer(peer, facts_, made);
+    std::string all;
+    for (const Finding& each : made.findings) all += each.id;
+    return all;
+  };
+  EXPECT_EQ(ids(1500, 1468), "mtu-differs");
+  EXPECT_EQ(ids(600, 1500), "mtu-differs");
+  EXPECT_EQ(ids(1468, 1468), "");
+  EXPECT_EQ(ids(1500, 9000), "") << "longer frames are never sent";
+  EXPECT_EQ(ids(600, 0), "") << "it does not tell";
+}
+
 TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
   daemon_.trouble = "what connecting said";
   daemon_.is_config_compared = false;
@@ -371,6 +430,8 @@ TEST(DaemonAnswers, NameRobotsThatShareAnId) {
     each.set_node_id(7);
     each.set_address(address);
     each.set_duplicate_id(true);
+    each.set_loss(0.75F);
+    each.set_loss_frames(40);
   }
   DaemonFacts facts;
   take_neighbours(neighbours, facts);
@@ -378,6 +439,8 @@ TEST(DaemonAnswers, NameRobotsThatShareAnId) {
   EXPECT_EQ(facts.neighbours[1].address, "02:00:00:00:07:02");
   EXPECT_TRUE(facts.neighbours[1].is_duplicate);
   EXPECT_FALSE(facts.neighbours[1].signal_dbm);
+  EXPECT_EQ(facts.neighbours[1].loss, 0.75);
+  EXPECT_EQ(facts.neighbours[1].loss_frames, 40u);
 }
 
 TEST(DaemonAnswers, AreMissedWhereNoDaemonIs) {

@@ -394,7 +394,8 @@ TEST_F(Peer, IsElsewhereByItsOwnReport) {
 
 TEST(PeerReport, IsReadFromWhatDoctorPrintsAndNothingElse) {
   const auto json = nlohmann::ordered_json::parse(R"({"robot": {"node_id": 2, "version": "1.2.3"},
-      "links": [{"ethertype": 34997, "hears": [1, 3], "radio": {"mode": "ibss", "network": "swarm",
+      "links": [{"type": "udp", "interface_mtu_bytes": 1400},
+      {"type": "raw_l2", "interface_mtu_bytes": 1468, "ethertype": 34997, "hears": [1, 3], "radio": {"mode": "ibss", "network": "swarm",
       "bssid": "02:11:22:33:44:55", "frequency_mhz": 2412}}]})");
   const auto report = read_report(json, 3);
   ASSERT_TRUE(report);
@@ -402,6 +403,7 @@ TEST(PeerReport, IsReadFromWhatDoctorPrintsAndNothingElse) {
   EXPECT_FALSE(read_report(json, 4)->hears_us);
   EXPECT_EQ(report->ethertype, 0x88b5u);
   EXPECT_EQ(report->network, "swarm");
+  EXPECT_EQ(report->mtu_bytes, 1468u);
   for (const char* text : {"{}", "[]", "1", R"({"robot": 1, "links": []})",
                            R"({"robot": {}, "links": 3})", R"({"robot": {}, "links": [1]})"}) {
     const auto bad = nlohmann::ordered_json::parse(text);

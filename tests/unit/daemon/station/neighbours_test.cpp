@@ -47,6 +47,7 @@ TEST_F(NeighboursTest, GapsInTheCountOfFramesAreLoss) {
   hear(9, 1, 104);
   EXPECT_EQ(list()[0].frames_lost, 2u);
   EXPECT_DOUBLE_EQ(list()[0].loss(), 0.4);
+  EXPECT_EQ(list()[0].loss_frames(), 5u);
 }
 
 TEST_F(NeighboursTest, LossOfLongAgoIsForgotten) {
@@ -57,6 +58,7 @@ TEST_F(NeighboursTest, LossOfLongAgoIsForgotten) {
     hear(9, 1, i);
   }
   EXPECT_EQ(list()[0].loss(), 0.0);
+  EXPECT_LE(list()[0].loss_frames(), 10u);
   EXPECT_EQ(list()[0].frames_lost, 9u);
 }
 

@@ -199,7 +199,7 @@ void RawL2Changes::follow_the_mtu() {
     const std::size_t b_had = user_b_.received.size();
     a_->wake();
     ASSERT_TRUE(run_until(io_, [&] { return user_b_.received.size() == b_had + 20; }));
-    EXPECT_EQ(counter(*a_, "frames_sent") - had, mtu == 9000 ? 4U : 20U);
+    EXPECT_EQ(counter(*a_, "frames_sent") - had, 20U) << "others may take 1500 bytes only";
   }
   EXPECT_EQ(counter(*b_, "frames_truncated"), 0U);
   for (const char side : {'a', 'b'}) network_->ip(side, "link set air0 mtu 1500");
