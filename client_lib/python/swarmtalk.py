@@ -177,7 +177,7 @@ def _open_timer():
     """A descriptor that becomes readable at a time set with _set_timer()."""
     fd = _libc.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | 0o2000000)
     if fd < 0:
-        raise Error("system", "cannot make a timer: " + os.strerror(ctypes.get_errno()))
+        raise OSError(ctypes.get_errno(), "timerfd_create")
     return fd
 
 
@@ -294,10 +294,38 @@ def _is_of_a_handler():
     and not of what was called here."""
     if sys.version_info[0] == 2:
         return False  # there sockets are Python too: it cannot be told
-    place = sys.exc_info()[2]
-    while place is not None and place.tb_frame.f_globals is globals():
+    place, ours, sockets = sys.exc_info()[2], globals(), vars(socket)
+    while place is not None and (
+            place.tb_frame.f_globals is ours or place.tb_frame.f_globals is sockets):
         place = place.tb_next
     return place is not None
+
+
+def _why(number):
+    """The sentence for an error of the system."""
+    if number == errno.EMFILE:
+        return "this program has too many files and sockets open; close some, or raise the limit " \
+               "before it starts: ulimit -n 4096"
+    return os.strerror(number)
+
+
+def _socket_path(given):
+    """The path of a socket as a str of this Python, or BadArgument."""
+    path = given.__fspath__() if hasattr(given, "__fspath__") else given
+    if not isinstance(path, (bytes, _TEXT)):
+        raise _bad("socket_path is the path of the daemon's socket, as text, not %r" % (given,))
+    try:
+        if bytes is str:
+            path = _native(path)
+        else:
+            path = os.fsdecode(path)
+            os.fsencode(path)  # as connect() will
+    except UnicodeError:
+        raise _bad("socket_path %r cannot be the name of a file here; give it as bytes" % (given,))
+    if "\0" in path:
+        raise _bad("socket_path %r has a zero byte in it; give the path under [socket] of the "
+                   "daemon's configuration" % (given,))
+    return path
 
 
 class Record(object):
@@ -1130,8 +1158,14 @@ def _who_may_connect(path):
 def _connect_error(number, path):
     """The sentence for a connect() that failed."""
     standard = path == DEFAULT_SOCKET
-    if number == errno.ECONNREFUSED and not stat.S_ISSOCK(os.stat(path).st_mode):
-        number = errno.ENOTSOCK
+    if number == errno.ECONNREFUSED:
+        try:
+            if not stat.S_ISSOCK(os.stat(path).st_mode):
+                number = errno.ENOTSOCK
+        except OSError as error:  # it was taken away meanwhile
+            if _is_of_a_handler():
+                raise
+            number = error.errno
     if number in (errno.ENOENT, errno.ENOTDIR):
         return Error("no_daemon", "cannot reach swarmtalkd: %s does not exist; %s" % (
             path, "start it with: systemctl start swarmtalkd" if standard
@@ -1149,7 +1183,7 @@ def _connect_error(number, path):
     if number == errno.EAGAIN:
         return Error("timeout", "swarmtalkd at %s accepts no connections; it is stopped or "
                      "overloaded" % path)
-    return Error("system", "cannot connect to %s: %s" % (path, os.strerror(number)))
+    return Error("system", "cannot connect to %s: %s" % (path, _why(number)))
 
 
 _thread_id = getattr(threading, "get_ident", None) or getattr(threading, "_get_ident")
@@ -1197,13 +1231,16 @@ class _Session(object):
         self._started = True
         self._set_timer(None)
         self._failure = None
-        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        connection = None
         try:
+            connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             connection.setblocking(False)
             _libc.fcntl(connection.fileno(), 2, 1)  # F_SETFD, FD_CLOEXEC
             connection.connect(self._path)
-        except (OSError, IOError, ValueError) as error:  # IOError: Python 2
-            connection.close()
+            self._epoll.register(connection.fileno(), select.EPOLLIN)
+        except (OSError, IOError) as error:  # IOError: Python 2
+            if connection is not None:
+                connection.close()
             if _is_of_a_handler():
                 raise
             if error.errno is None:  # Python's own check
@@ -1218,7 +1255,6 @@ class _Session(object):
             self._incoming, self._received = bytearray(), []
             self._write_error = None
             self._wants_write = False
-        self._epoll.register(connection.fileno(), select.EPOLLIN)
         self._phase = _GREETING
         self._set_timer(self.connect_timeout)
         self._append(_bytes(2, _uint(1, _MAJOR) + _uint(2, _MINOR) + _bytes(4, self._name)))
@@ -2161,17 +2197,12 @@ class Client(_Session):
         if not name:
             raise _bad("the name of a Client must not be empty; give it the program's: "
                        "Client(\"my_program\")")
-        if socket_path is not None and not isinstance(socket_path, (bytes, _TEXT)) and not hasattr(
-                socket_path, "__fspath__"):
-            raise _bad("socket_path is the path of the daemon's socket, as text, not %r"
-                       % (socket_path,))
-        if isinstance(socket_path, bytes) and bytes is not str:
-            socket_path = os.fsdecode(socket_path)
+        path = "" if socket_path is None else _socket_path(socket_path)
         is_connecting = _flag(connect, "connect")
         self._name = name.encode("utf-8")
         if len(self._name) > _NAME_MAX_BYTES:
             raise _bad("the name of a Client has at most %d bytes" % _NAME_MAX_BYTES)
-        self._path = str(socket_path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET)
+        self._path = path or os.environ.get("SWARMTALK_SOCKET") or DEFAULT_SOCKET
         self.node_id = 0       # of this robot; 0 before the first connection
         self.daemon_name = ""  # and version
         # Replace these four; None silences one. Called with the Error when the daemon is lost.
@@ -2223,23 +2254,39 @@ class Client(_Session):
         self._has_sent = False
         self._first_run_at = None
 
-        self._timer = _open_timer()
-        self._wake_read, self._wake_write = os.pipe()
-        for fd in (self._wake_read, self._wake_write):
-            _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
-            _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
-        self._epoll = select.epoll()
-        self._epoll.register(self._timer, select.EPOLLIN)
-        self._epoll.register(self._wake_read, select.EPOLLIN)
         self._rung = False
-        self._ring()
-        _clients.add(self)
-        if is_connecting:
-            try:
+        self._epoll = self._timer = self._wake_read = self._wake_write = None
+        self._opened = [None]           # descriptors to close; empty when that is done
+        try:
+            self._open_descriptors()
+            _clients.add(self)
+            if is_connecting:
                 self.connect()
-            except Error:
-                self.close()
+        except BaseException:
+            self.close()
+            raise
+
+    def _open_descriptors(self):
+        if not hasattr(select, "epoll"):
+            raise Error("unsupported", "gevent or eventlet has taken select.epoll away, which "
+                        "swarmtalk needs: call gevent's patch_all(select=False), or eventlet's "
+                        "monkey_patch(select=False), instead")
+        try:
+            self._epoll = select.epoll()
+            self._timer = _open_timer()
+            self._opened.append(self._timer)
+            self._wake_read, self._wake_write = pipe = os.pipe()
+            self._opened.extend(pipe)
+            for fd in pipe:
+                _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
+                _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
+            self._epoll.register(self._timer, select.EPOLLIN)
+            self._epoll.register(self._wake_read, select.EPOLLIN)
+        except (OSError, IOError) as error:
+            if _is_of_a_handler():
                 raise
+            raise Error("system", "cannot make a Client: " + _why(error.errno))
+        self._ring()
 
     def __enter__(self):
         return self
@@ -2517,7 +2564,7 @@ class Client(_Session):
 
         In the handler of a signal that came in the middle of another call, run() say, that call
         is ended first. In a child of fork() it does nothing."""
-        if self._closed or os.getpid() != self._pid:
+        if self._closed and not self._opened or os.getpid() != self._pid:
             return
         inside = self._inside
         if inside.is_cut_by(_thread_id()):
@@ -2529,6 +2576,31 @@ class Client(_Session):
 
     @_owned
     def _close(self):
+        if not self._closed:
+            self._say_last_words()
+        self._closed = True
+        # What a handler cuts from here on, another close() does.
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.remove_reader(self.fileno())
+        with self._gate:
+            self._phase = _DOWN
+            gone = Error("disconnected", "the Client of this handle is closed")
+            for handle in self._handles:
+                handle._id, handle._failure, handle._closed = 0, gone, True
+        self._release_socket()
+        for handle in self._handles:
+            if isinstance(handle, Subscriber):
+                handle._serve_futures()
+        self._handles = []
+        self._events.clear()
+        self._pending.clear()
+        if self._epoll is not None:
+            self._epoll.close()
+        with self._gate:
+            self._wake_write = None
+            deque(map(os.close, iter(self._opened.pop, None)), 0)  # each once, all in one call
+
+    def _say_last_words(self):
         if self._phase == _UP:
             self._has_unreported_loss = True
             self._report_losses()
@@ -2539,27 +2611,6 @@ class Client(_Session):
         self._tell_alone()
         self._learn_the_rest()
         self._tell_not_fetched()
-        self._closed = True
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.remove_reader(self.fileno())
-        with self._gate:
-            self._phase = _DOWN
-            gone = Error("disconnected", "the Client of this handle is closed")
-            handles, self._handles = self._handles, []
-            for handle in handles:
-                handle._id, handle._failure, handle._closed = 0, gone, True
-        self._release_socket()
-        for handle in handles:
-            if isinstance(handle, Subscriber):
-                handle._serve_futures()
-        self._events.clear()
-        self._pending.clear()
-        self._epoll.close()
-        os.close(self._timer)
-        with self._gate:
-            os.close(self._wake_read)
-            os.close(self._wake_write)
-            self._wake_write = None
 
 
 _ending = []  # not empty: the program has ended

@@ -2,14 +2,19 @@
 daemon that is a script and a clock that stands still unless the client waits."""
 import errno
 import os
+import pathlib
 import pwd
+import resource
 import socket
 import stat
+import subprocess
+import sys
 import types
 
 import pytest
 
 import swarmtalk
+from daemons import CLIENT
 from local_frames import field
 from scripted_daemon import FAILURE, GET_POSE, GREETING, HELLO, POSE
 
@@ -110,6 +115,53 @@ def test_a_path_that_is_too_long_is_a_mistake_of_the_program(world):
     assert error.text == "socket path too long: /" + "x" * 200
     world.pass_time(1)
     assert world.told == [], "what connect() raises is told by nothing else"
+
+
+def test_a_socket_that_is_taken_away_while_it_is_looked_at_is_gone(world):
+    error = swarmtalk._connect_error(errno.ECONNREFUSED, str(world.daemon.path))
+    assert error.code == "no_daemon" and "does not exist" in error.text
+
+
+@pytest.fixture(name="no_descriptor")
+def make_no_descriptor():
+    """Descriptors stay, and there are no new ones from now on; called, it gives them back."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
+    yield lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_a_program_without_a_descriptor_left_is_told_and_finds_its_daemon_later(
+        world, no_descriptor):
+    world.pass_time(2, step=0.1)
+    ((kind, code, text),) = world.told
+    assert (kind, code) == ("error", "system") and "raise the limit" in text
+    no_descriptor()
+    world.daemon.start()
+    world.pass_time(0.5)
+    assert world.client.connected and len(world.told) == 1
+
+
+def test_no_client_is_made_without_descriptors(tmp_path, no_descriptor):
+    assert no_descriptor
+    with pytest.raises(swarmtalk.Error, match="raise the limit") as raised:
+        swarmtalk.Client("x", tmp_path / "s")
+    assert raised.value.code == "system"
+
+
+@pytest.mark.parametrize("patched, words", [
+    (["epoll"], "call gevent's patch_all(select=False)"), ([], "does not exist")])
+def test_after_gevents_patch_of_select_the_remedy_is_told(tmp_path, patched, words):
+    """patch_all() takes names out of the module, as here."""
+    program = ("import select, sys\nfor name in %r: delattr(select, name)\n"
+               "sys.path.insert(0, %r)\nimport swarmtalk\n"
+               "try: swarmtalk.Client('x', %r)\n"
+               "except swarmtalk.Error as error: sys.exit(error.text)"
+               % (patched, CLIENT, str(tmp_path / "s")))
+    done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True,
+                          timeout=60)
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
 
 
 def test_a_daemon_whose_backlog_is_full_is_waited_for(world):
@@ -215,9 +267,15 @@ def test_the_first_call_that_needs_the_daemon_connects(world):
         world.client.get_pose()
 
 
-def test_a_client_that_cannot_connect_is_no_client(tmp_path):
+@pytest.mark.parametrize("kind", [swarmtalk.Error, KeyboardInterrupt, KeyError])
+def test_a_client_that_cannot_connect_is_no_client(tmp_path, monkeypatch, kind):
+    def fail(_):
+        raise kind("system", "by connect()")
     before = len(os.listdir("/proc/self/fd"))
     with pytest.raises(swarmtalk.Error, match="does not exist"):
+        swarmtalk.Client("x", tmp_path / "s")
+    monkeypatch.setattr(swarmtalk.Client, "connect", fail)
+    with pytest.raises(kind, match="by connect"):
         swarmtalk.Client("x", tmp_path / "s")
     assert len(os.listdir("/proc/self/fd")) == before
 
@@ -235,9 +293,14 @@ def test_where_the_socket_is_comes_from_the_program_then_from_the_environment(mo
         with swarmtalk.Client("x" * 1024, *given, connect=False) as client:
             return client._path
     monkeypatch.setenv("SWARMTALK_SOCKET", "/from/environment")
-    assert path("/given") == path(b"/given") == "/given"
+    assert path("/given") == path(b"/given") == path(pathlib.Path("/given")) == "/given"
+    assert path("/\xe9") == path("/\xe9".encode()) == "/\xe9"
     assert path() == path(None) == "/from/environment"
     monkeypatch.delenv("SWARMTALK_SOCKET")
     assert path() == "/run/swarmtalk/swarmtalkd.sock"
     with pytest.raises(swarmtalk.BadArgument, match="as text, not 5"):
         path(5)
+    for wrong, words in (("\0nobody", "zero byte"), (b"/a\0b", "zero byte"),
+                         ("/\ud800", "give it as bytes")):
+        with pytest.raises(swarmtalk.BadArgument, match=words):
+            path(wrong)

@@ -229,6 +229,6 @@ def test_an_event_loop_is_woken_for_the_next_attempt(tmp_path):
 def test_a_timer_that_cannot_be_made_is_told(monkeypatch, tmp_path):
     monkeypatch.setattr(swarmtalk, "_libc", types.SimpleNamespace(
         timerfd_create=lambda clock, flags: -1))
-    with pytest.raises(swarmtalk.Error, match="cannot make a timer") as raised:
+    with pytest.raises(swarmtalk.Error, match="cannot make a Client") as raised:
         swarmtalk.Client("x", tmp_path / "s", connect=False)
     assert raised.value.code == "system"
