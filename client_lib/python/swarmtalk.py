@@ -104,13 +104,18 @@ class Refused(object):
     look, its owner is told on stderr, at most once a second.
     """
 
-    __slots__ = ("_code", "_text", "_tell", "__weakref__")
+    __slots__ = ("_code", "_text", "_unseen", "__weakref__")
 
-    def __init__(self, code, text, tell=None):
-        self._code, self._text, self._tell = code, text, tell
+    def __init__(self, code, text):
+        self._code, self._text, self._unseen = code, text, None
+
+    def _look(self):
+        if self._unseen is not None:
+            self._unseen.publisher._kept.pop(id(self._unseen), None)
+            self._unseen = None
 
     def __bool__(self):
-        self._tell = None
+        self._look()
         return False
 
     __nonzero__ = __bool__
@@ -118,26 +123,24 @@ class Refused(object):
     @property
     def code(self):
         """Why it was refused, for the program."""
-        self._tell = None
+        self._look()
         return self._code
 
     @property
     def text(self):
         """The same, for people."""
-        self._tell = None
+        self._look()
         return self._text
 
     def __repr__(self):
         return "Refused(%r, %r)" % (self.code, self.text)
 
-    def _give_up(self):
-        """Nobody will look at it any more."""
-        tell = getattr(self, "_tell", None)  # Ctrl-C may have come before there was one
-        if tell:
-            self._tell = None
-            tell(self._text)
 
-    __del__ = _give_up
+class _Unseen(weakref.ref):
+    """A Refused at which the program has not looked yet. What is called when that goes is no
+    Python: a handler's exception would vanish in there."""
+
+    __slots__ = ("publisher", "text")
 
 
 _NOT_CONNECTED = "not connected to swarmtalkd; reconnecting"
@@ -153,7 +156,8 @@ def _print_error(text):
         sys.stderr.write("swarmtalk: %s\n" % text)
         sys.stderr.flush()
     except Exception:  # stderr is closed, or the interpreter ends: nobody is left to be told
-        pass
+        if _is_of_a_handler() and not _ending:
+            raise
 
 
 # ---- The clock and a timer, which Python 2 does not have ----------------------------------------
@@ -724,9 +728,11 @@ class _Handle(object):
         return self._failure
 
     def close(self):
-        """Unregisters. Nothing is sent or heard with it any more."""
-        if not self._closed:
-            self._client._close_handle(self)
+        """Unregisters. Nothing is sent or heard with it any more. In a child of fork() it does
+        nothing."""
+        client = self._client
+        if os.getpid() == client._pid and (not self._closed or self in client._handles):
+            client._close_handle(self)
 
     def __enter__(self):
         return self
@@ -773,7 +779,7 @@ class Publisher(_Handle):
         self._untold_busy = 0
         self._unreported_refused = 0       # messages that the daemon does not know of
         self._refused_reported_at = -1e9   # by send() itself
-        self._kept = weakref.WeakSet()     # what send() has returned to a program that keeps it
+        self._kept = {}                    # _Unseen by its id()
         self.max_message_bytes = 0  # the longest that send() takes
         self.has_redundancy = False  # messages get the repair packets that were asked for
 
@@ -911,9 +917,12 @@ class Subscriber(_Handle):
     def get(self, timeout=None):
         """The next message; None after `timeout` seconds without one, or when stop() was called."""
         self._need_no_callback("get()")
-        if not self._client._wait_for_message(self, _timeout(timeout, "timeout")):
-            return None
-        return self._pop()
+        if not self._waiting:
+            self._client._need_open()
+        return self._get(_timeout(timeout, "timeout"))
+
+    def _get(self, timeout=None):
+        return self._pop() if self._client._wait_for_message(self, timeout) else None
 
     def take(self):
         """All messages that have come, oldest first, without waiting."""
@@ -929,7 +938,7 @@ class Subscriber(_Handle):
         return self
 
     def __next__(self):
-        message = self.get()
+        message = self._get()
         if message is None:
             raise StopIteration
         return message
@@ -943,13 +952,15 @@ class Subscriber(_Handle):
 
     def __anext__(self):
         future = self._client.attach().create_future()
-        message = self._pop() if self._is_ready() else None
-        if message is not None:
-            future.set_result(message)
+        self._serve_futures()
+        futures = self._futures
+        if self._is_ready():
+            future.set_result(self._waiting[0])
+            del self._waiting[0]
         elif self._closed or self._client._closed:
             future.set_exception(StopAsyncIteration())  # noqa: F821 (Python 2 has none)
         else:
-            self._futures.append(future)
+            futures += (future,)
         return future
 
     def _need_no_callback(self, what):
@@ -989,12 +1000,15 @@ class Subscriber(_Handle):
 
     def _drop(self, index):
         """Drops a message that waits; the next one tells."""
-        lost = self._waiting[index].lost_before
-        is_last = index + 1 == len(self._waiting)
-        teller = self._lost if is_last else self._waiting[index + 1].lost_before
-        teller.add(lost)
-        teller.client += 1
-        del self._waiting[index]
+        waiting, teller = self._waiting, Loss(client=1)
+        is_last = index + 1 == len(waiting)
+        teller.add(waiting[index].lost_before)
+        teller.add(self._lost if is_last else waiting[index + 1].lost_before)
+        if is_last:
+            self._lost = teller
+        else:
+            waiting[index + 1].lost_before = teller
+        del waiting[index]
         self._unreported_loss += 1
         self._client._has_unreported_loss = True
 
@@ -1021,16 +1035,20 @@ class Subscriber(_Handle):
         return message
 
     def _serve_futures(self):
+        """Hands messages to those who wait in asyncio. Both are kept until that is done: of what a
+        handler cuts here, the next look does the rest."""
         while self._futures and (self._waiting or self._closed):
-            future = self._futures.popleft()
+            future = self._futures[0]
             if future.done():
-                continue
-            if self._is_ready():
-                future.set_result(self._pop())
+                is_served = not (future.cancelled() or future.exception())
+                if is_served and self._waiting and self._waiting[0] is future.result():
+                    del self._waiting[0]
+                del self._futures[0]
+            elif self._is_ready():
+                if not future.done():  # on_gap may do anything
+                    future.set_result(self._waiting[0])
             elif self._closed:
                 future.set_exception(StopAsyncIteration())  # noqa: F821
-            else:
-                self._futures.appendleft(future)
 
     def _request(self):
         body = _bytes(1, self._channel)
@@ -1587,9 +1605,9 @@ class _Session(object):
     def _drop_oldest_message(self):
         for index, event in enumerate(self._events):
             if event[0] == "message":
-                del self._events[index]
                 if event[1]._waiting:
                     event[1]._drop(0)
+                del self._events[index]
                 return
 
     def _run_events(self):
@@ -1684,11 +1702,17 @@ class _Session(object):
 
     # -- What goes out.
 
-    def _request(self, body, done):
-        self._last_request = self._last_request % 0xFFFFFFFF + 1
-        self._append(_uint(1, self._last_request) + body)
-        self._pending[self._last_request] = done
-        return self._last_request
+    def _request(self, body, done, leaving=None):
+        """leaving: a table, and the key of what leaves it with this."""
+        number = self._last_request = self._last_request % 0xFFFFFFFF + 1
+        frame = _frame(_uint(1, number) + body)
+        with self._gate:
+            outgoing, pending = self._outgoing, self._pending
+            outgoing += frame
+            pending[number] = done
+            if leaving is not None:
+                del leaving[0][leaving[1]]
+        return number
 
     def _need_connection(self):
         self._need_open()
@@ -1754,45 +1778,63 @@ class _Session(object):
         return stopped or self._closed
 
     def _add(self, handle):
-        """Registers a new handle, now or, without a daemon, when it comes. Raises a refusal."""
-        self._need_open()
-        self._handles.append(handle)
-        self._tell_many(handle)
-        self._tell_digits(handle)
-        self._adding = handle
+        """Registers a new handle, now or, without a daemon, when it comes. Raises a refusal. The
+        program gets no handle then, and nothing stays registered."""
         try:
-            if not self._started:
-                try:
-                    self._connect()  # registers it as well
-                except Error as error:
-                    self._report(error)
-            elif self._phase in (_UP, _REGISTERING):
-                self._register(handle)
-                if not self._wait_until(_monotonic() + self.request_timeout,
-                                        lambda: handle._answered):
-                    self._remove(handle)
-                    raise Error("timeout", "swarmtalkd did not answer in time")
+            self._need_open()
+            self._handles.append(handle)
+            self._adding = handle
+            self._register_first(handle)
+            if handle._failure is not None and handle._failure.code != "disconnected":
+                raise handle._failure
+            self._tell_many(handle)
+            self._tell_digits(handle)
+            if isinstance(handle, Subscriber):
+                self._begin_to_listen(handle)
+        except BaseException:
+            handle._closed = True  # an answer on its way will end it
+            self._end_handle(handle)
+            raise
         finally:
             self._adding = None
-        failure = handle._failure
-        if failure is not None and failure.code != "disconnected":
-            self._handles.remove(handle)
-            raise failure
         return handle
+
+    def _register_first(self, handle):
+        if not self._started:
+            try:
+                self._connect()  # registers it as well
+            except Error as error:
+                if _is_of_a_handler():
+                    raise
+                self._report(error)
+        elif self._phase in (_UP, _REGISTERING):
+            self._register(handle)
+            if not self._wait_until(_monotonic() + self.request_timeout,
+                                    lambda: handle._answered):
+                raise Error("timeout", "swarmtalkd did not answer in time")
+
+    def _begin_to_listen(self, subscriber):
+        self._tell_wildcard(subscriber)
+        self._ring()  # an event loop comes by, and from then on it is watched whether it hears
+        if subscriber._receive is not None and self._heard_nothing_of is None:
+            self._subscribed_at = _monotonic()
+            self._heard_nothing_of = subscriber.label
 
     def _register(self, handle):
         if self._phase == _REGISTERING:
             self._registrations_left += 1
         handle._answered = False
+        known = [False]
 
         def done(reply, error):
             handle._answered = True
             if error is None:
-                with self._gate:
-                    handle._registered(reply)
-                    handle._failure = None
-                table = (self._publishers if isinstance(handle, Publisher) else self._subscribers)
-                table[handle._id] = handle
+                if not known[0]:  # a handler may have cut it after that
+                    with self._gate:
+                        handle._registered(reply)
+                        handle._failure = None
+                    table = self._table_of(handle)
+                    table[handle._id], known[0] = handle, True
                 if handle._closed:  # meanwhile
                     self._end_handle(handle)
             elif error.code != "disconnected" and not handle._closed:
@@ -1802,15 +1844,6 @@ class _Session(object):
             self._end_registration()
 
         self._request(handle._request(), done)
-
-    def _remove(self, handle):
-        if handle in self._handles:
-            self._handles.remove(handle)
-        table = self._publishers if isinstance(handle, Publisher) else self._subscribers
-        if handle._id and table.pop(handle._id, None) is not None and self._socket is not None:
-            self._request(handle._unregister(), self._note_refusal)
-            if not self._inside.processing:
-                self._flush()
 
     @_owned
     def _close_handle(self, handle):
@@ -1822,10 +1855,23 @@ class _Session(object):
         if isinstance(handle, Subscriber):
             handle._serve_futures()
 
+    def _table_of(self, handle):
+        return self._publishers if isinstance(handle, Publisher) else self._subscribers
+
     def _end_handle(self, handle):
-        self._remove(handle)
-        handle._failure = Error("disconnected", "this handle was closed")
-        handle._id = 0
+        """It is among all handles to the end: of what a handler cuts here, another close() does
+        the rest."""
+        table, number = self._table_of(handle), handle._id
+        if table.get(number) is handle:
+            if self._socket is not None:
+                self._request(handle._unregister(), self._note_refusal, (table, number))
+            else:
+                del table[number]
+        handle._failure, handle._id = Error("disconnected", "this handle was closed"), 0
+        if not self._inside.processing:
+            self._flush()
+        if handle in self._handles:
+            self._handles.remove(handle)
 
     @_owned
     def _look_for_messages(self, subscriber):
@@ -1936,6 +1982,8 @@ class _Session(object):
             self._send_next_pose()
             self._ask(_bytes(17, b""))
         except Error as error:
+            if _is_of_a_handler():
+                raise
             if error.code in ("timeout", "disconnected"):
                 what = "did not answer" if error.code == "timeout" else "was gone"
                 self._post(("untold", Error(error.code, "swarmtalkd %s when this program ended: "
@@ -1952,10 +2000,9 @@ class _Session(object):
             times = failures.count(text)
             _print_error(text if times == 1 else "%s (%d times)" % (text, times))
         publishers = [each for each in self._handles if isinstance(each, Publisher)]
-        with self._gate:
-            kept = [refused for each in publishers for refused in each._kept]
-        for refused in kept:
-            refused._give_up()
+        for publisher in publishers:
+            while publisher._kept:
+                publisher._tell_busy(publisher._kept.popitem()[1].text)
         busy = sum(each._untold_busy for each in publishers)
         if busy:
             _print_error("since then %d more of this program's messages %s not sent" % (
@@ -2079,6 +2126,8 @@ class _Session(object):
         self._has_sent = True
         if self._heard_nothing_of is not None:
             self._tell_not_running()
+        if self._thrown_away:
+            self._tell_thrown_away()
         inside = self._inside.processing and self._inside.thread == _thread_id()
         if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
@@ -2119,9 +2168,25 @@ class _Session(object):
         if full is None:
             return None
         self._note_refused(publisher, inside)
-        refused = Refused("busy", full, publisher._tell_busy)
-        publisher._kept.add(refused)
+        refused = Refused("busy", full)
+        unseen = _Unseen(refused, self._thrown_away.append)
+        unseen.publisher, unseen.text = publisher, full
+        number = id(unseen)
+        refused._unseen = publisher._kept[number] = unseen
         return refused
+
+    def _tell_thrown_away(self):
+        """Refusals that are gone, and nobody has looked at them."""
+        while self._thrown_away:
+            try:
+                unseen = self._thrown_away.popleft()
+            except IndexError:  # another thread was faster
+                if _is_of_a_handler():
+                    raise
+                return
+            publisher = getattr(unseen, "publisher", None)  # none of one that a handler cut
+            if publisher is not None and publisher._kept.pop(id(unseen), None) is not None:
+                publisher._tell_busy(unseen.text)
 
     def _take_message(self, publisher, payload, ttl, future):
         """Puts a message where it will be written from. Returns its number; None when a handler
@@ -2242,6 +2307,7 @@ class Client(_Session):
         self._next_pose = None          # while the answers to many are awaited
         self._events = deque()
         self._has_unreported_loss = False
+        self._thrown_away = deque()     # _Unseen of what is gone
         self._log = None
         self._loop = None
         self._heard_nothing_of = None   # a subscription with a callback, until process() is called
@@ -2385,14 +2451,8 @@ class Client(_Session):
         first; latest_from_each: of these only the newest of each sender. no_older_than: what is
         older, in seconds, when its turn comes is dropped.
         """
-        subscriber = self._add(Subscriber(self, channel, receive, within, known_distance_only,
-                                          keep_last, latest_from_each, no_older_than, timestamped))
-        self._tell_wildcard(subscriber)
-        self._ring()  # an event loop comes by, and from then on it is watched whether it hears
-        if receive is not None and self._heard_nothing_of is None:
-            self._heard_nothing_of = subscriber.label
-            self._subscribed_at = _monotonic()
-        return subscriber
+        return self._add(Subscriber(self, channel, receive, within, known_distance_only, keep_last,
+                                    latest_from_each, no_older_than, timestamped))
 
     @_owned
     def set_pose(self, x, y, theta):
@@ -2471,6 +2531,7 @@ class Client(_Session):
         try:
             inside.processing = True
             self._heard_nothing_of = None
+            self._tell_thrown_away()
             if self._first_run_at is None:
                 self._first_run_at = _monotonic()
             if self._rung:
@@ -2601,6 +2662,7 @@ class Client(_Session):
             deque(map(os.close, iter(self._opened.pop, None)), 0)  # each once, all in one call
 
     def _say_last_words(self):
+        self._tell_thrown_away()
         if self._phase == _UP:
             self._has_unreported_loss = True
             self._report_losses()

@@ -9,6 +9,7 @@ import pytest
 
 import swarmtalk
 from local_frames import field, varint
+from scripted_daemon import ADVERTISE, advertised
 
 pytestmark = pytest.mark.logic
 
@@ -174,13 +175,16 @@ def test_what_send_refused_is_false_and_says_why():
     assert repr(refused) == "Refused('busy', 'two have not left')"
 
 
-@pytest.mark.parametrize("look", [bool, repr, lambda each: each.code, lambda each: each.text])
-def test_a_refusal_that_was_looked_at_is_told_to_nobody(look):
-    told = []
-    look(swarmtalk.Refused("busy", "text", told.append))
-    assert told == []
-    swarmtalk.Refused("busy", "text", told.append)
-    assert told == ["text"]
+@pytest.mark.parametrize("look, told", [
+    (bool, 0), (repr, 0), (lambda each: each.code, 0), (lambda each: each.text, 0), (id, 1)])
+def test_a_refusal_that_was_looked_at_is_told_to_nobody(world, capsys, look, told):
+    world.daemon.answers[ADVERTISE] = advertised()
+    world.meet()
+    publisher = world.client.advertise("a", queue=0)
+    assert publisher.send("x")
+    look(publisher.send("y"))
+    world.client.process()
+    assert len(capsys.readouterr().err.splitlines()) == told
 
 
 def test_a_stderr_that_is_closed_ends_no_program(monkeypatch):

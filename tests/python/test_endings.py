@@ -116,6 +116,7 @@ def test_the_end_tells_how_many_refusals_nobody_looked_at(world, printing, capsy
             publisher = client.advertise("a", queue=0)
             assert publisher.send("x")
             publisher.send("y")
+            client.process()
             (first,) = lines(capsys)
             assert "channel a: a message was not sent, and nobody looked" in first
             for _ in range(count):
@@ -276,12 +277,14 @@ def test_a_client_belongs_to_the_process_that_made_it(world, monkeypatch):
     before = len(world.daemon.requests)
     with monkeypatch.context() as child:
         child.setattr(swarmtalk.os, "getpid", lambda own=os.getpid(): own + 1)
-        for call in (world.client.process, world.client.get_pose, publisher.close, publisher.busy,
+        for call in (world.client.process, world.client.get_pose, publisher.busy,
                      world.client.fileno, lambda: publisher.send("x"),
                      lambda: world.client.log("x"), lambda: world.client.subscribe("b")):
             with pytest.raises(swarmtalk.BadArgument, match="make one after the fork"):
                 call()
         world.client.stop()
+        with publisher:
+            pass
         world.client.close()  # as at the child's end
         assert world.client._incoming == b"" and not world.client._stopped
     world.settle()

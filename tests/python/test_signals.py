@@ -1,13 +1,15 @@
 """A signal's handler that sends, asks, closes or raises, at each place where Python lets one run
 while the client is at work: nothing is lost without a word, nothing comes twice, nothing hangs."""
+import asyncio
+import os
 import sys
 
 import pytest
 
 import swarmtalk
 from local_frames import field
-from scripted_daemon import (ADVERTISE, DONE, GET_POSE, POSE, PUBLISH, SENT, SET_POSE, SUBSCRIBE,
-                             World, advertised)
+from scripted_daemon import (ADVERTISE, CLIENT_LOSS, DONE, GET_POSE, POSE, PUBLISH, SENT, SET_POSE,
+                             SUBSCRIBE, UNADVERTISE, UNSUBSCRIBE, World, advertised)
 
 pytestmark = pytest.mark.logic
 interruptible = swarmtalk._interruptible  # World replaces it
@@ -270,3 +272,147 @@ def test_a_client_finds_its_daemon_again_wherever_a_handler_raises(tmp_path, mon
         stage.world.settle()
         assert stage.world.heard == ["again"]
     strike_all(tmp_path, monkeypatch, with_callback, lose, do_raise, check)
+
+
+def registered(stage, kind, end):
+    """The ids that the daemon knows, of those of one kind."""
+    gone = [each[1] for each in stage.world.daemon.of(end)]
+    assert len(gone) == len(set(gone)), "each is ended once"
+    return {each[1] for each in stage.world.daemon.requests if each[0] == kind} - set(gone)
+
+
+def with_ends(world):
+    for kind in (UNSUBSCRIBE, UNADVERTISE):
+        world.daemon.answers[kind] = lambda _: field(DONE, b"")
+    return Stage(world)
+
+
+def test_what_is_not_made_because_a_handler_raised_stays_registered_nowhere(tmp_path, monkeypatch):
+    kinds = ((SUBSCRIBE, UNSUBSCRIBE), (ADVERTISE, UNADVERTISE))
+    left_over = []
+
+    def make_two(stage):
+        stage.asked.append(stage.client.subscribe("c"))
+        stage.asked.append(stage.client.advertise("c"))
+
+    def check(stage, _):
+        stage.world.settle()
+        known = [len(registered(stage, *each)) for each in kinds]
+        count = sum(known) - 2 - len(stage.asked)
+        assert count == len(stage.client._handles) - 2 - len(stage.asked)
+        left_over.append(count)
+        (stage.asked or [stage.client.subscribe("d")])[0].close()
+        stage.client.sync()
+    places = strike_all(tmp_path, monkeypatch, with_ends, make_two, do_raise, check)
+    assert places > 150
+    # Of each, from where it is made to where the call has returned.
+    assert sum(left_over) < 12 and set(left_over) == {0, 1}
+
+
+def test_what_was_closed_half_is_closed_by_the_next_close(tmp_path, monkeypatch):
+    def close(stage):
+        stage.subscriber.close()
+        stage.publisher.close()
+
+    def check(stage, _):
+        close(stage)
+        stage.client.sync()
+        assert not registered(stage, SUBSCRIBE, UNSUBSCRIBE)
+        assert not registered(stage, ADVERTISE, UNADVERTISE)
+        assert stage.client._handles == [] and not stage.publisher.send("x")
+        assert not stage.client._subscribers and not stage.client._publishers
+    strike_all(tmp_path, monkeypatch, with_ends, close, do_raise, check)
+
+
+def test_a_client_that_was_closed_half_is_closed_by_the_next_close(tmp_path, monkeypatch):
+    def check(stage, _):
+        client = stage.client
+        client.close()
+        for each in opened[stage]:
+            with pytest.raises(OSError):
+                os.fstat(each)
+        assert client._handles == [] and client._socket is None and not client._opened
+
+    def make(world):
+        stage = with_callback(world)
+        client = stage.client
+        opened[stage] = [client._timer, client._wake_read, client._wake_write, client.fileno(),
+                         client._socket.fileno()]
+        stage.send("x")
+        return stage
+    opened = {}
+    strike_all(tmp_path, monkeypatch, make, lambda stage: stage.client.close(), do_raise, check)
+
+
+def test_each_message_that_was_dropped_is_counted_once(tmp_path, monkeypatch):
+    def fill(stage):
+        stage.client.get_pose()
+
+    def check(stage, _):
+        fill(stage)
+        messages = stage.subscriber.take()
+        stage.client.process()
+        assert [each.data for each in messages] == [b"6"]
+        assert messages[0].lost_before.client == 5
+        stage.world.daemon.serve()
+        assert sum(each[2] for each in stage.world.daemon.of(CLIENT_LOSS)) == 5
+
+    def make(world):
+        stage = Stage(world)
+        stage.subscriber._keep_last = 1
+        for text in ("4", "5", "6"):
+            world.daemon.deliver(world.daemon.newest_id(SUBSCRIBE), text)
+        return stage
+    strike_all(tmp_path, monkeypatch, make, fill, do_raise, check)
+
+
+def test_asyncio_gets_each_message_once_when_a_handler_raises(tmp_path, monkeypatch):
+    loop = asyncio.new_event_loop()
+    monkeypatch.setattr(swarmtalk.Client, "attach", lambda self: loop)
+
+    def fetch(stage):
+        for _ in range(3):
+            stage.asked.append(stage.subscriber.__anext__())
+            stage.client.process()
+
+    def check(stage, _):
+        stage.world.settle()
+        while len(stage.asked) < 3:
+            stage.asked.append(stage.subscriber.__anext__())
+        assert [each.result().data for each in stage.asked] == [b"1", b"2", b"3"]
+        assert not stage.subscriber._waiting and not stage.subscriber._futures
+    strike_all(tmp_path, monkeypatch, Stage, fetch, do_raise, check)
+    loop.close()
+
+
+def test_no_exception_vanishes_where_a_refusal_is_thrown_away(tmp_path, monkeypatch):
+    def flood(stage):
+        for _ in range(5):
+            stage.publisher.send("x")
+
+    def check(stage, has_raised):
+        assert has_raised
+        flood(stage)
+    unraisable = []
+    monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
+    strike_all(tmp_path, monkeypatch, Stage, flood, do_raise, check)
+    assert not unraisable
+
+
+def test_what_an_alarm_raises_while_a_line_is_printed_is_not_swallowed(monkeypatch):
+    def scene():
+        swarmtalk._print_error("a line")
+    strike = Strike(2, lambda: do_raise(None))
+    assert strike.during(scene) and "_print_error" in strike.where
+
+
+def test_get_of_a_client_that_was_closed_says_so(tmp_path, monkeypatch):
+    with monkeypatch.context() as patches:
+        world = World(patches, tmp_path / "s")
+        subscriber = Stage(world).subscriber
+        assert subscriber.get(0).data == b"1"
+        world.client.close()
+        assert [each.data for each in subscriber] == [b"2", b"3"], "a loop goes to the end"
+        with pytest.raises(swarmtalk.Error, match="this Client is closed"):
+            subscriber.get()
+        world.daemon.stop()
