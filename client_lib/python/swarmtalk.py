@@ -1149,6 +1149,9 @@ def _owned(method):
 
 def _who_may_connect(path):
     """What helps a user who may not write to this socket."""
+    if os.access(path, os.W_OK):
+        return ("this user may use it, so something else confines the program (a container, a "
+                "snap, AppArmor, SELinux, or the sandbox of a unit): allow it this socket there")
     group = "swarmtalk"
     try:
         import grp
@@ -2314,7 +2317,7 @@ class Client(_Session):
         self._subscribed_at = 0         # when that was
         self._told_not_running = self._told_whole_turns = False
         self._told_many = set()         # labels of channels
-        self._told_wildcard = self._told_digits = self._told_alone = False
+        self._told_wildcard = self._told_digits = self._told_alone = self._told_nobody = False
         self._quiet_until = None        # on this connection
         self._has_heard = False         # any message
         self._has_sent = False
@@ -2471,10 +2474,17 @@ class Client(_Session):
 
     @_owned
     def neighbours(self):
-        """The robots heard within the last 10 s: [Neighbour]."""
+        """The robots heard within the last 10 s: [Neighbour]. One whose programs send nothing is
+        heard only with beacon_ms in its configuration; the first time that none is heard, stderr
+        says so."""
         reply = self._ask(_bytes(30, b""))[31]
-        return [_record(_NEIGHBOUR, value, Neighbour)
-                for number, value in _fields(reply, 0, len(reply)) if number == 1]
+        found = [_record(_NEIGHBOUR, value, Neighbour)
+                 for number, value in _fields(reply, 0, len(reply)) if number == 1]
+        if not found and not self._told_nobody:
+            self._told_nobody = True
+            _print_error("no robot was heard within the last 10 s: one whose programs send nothing "
+                         "is heard only with beacon_ms in its configuration")
+        return found
 
     @_owned
     def status(self):

@@ -58,6 +58,14 @@ def test_who_may_not_connect_is_told_who_may(socket_of, owner, words, number):
     assert error.text.startswith("no permission for /tmp/s; " + words), error.text
 
 
+def test_a_program_that_may_connect_and_cannot_is_told_that_something_confines_it(socket_of,
+                                                                                  monkeypatch):
+    monkeypatch.setattr(swarmtalk.os, "access", lambda path, mode: True)
+    error = socket_of("/tmp/s")
+    assert error.code == "no_permission"
+    assert "; this user may use it, so something else confines the program" in error.text
+
+
 def test_the_installed_folder_is_open_to_the_group_that_the_package_makes(socket_of):
     error = socket_of(swarmtalk.DEFAULT_SOCKET, uid=None)
     assert error.text.endswith("; join group swarmtalk: sudo usermod -aG swarmtalk $USER, then log "

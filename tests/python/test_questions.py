@@ -196,6 +196,13 @@ def test_neighbours_and_status_are_handed_on(world):
     assert (status.node_id, status.counters, status.links) == (77, {"frames": 3}, [])
 
 
+def test_what_a_neighbour_needs_to_be_heard_is_told_once(world, capsys):
+    world.meet()
+    world.daemon.answers[30] = lambda _: field(31, b"")
+    assert (world.client.neighbours(), world.client.neighbours()) == ([], [])
+    assert capsys.readouterr().err.count("beacon_ms") == 1
+
+
 def test_answers_may_come_in_another_order_than_the_questions(world):
     world.meet()
     refusal = field(FAILURE, field(1, 10) + field(2, "first"))

@@ -85,13 +85,10 @@ class Reconnection(Case):
         self.assertIn("name", self.refusal("bad_argument", swarmtalk.Client, 7))
 
     def test_who_may_not_connect_is_told_what_helps(self):
-        folder, own = self.daemons.folder, os.getuid()
-        path = os.path.join(folder, "closed.sock")
+        path = os.path.join(self.daemons.folder, "open.sock")
         socket.socket(socket.AF_UNIX).bind(path)
-        os.chmod(path, 0o600)
         text = swarmtalk._connect_error(errno.EACCES, path).text
-        self.assertIn("alone: run the program as", text)
-        self.assertEqual("(sudo)" in text, own == 0)
+        self.assertIn("something else confines the program", text)
         text = swarmtalk._connect_error(errno.EACCES, swarmtalk.DEFAULT_SOCKET + "?").text
         self.assertIn("its folder is closed to this user", text)
 
