@@ -60,6 +60,7 @@ SOCKET = """<script>
 window.WebSocket = class {
   constructor() { window.daemon = this; this.sent = []; }
   send(text) { this.sent.push(JSON.parse(text)); }
+  close() { this.isClosed = true; }
 };
 </script>"""
 ASK = """<script>
@@ -150,6 +151,10 @@ zoom(1.5, ...spot);
 found.zoomed = {kept: toWorld(box, ...spot).map((each, i) => each - before[i]),
                 back: toScreen(box, ...toWorld(box, ...spot)).map((each, i) => each - spot[i]),
                 scale: camera.scale / found.scale};
+const since = performance.now() + 5001;
+performance.now = () => since;
+listen();
+found.silent = {isClosed: daemon.isClosed, says: document.querySelector("#state span").textContent};
 const told = document.createElement("pre");
 told.id = "found";
 told.textContent = JSON.stringify(found);
@@ -191,6 +196,11 @@ def test_the_table_of_robots_has_what_this_robot_loses_of_each(found):
 def test_the_head_line_counts_the_others_and_names_what_is_down(found):
     assert found["state"].startswith("robot 1 · 1 of 3 others heard, 1 told of")
     assert "eth: cable is out" in found["state"] and "air" not in found["state"]
+
+
+def test_a_connection_on_which_nothing_comes_is_none(found):
+    assert found["silent"]["isClosed"]
+    assert re.match(r"no connection to swarmtalk-view for \d\.\d s; ", found["silent"]["says"])
 
 
 def test_the_table_of_channels_tells_silence_from_what_is_not_listened_to(found):
