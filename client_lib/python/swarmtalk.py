@@ -573,8 +573,9 @@ def _payload(data, what="a message"):
         return data.encode("utf-8")
     if isinstance(data, (bytearray, memoryview)):
         return data.tobytes() if isinstance(data, memoryview) else bytes(data)
-    raise TypeError("%s is bytes or text, not %s; make bytes of it, with struct.pack() or "
-                    "json.dumps()" % (what, type(data).__name__))
+    how = ".tobytes()" if hasattr(data, "tobytes") else "struct.pack() or json.dumps()"
+    raise TypeError("%s is bytes or text, not %s; make bytes of it, with %s"
+                    % (what, type(data).__name__, how))
 
 
 def _number(value, what, least=0, most=0xFFFFFFFF):
@@ -691,11 +692,19 @@ class _Chosen(object):
             self._name, self._call, self._name))
 
 
+def _no_copy(self, protocol):
+    """Instead of pickle's own words, for a multiprocessing.Process that is given one: since Python
+    3.14 its arguments are copied."""
+    raise TypeError("a Client, its publishers and its subscribers cannot be copied to another "
+                    "process: make a Client in the function that runs there")
+
+
 class _Handle(object):
     """What publishers and subscribers have in common: a registration with the daemon."""
 
     __slots__ = ("_channel", "label", "_client", "_timestamped", "_id", "_answered", "_closed",
                  "_failure", "channel_number")
+    __reduce_ex__ = _no_copy
 
     def __init__(self, client, channel, timestamped):
         if isinstance(channel, (bytes, _TEXT)):
@@ -1224,6 +1233,8 @@ class _Session(object):
     """What is behind a Client: the life of its connection, what comes in and what goes out. The
     owner's thread only, but for _publish() and what it calls. Client.__init__ makes its variables.
     """
+
+    __reduce_ex__ = _no_copy
 
     # -- The connection's life: attempts with growing pauses, greeting, loss.
 

@@ -1,7 +1,9 @@
 """What a program is told when it ends, and what is left of its Client then: after close(), after a
 fork, and when the daemon says why it ends. With a daemon that is a script and a clock that stands
 still unless the client waits."""
+import copy
 import os
+import pickle
 import threading
 
 import pytest
@@ -290,6 +292,14 @@ def test_a_client_belongs_to_the_process_that_made_it(world, monkeypatch):
     world.settle()
     assert world.client.connected and len(world.daemon.requests) == before
     assert publisher.send("x")
+
+
+@pytest.mark.parametrize("copied", [pickle.dumps, copy.deepcopy])
+def test_a_client_cannot_be_copied_to_another_process(world, copied):
+    world.settle()
+    for each in (world.client, world.client.advertise("a"), world.client.subscribe("b", print)):
+        with pytest.raises(TypeError, match="make a Client in the function that runs there"):
+            copied(each)
 
 
 def test_at_the_end_of_the_program_every_client_is_closed(world, monkeypatch):

@@ -1,5 +1,6 @@
 """What becomes of each message that a Python program sends or hears, and what it is told of it.
 With a daemon that is a script and a clock that stands still unless the client waits."""
+import array
 import asyncio
 import select
 import struct
@@ -113,6 +114,8 @@ def test_send_takes_bytes_of_every_kind_and_text(world):
     for data in (None, 5, ["x"], {}):
         with pytest.raises(TypeError, match="is bytes or text, not "):
             publisher.send(data)
+    with pytest.raises(TypeError, match=r"array; make bytes of it, with \.tobytes\(\)"):
+        publisher.send(array.array("f", [1, 2]))  # and of numpy
     for ttl in (-1, 1.5, "1", True):
         with pytest.raises(swarmtalk.BadArgument):
             publisher.send("x", ttl)
