@@ -223,8 +223,15 @@ void McapWriter::drop_chunk() {
   chunk_count_ = {};
 }
 
-/// Writes and syncs all of it or nothing: what came half is cut off again.
 bool McapWriter::append(std::string_view bytes) {
+  const Clock::time_point begin = now_();
+  const bool is_written = write_out(bytes);
+  longest_write_ = std::max(longest_write_, now_() - begin);
+  return is_written;
+}
+
+/// Writes and syncs all of it or nothing: what came half is cut off again.
+bool McapWriter::write_out(std::string_view bytes) {
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t count = ::write(fd_, bytes.data() + at, bytes.size() - at);
     if (count > 0) {

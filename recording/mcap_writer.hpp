@@ -3,6 +3,7 @@
 // nothing of SwarmTalk's messages. Not thread-safe; its calls write to the disk and wait for it.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -19,7 +20,9 @@ class McapWriter {
  public:
   static constexpr std::size_t kChunkBytes = 1024 * 1024;  // a chunk is closed when it is longer
 
-  McapWriter() = default;
+  using Clock = std::chrono::steady_clock;
+
+  explicit McapWriter(Clock::time_point (*now)() = Clock::now) : now_(now) {}
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
   /// Closes the file as it is; without finish() the open chunk and the index are missing.
@@ -56,6 +59,8 @@ class McapWriter {
   std::uint64_t lost_messages() const { return lost_messages_; }  // not written, after a failure
   std::uint64_t open_messages() const { return chunk_count_.messages; }
   std::uint64_t size_bytes() const { return size_bytes_; }
+  /// The longest that the disk took for what it was given at once.
+  Clock::duration longest_write() const { return longest_write_; }
 
  private:
   using Index = std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>>;
@@ -86,10 +91,13 @@ class McapWriter {
   void schema_record(ByteWriter& out, std::uint16_t id) const;
   void channel_record(ByteWriter& out, std::uint16_t id) const;
   bool append(std::string_view bytes);
+  bool write_out(std::string_view bytes);
   void drop_chunk();
   std::string summary(std::uint64_t at) const;
   void close();
 
+  Clock::time_point (*now_)();
+  Clock::duration longest_write_{};
   int fd_ = -1;
   std::string path_;
   std::string problem_;

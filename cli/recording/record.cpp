@@ -105,7 +105,12 @@ class Output {
                   text::counted(writer.messages(), "record") + ", and " +
                   std::to_string(writer.lost_messages()) + " behind it are lost");
     }
-    return print(path + ": " + summary + ", " + std::to_string(writer.size_bytes()) + " bytes\n");
+    std::string slow;  // meanwhile nothing is read from the daemon
+    const auto longest = std::chrono::round<std::chrono::seconds>(writer.longest_write());
+    if (longest.count() > 0)
+      slow = "; the disk took " + std::to_string(longest.count()) + " s once";
+    return print(path + ": " + summary + ", " + std::to_string(writer.size_bytes()) + " bytes" +
+                 slow + "\n");
   }
 
  private:

@@ -25,6 +25,14 @@ struct Heard {
   bool operator==(const Heard&) const = default;
 };
 
+/// A disk that takes a second longer with each write.
+McapWriter::Clock::time_point later_each_time() {
+  static int calls = 0;
+  static McapWriter::Clock::time_point now;
+  if (++calls % 2 == 0) now += std::chrono::seconds(calls / 2);
+  return now;
+}
+
 class Mcap : public ::testing::Test {
  protected:
   Mcap() {
@@ -80,6 +88,14 @@ class Mcap : public ::testing::Test {
   std::string path;
   std::vector<std::uint64_t> ends;  // of the file, behind each chunk
 };
+
+TEST_F(Mcap, WriterKnowsHowLongTheDiskTookAtMost) {
+  McapWriter writer(later_each_time);
+  EXPECT_EQ(writer.open(path, "test"), "");
+  const auto first = writer.longest_write();
+  EXPECT_TRUE(writer.write_metadata("a", {}));
+  EXPECT_EQ(writer.longest_write(), first + std::chrono::seconds(1));
+}
 
 TEST_F(Mcap, WhatIsWrittenIsReadInOrder) {
   const auto written = write(3, 10);
