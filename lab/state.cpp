@@ -1,9 +1,11 @@
 #include "lab/state.hpp"
 
+#include <fcntl.h>
 #include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -17,10 +19,16 @@ using nlohmann::json;
 
 std::filesystem::path found_base;  // empty: that of the environment
 
+/// $XDG_RUNTIME_DIR after su or in a service may be that of another user, or of none.
+bool may_write_to(const char* folder) {
+  return faccessat(AT_FDCWD, folder, W_OK | X_OK, AT_EACCESS) == 0;
+}
+
 std::filesystem::path base_folder() {
   if (!found_base.empty()) return found_base;
   if (geteuid() == 0) return "/run/swarmtalk-lab";
-  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != 0) {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && may_write_to(runtime)) {
     return std::filesystem::path(runtime) / "swarmtalk-lab";
   }
   return "/tmp/swarmtalk-lab-" + std::to_string(geteuid());
@@ -213,6 +221,9 @@ std::string owner_of_other_lab(const std::string& name) {
     struct stat found {};
     if (folder == base_folder() || stat((folder / name).c_str(), &found) != 0) continue;
     if (found.st_uid == geteuid()) continue;  // left behind by our own
+    struct stat inside {};
+    const bool is_up = stat((folder / name / "lab.json").c_str(), &inside) == 0 || errno == EACCES;
+    if (!is_up) continue;  // it has ended
     const passwd* user = getpwuid(found.st_uid);
     return user != nullptr ? user->pw_name : "user " + std::to_string(found.st_uid);
   }

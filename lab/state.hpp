@@ -40,7 +40,7 @@ struct State {
 };
 
 /// Folder of the lab called `name`: below /run/swarmtalk-lab for root, else below
-/// $XDG_RUNTIME_DIR, else below /tmp in a folder of this user.
+/// $XDG_RUNTIME_DIR if this user may write there, else below /tmp in a folder of this user.
 std::filesystem::path folder_of(const std::string& name);
 
 /// @return false when there is no such lab. Throws when its file cannot be read.

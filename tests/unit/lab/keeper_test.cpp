@@ -237,6 +237,23 @@ TEST_F(LabElsewhere, IsNoneOfAContainerWithFilesOfItsOwn) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
+TEST_F(LabElsewhere, IsBelowTheRuntimeFolderOnlyIfThisUserMayWriteThere) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root to become another user";
+  const std::filesystem::path runtime = folder_.parent_path().parent_path();
+  for (const uid_t owner : {uid_t{65534}, uid_t{0}}) {
+    ASSERT_EQ(chown(runtime.c_str(), owner, 0), 0);
+    const pid_t program = fork();
+    if (program == 0) {
+      if (setenv("XDG_RUNTIME_DIR", runtime.c_str(), 1) != 0 || seteuid(65534) != 0) _exit(2);
+      const bool is_below = folder_of(name_) == folder_;
+      _exit(is_below == (owner == 65534) ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(program, &status, 0), program);
+    EXPECT_EQ(WEXITSTATUS(status), 0) << "a folder of user " << owner;
+  }
+}
+
 TEST_F(LabElsewhere, IsNotHeardByOneOfTheSameNameHere) {
   State state;
   state.name = name_;
