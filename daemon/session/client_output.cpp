@@ -24,6 +24,18 @@ ipc::DeliverLost lost_of(const Loss& lost) {
   return {cut(lost.air), cut(lost.kernel), cut(lost.daemon), cut(lost.late)};
 }
 
+/// Instead of an answer that fits no frame: of a status, say, with thousands of channels.
+ipc::Envelope too_long(std::uint32_t request_id) {
+  ipc::Envelope envelope;
+  envelope.set_request_id(request_id);
+  ipc::Failure& failure = *envelope.mutable_failure();
+  failure.set_code(ipc::ERROR_LIMIT);
+  failure.set_limit(ipc::kMaxEnvelopeBytes);
+  failure.set_text("the answer is longer than the " + std::to_string(ipc::kMaxEnvelopeBytes) +
+                   " bytes of a frame; let programs use fewer channels");
+  return envelope;
+}
+
 /// Refers to the message.
 ipc::DeliverFrame frame_of(const Message& message) {
   ipc::DeliverFrame frame;
@@ -57,15 +69,16 @@ ipc::DeliverFrame frame_of(const Message& message) {
 }  // namespace
 
 void ClientOutput::add_answer(const ipc::Envelope& answer) {
-  if (!is_closed_) note_answer(ipc::append_frame(answer, answers_));
+  if (is_closed_) return;
+  if (!ipc::append_frame(answer, answers_)) {
+    ipc::append_frame(too_long(answer.request_id()), answers_);
+  }
+  wake_();
 }
 
 void ClientOutput::add_answer(const ipc::SentFrame& answer) {
-  if (!is_closed_) note_answer(ipc::append_frame(answer, answers_));
-}
-
-void ClientOutput::note_answer(bool fits) {
-  if (!fits) problem_ = "a reply did not fit into a frame";
+  if (is_closed_) return;
+  ipc::append_frame(answer, answers_);  // of three numbers
   wake_();
 }
 

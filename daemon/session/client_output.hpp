@@ -36,11 +36,10 @@ class ClientOutput {
   ClientOutput(const LimitsConfig& limits, DaemonCounters& counters, std::function<void()> wake)
       : limits_(limits), counters_(counters), wake_(std::move(wake)) {}
 
-  /// Ahead of all deliveries that are not being written yet.
+  /// Ahead of all deliveries that are not being written yet. Instead of one that fits no frame the
+  /// client gets a failure.
   void add_answer(const ipc::Envelope& answer);
   void add_answer(const ipc::SentFrame& answer);
-  /// Not empty: an answer does not fit; the client is to be closed, for this reason.
-  const std::string& problem() const { return problem_; }
   std::size_t answer_bytes() const { return answers_.size(); }
   /// So many answers wait that nothing more should be asked until the client has read some.
   bool is_full() const { return !is_closed_ && answers_.size() > limits_.reply_bytes; }
@@ -67,7 +66,6 @@ class ClientOutput {
   std::uint64_t lost() const { return lost_; }
 
  private:
-  void note_answer(bool fits);
   /// What a queue holds is taken from the sums, and put back when it has changed.
   void begin_change(const SubscriptionQueue& queue);
   void end_change(const SubscriptionQueue& queue);
@@ -87,7 +85,6 @@ class ClientOutput {
   std::size_t queued_messages_ = 0;        // in all of them
   std::uint64_t deliveries_sent_ = 0;
   std::uint64_t lost_ = 0;
-  std::string problem_;
   bool is_closed_ = false;
 };
 

@@ -14,7 +14,6 @@ constexpr int kWritesPerTurn = 8;  // then the other sessions have their turn
 }  // namespace
 
 void Session::on_output() {
-  if (doom_.empty() && !output_.problem().empty()) doom_ = output_.problem();
   if (is_flush_scheduled_ || (is_waiting_writable_ && doom_.empty())) return;
   is_flush_scheduled_ = true;
   host_.schedule_flush(shared_from_this());
