@@ -1,6 +1,7 @@
 #include "swarmtalk/client/channel.hpp"
 
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "client_lib/engine.hpp"
@@ -17,16 +18,20 @@ void remove(std::shared_ptr<State>& state) {
   state.reset();
 }
 
-/// A state's session and its gate, held; neither when the session is gone.
+/// A state's session and its gate, held; neither when the session is gone, nor in a child of
+/// fork(), where another thread of the parent may hold it for ever.
 class StateLock {
  public:
   explicit StateLock(const client::HandleState& state) : session_(state.session.lock()) {
-    if (session_) lock_ = std::unique_lock(session_->gate());
+    if (session_) refusal_ = session_->refusal_of_child();
+    if (session_ && !refusal_) lock_ = std::unique_lock(session_->gate());
   }
+  const std::optional<Status>& refusal() const { return refusal_; }
 
  private:
   const client::LockingCall locking_;
   std::shared_ptr<client::Engine> session_;
+  std::optional<Status> refusal_;
   std::unique_lock<std::mutex> lock_;
 };
 
@@ -67,25 +72,25 @@ bool Publisher::busy() const {
 std::size_t Publisher::max_message_bytes() const {
   if (!state_) return 0;
   const StateLock lock(*state_);
-  return state_->id != 0 ? state_->max_message_bytes : 0;
+  return !lock.refusal() && state_->id != 0 ? state_->max_message_bytes : 0;
 }
 
 bool Publisher::has_redundancy() const {
   if (!state_) return false;
   const StateLock lock(*state_);
-  return state_->id != 0 && state_->has_redundancy;
+  return !lock.refusal() && state_->id != 0 && state_->has_redundancy;
 }
 
 std::optional<std::uint16_t> Publisher::channel_number() const {
   if (!state_) return std::nullopt;
   const StateLock lock(*state_);
-  return state_->channel;
+  return lock.refusal() ? std::nullopt : state_->channel;
 }
 
 Status Publisher::status() const {
   if (!state_) return handle_status(state_);
   const StateLock lock(*state_);
-  return state_->status;
+  return lock.refusal() ? *lock.refusal() : state_->status;
 }
 
 Subscriber& Subscriber::operator=(Subscriber&& other) noexcept {

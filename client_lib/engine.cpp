@@ -254,6 +254,11 @@ bool Engine::is_busy(const PublisherState& publisher) {
   return entrance_.is_own_process() && sender_.is_busy(publisher);
 }
 
+std::optional<Status> Engine::refusal_of_child() {
+  if (entrance_.is_own_process()) return std::nullopt;
+  return entrance_.refuse_child();
+}
+
 Status Engine::publish(PublisherState& publisher, std::string_view payload,
                        std::optional<std::uint32_t> ttl) {
   if (!entrance_.is_own_process()) return entrance_.refuse_child();

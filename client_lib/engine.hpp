@@ -72,6 +72,8 @@ class Engine : public std::enable_shared_from_this<Engine> {
   void tell_unread(const std::string& channel, const std::string& why, bool is_unread);
   bool is_busy(const PublisherState& publisher);
   std::mutex& gate() { return gate_; }
+  /// In a child of fork(): what it is told. None: it is no child.
+  std::optional<Status> refusal_of_child();
   void remove(PublisherState& publisher);
   void remove(SubscriberState& subscriber);
 

@@ -128,7 +128,8 @@ TEST_F(ClientEnd, AChildOfAForkCallsNothingAndDisturbsNothing) {
                 std::optional<Pose> pose;
                 const Status answers[] = {publisher.send("x"),       client.process(),
                                           client.run_for(kPatience), client.get_pose(pose),
-                                          client.set_pose(1, 2, 3),  client.log("x")};
+                                          client.set_pose(1, 2, 3),  client.log("x"),
+                                          publisher.status()};
                 for (const Status& answer : answers) {
                   if (answer.code() != StatusCode::kBadArgument) return 2;
                   if (answer.text().find("after the fork") == std::string_view::npos) return 3;
