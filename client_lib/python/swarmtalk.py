@@ -1250,6 +1250,7 @@ class _Session(object):
             function(*arguments)
         finally:
             inside.calling = False
+        self._need_own_process()
 
     def _need_open(self):
         if not self._closed:
@@ -1644,6 +1645,7 @@ class _Session(object):
                     receive(message)
                 finally:
                     inside.calling = False
+                self._need_own_process()  # the function may have forked
                 continue
             function, arguments = self._whom_to_tell(event)
             try:
@@ -1653,6 +1655,7 @@ class _Session(object):
                     function(*arguments)
             finally:
                 inside.calling = False
+            self._need_own_process()
         for handle in self._handles:
             if isinstance(handle, Subscriber) and handle._futures:
                 handle._serve_futures()

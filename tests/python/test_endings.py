@@ -302,6 +302,29 @@ def test_a_client_cannot_be_copied_to_another_process(world, copied):
             copied(each)
 
 
+@pytest.mark.parametrize("where", ["callback", "on_gap", "sent"])
+def test_a_child_that_returns_from_a_function_of_the_program_takes_nothing_of_the_parents(
+        world, monkeypatch, where):
+    def fork(_):
+        child.setattr(swarmtalk.os, "getpid", lambda own=os.getpid(): own + 1)
+    world.client.on_gap = fork if where == "on_gap" else None
+    publisher = world.client.advertise("a", sent=fork if where == "sent" else None)
+    sender = world.daemon.newest_id(ADVERTISE)
+    world.client.subscribe("b", fork if where == "callback" else world.heard.append)
+    hearer = world.daemon.newest_id(SUBSCRIBE)
+    publisher.send("x")
+    world.settle()
+    with monkeypatch.context() as child:
+        world.daemon.tell(*{
+            "callback": [field(DELIVER, field(1, hearer))],
+            "on_gap": [field(DELIVER, field(1, hearer) + field(16, field(1, 3)))],
+            "sent": [field(SENT, field(1, sender) + field(2, 1))]}[where])
+        world.daemon.deliver(hearer, "y")
+        with pytest.raises(swarmtalk.BadArgument, match="make one after the fork"):
+            world.client.run(1)
+        assert world.heard == [] and len(world.client._events) == (1 if where != "on_gap" else 2)
+
+
 def test_at_the_end_of_the_program_every_client_is_closed(world, monkeypatch):
     monkeypatch.setattr(swarmtalk, "_ending", [])
     other = swarmtalk.Client("other", world.daemon.path, connect=False)
