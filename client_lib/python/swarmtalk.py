@@ -1598,11 +1598,15 @@ class _Session(object):
                 return
             numbers = list(in_flight)
             future = publisher._futures.get(number)
-            is_event = callable(publisher._sent) or future is not None or error is not None
-            event = ("sent", publisher, error, future)
+            is_awaited = callable(publisher._sent) or future is not None
+            is_event = is_awaited or _is_failure(error)
+            event, left_out = ("sent", publisher, error, future), self._left_out
+            is_one_too_many = not is_awaited and self._is_full_of_failures()
             index = numbers.index(number) if number in numbers else None
             if index is not None:
-                if is_event and not self._closed:
+                if is_event and is_one_too_many:
+                    left_out[0], left_out[1] = left_out[0] + 1, error
+                elif is_event and not self._closed:
                     events += (event,)
                 del in_flight[index]
             del incoming[:size]
@@ -1613,9 +1617,25 @@ class _Session(object):
     def _post(self, event):
         if self._closed:
             return
+        if event[0] in ("untold", "error") and self._is_full_of_failures():
+            self._left_out[:] = self._left_out[0] + 1, event[1]
+            return
         self._events.append(event)
         if not self._inside.processing:
             self._ring()
+
+    def _is_full_of_failures(self):
+        return len(self._events) >= 2 * _EVENTS_MAX  # of messages there are half as many
+
+    def _tell_left_out(self):
+        """Those that came to a program that never ran, which were too many to keep."""
+        count, error = self._left_out
+        if count:
+            self._left_out = [0, None]
+            self._events.append(("untold", Error("limit", "%d more failure%s while this program "
+                                                 "did not run; the last one: %s" % (
+                                                     count, "" if count == 1 else "s",
+                                                     error.text))))
 
     def _drop_oldest_message(self):
         for index, event in enumerate(self._events):
@@ -1627,6 +1647,7 @@ class _Session(object):
 
     def _run_events(self):
         events, inside = self._events, self._inside
+        self._tell_left_out()
         while events:
             event = events[0]
             if event[0] == "message":
@@ -2007,6 +2028,7 @@ class _Session(object):
                                             "whether its last messages left is not known" % what)))
         if self.on_error != self._print_once_a_second:
             return
+        self._tell_left_out()
         failures = []
         for event in self._events:
             if event[0] == "untold":
@@ -2323,6 +2345,7 @@ class Client(_Session):
         self._first_refusal = None
         self._next_pose = None          # while the answers to many are awaited
         self._events = deque()
+        self._left_out = [0, None]      # failures that were too many to keep, and the last one
         self._has_unreported_loss = False
         self._thrown_away = deque()     # _Unseen of what is gone
         self._log = None

@@ -170,6 +170,52 @@ def test_callbacks_of_a_program_that_only_sends_do_not_pile_up(world, monkeypatc
     assert publisher.send("x")
 
 
+def send_in_vain(world, publisher, code):
+    """One message, of which the daemon says that it never left."""
+    assert publisher.send("x")
+    world.daemon.serve()
+    id_, number = [(each[1], each[2]) for each in world.daemon.of(PUBLISH)][-1]
+    world.daemon.tell(field(FAILURE, field(1, code) + field(2, "why") + field(4, id_)
+                            + field(5, number)))
+
+
+def test_failures_of_a_program_that_only_sends_do_not_pile_up_and_are_told(world, monkeypatch):
+    monkeypatch.setattr(swarmtalk, "_EVENTS_MAX", 10)
+    publisher = world.client.advertise("a", queue=1)
+    for _ in range(50):
+        send_in_vain(world, publisher, 12)
+        assert len(world.client._events) <= 20
+    world.daemon.tell(field(FAILURE, field(1, 12) + field(2, "no link is up")))
+    world.client.get_pose()  # reads all of it and calls nobody
+    world.settle()
+    *each, rest = world.told
+    assert each == [("error", "link_down", "why")] * 20
+    assert rest[1] == "limit" and rest[2].startswith("31 more failures ")
+    assert rest[2].endswith("no link is up")
+    send_in_vain(world, publisher, 12)
+    world.settle()
+    assert world.told[-1] == ("error", "link_down", "why")
+
+
+def test_failures_that_were_too_many_are_told_at_the_end(world, monkeypatch, capsys):
+    monkeypatch.setattr(swarmtalk, "_EVENTS_MAX", 10)
+    world.client.on_error = world.client._print_once_a_second
+    publisher = world.client.advertise("a", queue=1)
+    for _ in range(50):
+        send_in_vain(world, publisher, 12)
+    world.client.close()
+    first, rest = capsys.readouterr().err.splitlines()
+    assert first.endswith("why (20 times)") and "30 more failures " in rest
+
+
+def test_nothing_is_kept_of_messages_that_were_dropped_as_asked(world):
+    publisher = world.client.advertise("a", queue=1, drop_oldest=True)
+    for _ in range(100):
+        send_in_vain(world, publisher, 14)
+    assert len(publisher._in_flight) < 100, "it has looked"
+    assert len(world.client._events) == 0
+
+
 def test_what_threads_and_calls_queue_is_written_when_there_is_room_again(world):
     publisher = world.client.advertise("a", queue=1000)
     while publisher.send(b"x" * 50000):
