@@ -1827,6 +1827,7 @@ class _Session(object):
                 raise handle._failure
             self._tell_many(handle)
             self._tell_digits(handle)
+            self._tell_wildcard(handle)
             if isinstance(handle, Subscriber):
                 self._begin_to_listen(handle)
         except BaseException:
@@ -1852,7 +1853,6 @@ class _Session(object):
                 raise Error("timeout", "swarmtalkd did not answer in time")
 
     def _begin_to_listen(self, subscriber):
-        self._tell_wildcard(subscriber)
         self._ring()  # an event loop comes by, and from then on it is watched whether it hears
         if subscriber._receive is not None and self._heard_nothing_of is None:
             self._subscribed_at = _monotonic()
@@ -2120,14 +2120,22 @@ class _Session(object):
             _print_error("channel \"%s\" is a name here, and not channel number %s; for the number "
                          "leave out the quotes" % (name, name))
 
-    def _tell_wildcard(self, subscriber):
-        name = subscriber.label[len("channel "):]
-        if self._told_wildcard or not any(letter in name for letter in "#*?+"):
+    def _tell_wildcard(self, handle):
+        name = handle.label[len("channel "):]
+        letters = [letter for letter in name if letter in "#*?+"]
+        if self._told_wildcard or not letters:
             return
         self._told_wildcard = True
-        _print_error("'%s' is heard as the name of one channel: there are no wildcards; subscribe "
-                     "to each channel, swarmtalk-cli status lists those of this robot's programs"
-                     % name)
+        _print_error("channel \"%s\": \"%s\" is no wildcard here; a channel has one plain name"
+                     % (name, letters[0]))
+
+    def _tell_no_function(self, subscriber):
+        """As of subscribe("b", print()), which gives None and hears nothing."""
+        if not self._told_no_function:
+            self._told_no_function = True
+            _print_error("%s: the function that subscribe() got is None; pass the function itself, "
+                         "print, not what it returns, print(); to fetch messages without one, "
+                         "leave it out" % subscriber.label)
 
     def _tell_many(self, handle):
         """Handles of one channel that pile up, as in a loop."""
@@ -2278,6 +2286,7 @@ class _Session(object):
 # ---- The Client ---------------------------------------------------------------------------------
 
 _clients = weakref.WeakSet()
+_LEFT_OUT = object()  # an argument that was not given, other than None
 _SENDS = "a publisher sends: hello = robot.advertise(\"hello\"); hello.send(\"hi\")"
 _INSTEAD = {"send": _SENDS, "publish": _SENDS, "id": "did you mean 'node_id'?",
             "sleep": "did you mean 'run'?", "spin": "did you mean 'run'?"}
@@ -2355,6 +2364,7 @@ class Client(_Session):
         self._told_not_running = self._told_whole_turns = False
         self._told_many = set()         # labels of channels
         self._told_wildcard = self._told_digits = self._told_alone = self._told_nobody = False
+        self._told_no_function = False
         self._quiet_until = None        # on this connection
         self._has_heard = False         # any message
         self._has_sent = False
@@ -2481,7 +2491,7 @@ class Client(_Session):
                                    repeat_interval, sent, redundancy))
 
     @_owned
-    def subscribe(self, channel, receive=None, within=None, known_distance_only=False,
+    def subscribe(self, channel, receive=_LEFT_OUT, within=None, known_distance_only=False,
                   keep_last=None, latest_from_each=False, no_older_than=None, timestamped=None):
         """A Subscriber of a channel, by name or number.
 
@@ -2491,8 +2501,12 @@ class Client(_Session):
         first; latest_from_each: of these only the newest of each sender. no_older_than: what is
         older, in seconds, when its turn comes is dropped.
         """
-        return self._add(Subscriber(self, channel, receive, within, known_distance_only, keep_last,
-                                    latest_from_each, no_older_than, timestamped))
+        function = None if receive is _LEFT_OUT else receive
+        subscriber = Subscriber(self, channel, function, within, known_distance_only, keep_last,
+                                latest_from_each, no_older_than, timestamped)
+        if receive is None:
+            self._tell_no_function(subscriber)
+        return self._add(subscriber)
 
     @_owned
     def set_pose(self, x, y, theta):

@@ -178,14 +178,28 @@ def test_digits_as_a_name_are_told_once(world, capsys):
                              "number leave out the quotes"]
 
 
-def test_wildcards_are_told_once(world, capsys):
+@pytest.mark.parametrize("call", ["subscribe", "advertise"])
+def test_wildcards_are_told_once(world, capsys, call):
     world.client.subscribe("a.b/c", print)
-    world.client.advertise("a/#")
+    world.client.subscribe(5, print)
     assert lines(capsys) == []
-    for channel in ("a/#", "b/*"):
-        world.client.subscribe(channel, print)
+    getattr(world.client, call)("robots/+/#")
+    world.client.subscribe("b/*", print)
+    assert lines(capsys) == ["channel \"robots/+/#\": \"+\" is no wildcard here; a channel has one "
+                             "plain name"]
+
+
+def test_a_function_that_was_called_instead_of_passed_is_told_once(world, capsys):
+    world.client.subscribe("b")
+    world.client.subscribe("b", print)
+    assert lines(capsys) == []
+    for _ in range(2):
+        assert world.client.subscribe("b", (lambda: None)()).receive is None
     (told,) = lines(capsys)
-    assert told.startswith("'a/#' is heard as the name of one channel: there are no wildcards; ")
+    assert told.startswith("channel b: the function that subscribe() got is None; pass the "
+                           "function itself, print, not what it returns, print()")
+    with pytest.raises(swarmtalk.BadArgument):
+        world.client.subscribe("b", 5)
 
 
 @pytest.mark.parametrize("does", ["send", "pose", "nothing"])

@@ -11,6 +11,7 @@ _Sent = Union[bool, Refused]
 _SentFunction = Union[Callable[[Optional[Error]], object], Literal[True], None]
 _Redundancy = Union[int, Literal["auto"]]
 _Self = TypeVar("_Self")
+_LEFT_OUT: Any
 
 __version__: str
 DEFAULT_SOCKET: str
@@ -236,7 +237,7 @@ class Client:
                   queue: int = DEFAULT_QUEUE, drop_oldest: bool = False, repeat: int = 1,
                   repeat_interval: Optional[float] = None,
                   sent: _SentFunction = None, redundancy: _Redundancy = 0) -> Publisher: ...
-    def subscribe(self, channel: _Channel, receive: Optional[Callable[[Message], object]] = None,
+    def subscribe(self, channel: _Channel, receive: Callable[[Message], object] = _LEFT_OUT,
                   within: Optional[float] = None, known_distance_only: bool = False,
                   keep_last: Optional[int] = None, latest_from_each: bool = False,
                   no_older_than: Optional[float] = None,
