@@ -325,7 +325,6 @@ std::shared_ptr<SubscriberState> Engine::add_subscriber(std::shared_ptr<const Ch
   if (!subscriber->policy.looks_on && subscriber->key->name != "harvest") {
     silence_.expect(subscriber);
   }
-  hints_.note_wildcard(*subscriber->key);
   return add(subscriber);
 }
 

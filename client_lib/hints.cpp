@@ -8,20 +8,24 @@ void print_hint(const std::string& text) {
   std::fprintf(stderr, "swarmtalk: %s\n", text.c_str());
 }
 
-/// swarmtalk-cli takes digits for a number, so that the two would never meet.
 void Hints::note_name(const ChannelKey& key) {
-  const bool is_digits =
-      !key.name.empty() && key.name.find_first_not_of("0123456789") == std::string::npos;
+  note_digits(key.name);
+  note_wildcard(key.name);
+}
+
+/// swarmtalk-cli takes digits for a number, so that the two would never meet.
+void Hints::note_digits(const std::string& name) {
+  const bool is_digits = !name.empty() && name.find_first_not_of("0123456789") == std::string::npos;
   if (!is_digits || std::exchange(has_told_digits_, true)) return;
-  tell("channel \"" + key.name + "\" is a name here, and not channel number " + key.name +
+  tell("channel \"" + name + "\" is a name here, and not channel number " + name +
        "; for the number leave out the quotes");
 }
 
-void Hints::note_wildcard(const ChannelKey& key) {
-  if (key.name.find_first_of("#*?+") == std::string::npos) return;
+void Hints::note_wildcard(const std::string& name) {
+  if (name.find_first_of("#*?+") == std::string::npos) return;
   if (std::exchange(has_told_wildcard_, true)) return;
-  tell("'" + key.name +
-       "' is heard as the name of one channel: there are no wildcards; subscribe to each channel, "
+  tell("'" + name +
+       "' is the name of one channel: there are no wildcards; use each channel by its name, "
        "swarmtalk-cli status lists those of this robot's programs");
 }
 

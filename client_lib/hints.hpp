@@ -27,8 +27,6 @@ class Hints {
 
   /// The program advertises or subscribes by this key.
   void note_name(const ChannelKey& key);
-  /// The program subscribes by this key.
-  void note_wildcard(const ChannelKey& key);
   /// The program asked for the robots around, and there is none.
   void note_nobody_around();
   /// Callbacks may run.
@@ -37,6 +35,9 @@ class Hints {
   void note_end(const std::string& label) const;
 
  private:
+  void note_digits(const std::string& name);
+  void note_wildcard(const std::string& name);
+
   std::function<bool()> are_wanted_;
   Print print_;
   bool has_run_ = false;

@@ -2122,12 +2122,11 @@ class _Session(object):
 
     def _tell_wildcard(self, handle):
         name = handle.label[len("channel "):]
-        letters = [letter for letter in name if letter in "#*?+"]
-        if self._told_wildcard or not letters:
+        if self._told_wildcard or not any(letter in name for letter in "#*?+"):
             return
         self._told_wildcard = True
-        _print_error("channel \"%s\": \"%s\" is no wildcard here; a channel has one plain name"
-                     % (name, letters[0]))
+        _print_error("'%s' is the name of one channel: there are no wildcards; use each channel by "
+                     "its name, swarmtalk-cli status lists those of this robot's programs" % name)
 
     def _tell_no_function(self, subscriber):
         """As of subscribe("b", print()), which gives None and hears nothing."""

@@ -116,7 +116,7 @@ class Mistakes(Case):
         robot.subscribe("#")
         robot.subscribe("robots/+")
         self.assertEqual(self.told.getvalue().count("\n"), 1)
-        self.assertIn('channel "#": "#" is no wildcard here',
+        self.assertIn("'#' is the name of one channel: there are no wildcards",
                       self.told.getvalue())
 
     def test_digits_in_quotes_are_told_to_be_a_name(self):

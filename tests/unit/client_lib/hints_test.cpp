@@ -34,12 +34,12 @@ TEST_F(HintsAlone, TellOnceOfDigitsThatAreAName) {
 }
 
 TEST_F(HintsAlone, TellOnceThatThereAreNoWildcards) {
-  hints_.note_wildcard(named("robots"));
+  hints_.note_name(named("robots"));
   EXPECT_TRUE(told_.empty());
-  hints_.note_wildcard(named("robots/+"));
-  hints_.note_wildcard(named("#"));
+  hints_.note_name(named("robots/+"));
+  hints_.note_name(named("#"));
   ASSERT_EQ(told_.size(), 1u);
-  EXPECT_NE(told_[0].find("'robots/+' is heard as the name of one channel"), std::string::npos);
+  EXPECT_NE(told_[0].find("'robots/+' is the name of one channel"), std::string::npos);
 }
 
 TEST_F(HintsAlone, TellOnceWhatANeighbourNeedsToBeHeard) {
@@ -63,7 +63,7 @@ TEST_F(HintsAlone, AreNotToldToAProgramThatPrintsItsOwnErrors) {
   are_wanted_ = false;
   hints_.tell("anything");
   hints_.note_name(named("5"));
-  hints_.note_wildcard(named("#"));
+  hints_.note_name(named("#"));
   hints_.note_nobody_around();
   hints_.note_end("channel hello");
   EXPECT_TRUE(told_.empty());
