@@ -116,4 +116,12 @@ std::string shown_name(std::string_view name) {
   return is_word ? std::string(name) : quoted(name, '"');
 }
 
+std::string shell_word(std::string_view word) {
+  if (!word.empty() && std::all_of(word.begin(), word.end(), is_of_a_word))
+    return std::string(word);
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
 }  // namespace swarmtalk::text

@@ -35,4 +35,7 @@ std::string quoted(std::string_view name, char quote = '\'');
 /// beyond ASCII; else in double quotes, so that it cannot be taken for the words beside it.
 std::string shown_name(std::string_view name);
 
+/// A word of a command that somebody is to type: the shell takes it as one, whatever is in it.
+std::string shell_word(std::string_view word);
+
 }  // namespace swarmtalk::text

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "text/plain.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
@@ -39,7 +41,7 @@ std::string closed_folders(const std::string& path) {
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos;
        slash = path.find('/', slash + 1)) {
     const std::string folder = path.substr(0, slash);
-    if (is_denied(folder, X_OK)) folders += " " + folder;
+    if (is_denied(folder, X_OK)) folders += " " + text::shell_word(folder);
   }
   return folders;
 }
@@ -47,8 +49,8 @@ std::string closed_folders(const std::string& path) {
 /// For a file that is not where the daemon can read it: a copy in the folder of its own.
 std::string install(const std::string& path, const std::string& options, const char* name_it) {
   const std::string copy = kOwnFolder + ("/" + std::filesystem::path(path).filename().string());
-  return fmt::format("run: {}install -D {} {} {}, and name that file {}", sudo(), options, path,
-                     copy, name_it);
+  return fmt::format("run: {}install -D {} {} {}, and name that file {}", sudo(), options,
+                     text::shell_word(path), text::shell_word(copy), name_it);
 }
 
 std::string install_configuration(const std::string& path) {
@@ -101,7 +103,7 @@ std::string unreadable(const std::string& path, int error, FileKind kind) {
     const std::string denied = "cannot be read by " + reader() + ": " + what + "; ";
     const std::string closed = closed_folders(path);
     const std::string open = closed.empty() ? "" : sudo() + "chmod a+x" + closed + " && ";
-    if (!is_key) return denied + "run: " + open + sudo() + "chmod a+r " + path;
+    if (!is_key) return denied + "run: " + open + sudo() + "chmod a+r " + text::shell_word(path);
     const bool is_ours = std::filesystem::path(path).parent_path() == kOwnFolder;
     if (!closed.empty() && !is_ours) return denied + install_key(path);
     return denied + "run: " + open + own_key_command(path, 0);
@@ -111,7 +113,7 @@ std::string unreadable(const std::string& path, int error, FileKind kind) {
   return fmt::format(
       "cannot be read: {}; put the key of the swarm there: {}install -D -o {} -m 0400 FILE {} "
       "(`swarmtalk-cli keygen FILE` makes one for all robots)",
-      what, sudo(), user(), path);
+      what, sudo(), user(), text::shell_word(path));
 }
 
 std::vector<std::string> later_troubles(const Config& config, const std::string& file,
@@ -139,8 +141,9 @@ std::vector<std::string> later_troubles(const Config& config, const std::string&
 
 std::string own_key_command(const std::string& path, uid_t owner) {
   const bool is_of_a_person = owner == geteuid() && owner >= kFirstPerson;
-  if (is_of_a_person) return "chmod 0400 " + path;
-  return fmt::format("{0}chown {1} {2} && {0}chmod 0400 {2}", sudo(), user(), path);
+  const std::string file = text::shell_word(path);
+  if (is_of_a_person) return "chmod 0400 " + file;
+  return fmt::format("{0}chown {1} {2} && {0}chmod 0400 {2}", sudo(), user(), file);
 }
 
 }  // namespace swarmtalk::daemon

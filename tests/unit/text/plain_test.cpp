@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include <string>
 
 namespace swarmtalk::text {
@@ -66,6 +68,20 @@ TEST(PlainText, OnlyANameOfOneWordStandsWithoutQuotes) {
   EXPECT_EQ(shown_name("wlan0  delay 3 us"), "\"wlan0  delay 3 us\"");
   EXPECT_EQ(shown_name("a\u202Eb"), "\"a\\u202eb\"");
   EXPECT_EQ(shown_name(""), "\"\"");
+}
+
+TEST(PlainText, AShellTakesAWordAsItIs) {
+  EXPECT_EQ(shell_word("/etc/swarmtalk/swarm.key"), "/etc/swarmtalk/swarm.key");
+  for (const std::string word :
+       {"my files/key", "it's", "$HOME", "a;b", "`id`", "'", "", "~", "*"}) {
+    FILE* const shell = ::popen(("printf %s " + shell_word(word)).c_str(), "r");
+    ASSERT_NE(shell, nullptr);
+    std::string printed;
+    for (int c = std::fgetc(shell); c != EOF; c = std::fgetc(shell))
+      printed += static_cast<char>(c);
+    ::pclose(shell);
+    EXPECT_EQ(printed, word);
+  }
 }
 
 }  // namespace
