@@ -16,7 +16,7 @@ struct Stranger {
   const char* remedy;
 };
 
-constexpr std::array<Stranger, 11> kStrangers{{
+constexpr std::array<Stranger, 12> kStrangers{{
     {"frames_other_key", "other-key", "frames come that are sealed with another swarm key",
      "give all robots one key_file, then `swarmtalk-cli reload` on each"},
     {"frames_without_key", "other-key", "frames come without a seal, and this link has a swarm key",
@@ -41,6 +41,9 @@ constexpr std::array<Stranger, 11> kStrangers{{
      "install one release on all robots"},
     {"frames_not_ours", "ethertype-shared", "frames come under our EtherType that are not ours",
      "somebody else uses this EtherType: set another `ethertype` on all robots"},
+    {"frames_tagged", "vlan-differs", "frames come that are tagged for another VLAN",
+     "bring all robots into one VLAN at the switch or access point, or set `interface` to this "
+     "VLAN's"},
 }};
 
 // Of broadcasts, which are never repeated: among many robots on one Wi-Fi up to 0.3 are lost. A

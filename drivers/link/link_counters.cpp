@@ -25,6 +25,7 @@ Counters LinkCounters::list() const {
       {"frames_proven_later", frames_proven_later},
       {"frames_too_old", frames_too_old},
       {"frames_not_authentic", frames_not_authentic},
+      {"frames_tagged", frames_tagged},
       {"own_echoes", own_echoes},
       {"send_retries", send_retries},
       {"send_errors", send_errors},

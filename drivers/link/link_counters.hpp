@@ -31,6 +31,7 @@ struct LinkCounters {
   std::uint64_t frames_proven_later = 0;       // of these: taken when it had, and received
   std::uint64_t frames_too_old = 0;            // held back for too long
   std::uint64_t frames_not_authentic = 0;      // damaged, or forged
+  std::uint64_t frames_tagged = 0;             // for another VLAN than this interface's
   std::uint64_t own_echoes = 0;                // our own frames, heard back
   // On the way out.
   std::uint64_t send_retries = 0;      // the kernel's queue was full; the frames were kept

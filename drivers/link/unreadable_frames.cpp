@@ -8,7 +8,7 @@ struct Cause {
   const char* what;  // and the remedy
 };
 
-constexpr std::array<Cause, 7> kList{{
+constexpr std::array<Cause, 8> kList{{
     {&LinkCounters::frames_sealed,
      "sealed with a swarm key, and this link has none; give it the swarm's key_file, or nobody"},
     {&LinkCounters::frames_without_key,
@@ -23,6 +23,8 @@ constexpr std::array<Cause, 7> kList{{
      "of another version of the air frame; install one release on every robot"},
     {&LinkCounters::frames_other_profile,
      "of another profile; give this link the same profile on every robot"},
+    {&LinkCounters::frames_tagged,
+     "tagged for another VLAN; bring every robot into one VLAN, or name that VLAN's interface"},
 }};
 
 }  // namespace

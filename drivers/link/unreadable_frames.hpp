@@ -28,7 +28,7 @@ class UnreadableFrames {
   std::vector<std::string> news(const LinkCounters& counters, MonotonicTime now);
 
  private:
-  static constexpr std::size_t kCauses = 7;
+  static constexpr std::size_t kCauses = 8;
   struct Told {
     std::uint64_t count = 0;
     MonotonicTime at;
@@ -37,7 +37,7 @@ class UnreadableFrames {
   static std::uint64_t total(const LinkCounters& counters) {
     return counters.frames_sealed + counters.frames_without_key + counters.frames_other_key +
            counters.frames_not_authentic + counters.frames_not_fresh +
-           counters.frames_other_version + counters.frames_other_profile;
+           counters.frames_other_version + counters.frames_other_profile + counters.frames_tagged;
   }
 
   std::uint64_t seen_ = 0;

@@ -19,6 +19,7 @@
 namespace swarmtalk::drivers {
 namespace {
 
+constexpr std::uint8_t kGroupBit = 1;                 // of an address's first byte
 constexpr std::uint16_t kSmallestEthertype = 0x0600;  // below, the field is a length (IEEE 802.3)
 // Of Ethernet and, as drivers set it, of Wi-Fi. Nothing longer is sent, whatever this interface
 // takes: one of another robot drops what is longer than its own.
@@ -143,6 +144,16 @@ void RawL2Link::write_ethernet_header(const InterfaceInfo& interface) {
   header[12] = static_cast<std::uint8_t>(config_.ethertype >> 8);
   header[13] = static_cast<std::uint8_t>(config_.ethertype);
   transmit_queue().set_medium_header(header);
+}
+
+// The kernel takes the tag off before our socket sees the frame, and leaves this mark: a frame to
+// all, or to us, that is for another host. VLAN 0 is a priority and no VLAN; it has no mark.
+bool RawL2Link::is_of_another_vlan(const Datagram& datagram) const {
+  sockaddr_ll source;
+  std::memcpy(&source, &datagram.source, sizeof source);
+  if (source.sll_pkttype != PACKET_OTHERHOST || datagram.bytes.size() < ETH_ALEN) return false;
+  const bool is_to_us = std::equal(own_mac_.begin(), own_mac_.end(), datagram.bytes.begin());
+  return is_to_us || (datagram.bytes[0] & kGroupBit) != 0;
 }
 
 std::optional<std::span<const std::uint8_t>> RawL2Link::air_frame(const Datagram& datagram) {

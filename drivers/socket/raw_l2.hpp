@@ -49,6 +49,7 @@ class RawL2Link final : public SocketLink {
  private:
   static constexpr std::size_t kEthernetHeaderBytes = 14;
 
+  bool is_of_another_vlan(const Datagram& datagram) const override;
   std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) override;
   std::uint64_t hardware_of(const Datagram& datagram) const override;
   std::size_t medium_header_bytes() const override { return kEthernetHeaderBytes; }

@@ -182,8 +182,12 @@ void SocketLink::receive() {
 }
 
 void SocketLink::receive(const Datagram& datagram) {
-  if (tap_ != nullptr) tap_->before_received();
   kernel_drops_ += datagram.drops - static_cast<std::uint32_t>(kernel_drops_);  // theirs wraps
+  if (is_of_another_vlan(datagram)) {
+    ++counters_.frames_tagged;
+    return;
+  }
+  if (tap_ != nullptr) tap_->before_received();
   const std::optional<std::span<const std::uint8_t>> bytes = air_frame(datagram);
   if (bytes) {
     const std::uint64_t hardware = hardware_of(datagram);

@@ -72,6 +72,9 @@ class SocketLink : public Link, public Tappable {
   /// The interface is not there, or not any more.
   void set_gone(const std::string& interface);
 
+  /// Whether it came through this interface and is for another network on the same cable.
+  virtual bool is_of_another_vlan(const Datagram&) const { return false; }
+
   /// Takes the medium's header off a datagram. @return none: it is our own, heard back
   virtual std::optional<std::span<const std::uint8_t>> air_frame(const Datagram& datagram) = 0;
 

@@ -247,6 +247,7 @@ TEST_F(Robot, CountersThatRiseAreNamed) {
                                                     {"frames_other_version", "other-version"},
                                                     {"frames_unknown_flags", "other-version"},
                                                     {"frames_not_ours", "ethertype-shared"},
+                                                    {"frames_tagged", "vlan-differs"},
                                                     {"kernel_drops", "kernel-drops"},
                                                     {"send_errors", "send-errors"},
                                                     {"frames_received", ""}};

@@ -53,9 +53,10 @@ TEST(UnreadableFrames, EveryCauseHasItsLine) {
   UnreadableFrames frames;
   LinkCounters counters;
   counters.frames_other_key = counters.frames_not_authentic = counters.frames_other_version = 1;
-  EXPECT_THAT(
-      frames.news(counters, kUnreadableStart),
-      ElementsAre(HasSubstr("another swarm key"), HasSubstr("forged"), HasSubstr("version")));
+  counters.frames_tagged = 1;
+  EXPECT_THAT(frames.news(counters, kUnreadableStart),
+              ElementsAre(HasSubstr("another swarm key"), HasSubstr("forged"), HasSubstr("version"),
+                          HasSubstr("VLAN")));
 }
 
 }  // namespace

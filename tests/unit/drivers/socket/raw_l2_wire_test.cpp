@@ -36,6 +36,16 @@ Bytes good_frame(frame::ProfileId profile = frame::ProfileId::kWifi) {
   return bytes;
 }
 
+constexpr std::uint16_t kVlanEthertype = 0x8100;  // IEEE 802.1Q
+
+/// What follows that EtherType: the tag, and a good frame under our own.
+Bytes tagged_frame(std::uint8_t vlan) {
+  Bytes bytes = {0xE0, vlan, 0x88, 0xB5};
+  const Bytes frame = good_frame();
+  bytes.insert(bytes.end(), frame.begin(), frame.end());
+  return bytes;
+}
+
 class RawL2Wire : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -48,10 +58,11 @@ class RawL2Wire : public ::testing::Test {
     ASSERT_TRUE(run_until(io_, [&] { return link_->is_up(); })) << link_->state();
   }
 
-  void expect_counted(const std::string& name, const Bytes& bytes) {
+  void expect_counted(const std::string& name, const Bytes& bytes,
+                      std::uint16_t ethertype = 0x88B5) {
     SCOPED_TRACE(name);
     const std::uint64_t had = counter(*link_, name);
-    probe_->inject(bytes, kNeighbourMac);
+    probe_->inject(bytes, kNeighbourMac, ethertype);
     EXPECT_TRUE(run_until(io_, [&] { return counter(*link_, name) == had + 1; }));
     EXPECT_EQ(counter(*link_, "frames_received"), 0U);
     EXPECT_TRUE(user_.received.empty());
@@ -64,6 +75,7 @@ class RawL2Wire : public ::testing::Test {
   void drop_and_count_its_own_echo();
   void not_see_frames_of_other_ethertypes();
   void receive_a_frame_with_ethernet_padding();
+  void receive_a_frame_with_a_priority_and_no_vlan();
   void keep_what_comes_before_a_bad_packet_length();
   void send_broadcast_frames_of_its_ethertype_and_nothing_else();
   void hear_others_and_not_itself_on_an_old_kernel();
@@ -116,6 +128,8 @@ void RawL2Wire::count_what_is_no_frame_of_its_own() {
   expect_counted("frames_other_version", other_version);
   expect_counted("frames_unknown_flags", unknown_flags);
   expect_counted("frames_other_profile", good_frame(frame::ProfileId::kKilobot));
+  expect_counted("frames_tagged", tagged_frame(20), kVlanEthertype);
+  expect_counted("frames_tagged", tagged_frame(1), kVlanEthertype);
 }
 
 void RawL2Wire::drop_and_count_its_own_echo() {
@@ -143,6 +157,13 @@ void RawL2Wire::receive_a_frame_with_ethernet_padding() {
   Bytes bytes = good_frame();
   bytes.resize(46);
   probe_->inject(bytes, kNeighbourMac);
+  ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
+  EXPECT_EQ(user_.received[0], numbered_packet(1, 10));
+  user_.received.clear();
+}
+
+void RawL2Wire::receive_a_frame_with_a_priority_and_no_vlan() {
+  probe_->inject(tagged_frame(0), kNeighbourMac, kVlanEthertype);
   ASSERT_TRUE(run_until(io_, [&] { return !user_.received.empty(); }));
   EXPECT_EQ(user_.received[0], numbered_packet(1, 10));
   user_.received.clear();
@@ -223,6 +244,7 @@ TEST_F(RawL2Wire, TakesAndSendsFramesOfItsOwnAndCountsTheOthers) {
   drop_and_count_its_own_echo();
   not_see_frames_of_other_ethertypes();
   receive_a_frame_with_ethernet_padding();
+  receive_a_frame_with_a_priority_and_no_vlan();
   keep_what_comes_before_a_bad_packet_length();
   send_broadcast_frames_of_its_ethertype_and_nothing_else();
   hear_others_and_not_itself_on_an_old_kernel();
