@@ -416,3 +416,31 @@ def test_get_of_a_client_that_was_closed_says_so(tmp_path, monkeypatch):
         with pytest.raises(swarmtalk.Error, match="this Client is closed"):
             subscriber.get()
         world.daemon.stop()
+
+
+class Refusing(Raised, swarmtalk.Error):
+    """What a handler lets out that calls what it may not."""
+    code, text = "disconnected", "by a handler"
+
+
+def do_refuse(_):
+    raise Refusing("by a handler")
+
+
+class Beginner:
+    """A program that has not connected yet."""
+
+    def __init__(self, world):
+        world.daemon.start()
+        self.client = world.client
+
+
+@pytest.mark.parametrize("make, scene", [
+    (Beginner, lambda stage: stage.client.subscribe("c")),
+    (with_callback, lambda stage: (stage.send("x"), stage.client.close()))],
+    ids=["the first subscribe()", "close()"])
+def test_what_a_handler_raises_is_not_taken_for_a_failure_of_the_daemon(tmp_path, monkeypatch,
+                                                                        make, scene):
+    def check(stage, has_raised):
+        assert has_raised
+    assert strike_all(tmp_path, monkeypatch, make, scene, do_refuse, check) > 100
