@@ -960,17 +960,7 @@ class Subscriber(_Handle):
         return self
 
     def __anext__(self):
-        future = self._client.attach().create_future()
-        self._serve_futures()
-        futures = self._futures
-        if self._is_ready():
-            future.set_result(self._waiting[0])
-            del self._waiting[0]
-        elif self._closed or self._client._closed:
-            future.set_exception(StopAsyncIteration())  # noqa: F821 (Python 2 has none)
-        else:
-            futures += (future,)
-        return future
+        return _Coming(self)
 
     def _need_no_callback(self, what):
         if self._receive is not None:
@@ -1044,20 +1034,14 @@ class Subscriber(_Handle):
         return message
 
     def _serve_futures(self):
-        """Hands messages to those who wait in asyncio. Both are kept until that is done: of what a
-        handler cuts here, the next look does the rest."""
+        """Wakes all who wait in asyncio; each takes a message, if one is left then."""
+        if self._futures and self._client._loop.is_closed():
+            self._futures.clear()
         while self._futures and (self._waiting or self._closed):
             future = self._futures[0]
-            if future.done():
-                is_served = not (future.cancelled() or future.exception())
-                if is_served and self._waiting and self._waiting[0] is future.result():
-                    del self._waiting[0]
-                del self._futures[0]
-            elif self._is_ready():
-                if not future.done():  # on_gap may do anything
-                    future.set_result(self._waiting[0])
-            elif self._closed:
-                future.set_exception(StopAsyncIteration())  # noqa: F821
+            if not future.done():
+                future.set_result(None)
+            del self._futures[0]
 
     def _request(self):
         body = _bytes(1, self._channel)
@@ -1082,6 +1066,32 @@ class Subscriber(_Handle):
 
     def _unregister(self):
         return _bytes(7, _uint(1, self._id))
+
+
+class _Coming(object):
+    """To await the next message of a subscriber. It stays there until the task that waits runs
+    again: a task that is cancelled meanwhile, as wait_for() does, would lose it."""
+
+    def __init__(self, subscriber):
+        self._subscriber = subscriber
+
+    def __await__(self):
+        return self
+
+    __iter__ = __await__
+
+    def __next__(self):
+        subscriber = self._subscriber
+        loop = subscriber._client.attach()
+        if subscriber._is_ready():
+            message = StopIteration(subscriber._waiting[0])
+            del subscriber._waiting[0]
+            raise message
+        if subscriber._closed or subscriber._client._closed:
+            raise StopAsyncIteration  # noqa: F821 (Python 2 has none)
+        future, futures = loop.create_future(), subscriber._futures
+        futures += (future,)
+        return next(future.__await__())
 
 
 # ---- The connection -----------------------------------------------------------------------------

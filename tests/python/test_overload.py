@@ -272,6 +272,25 @@ def test_an_iteration_that_is_cancelled_takes_no_message(world):
     assert in_a_loop(world, scene) == "two"
 
 
+def test_a_task_that_is_cancelled_just_when_its_message_comes_does_not_lose_it(world):
+    """As wait_for() does."""
+    subscriber = world.client.subscribe("b")
+    id_ = world.daemon.newest_id(SUBSCRIBE)
+
+    async def scene():
+        async def wait():
+            return await subscriber.__anext__()
+        task, other = asyncio.ensure_future(wait()), asyncio.ensure_future(wait())
+        await Turn()
+        world.daemon.deliver(id_, "one")
+        world.client.process()
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        return (await other).text
+    assert in_a_loop(world, scene) == "one"
+
+
 def test_an_iteration_goes_on_waiting_when_what_came_was_too_old(world):
     subscriber = world.client.subscribe("b", no_older_than=1)
     id_ = world.daemon.newest_id(SUBSCRIBE)
@@ -336,16 +355,24 @@ def test_what_nobody_waits_for_any_more_takes_no_message(world):
     subscriber = world.client.subscribe("b")
     id_ = world.daemon.newest_id(SUBSCRIBE)
 
-    async def leave():
-        subscriber.__anext__()
+    async def turn():
         await Turn()
 
     async def hear():
         world.client.attach()
-        world.daemon.deliver(id_, "x")
         return (await subscriber.__anext__()).text
-    in_a_loop(world, leave)
-    assert in_a_loop(world, hear) == "x"
+    for is_attached in (True, False):
+        loop = asyncio.new_event_loop()
+        waiting = loop.create_task(hear())
+        loop.run_until_complete(turn())
+        loop.close()
+        world.daemon.deliver(id_, "x")
+        if is_attached:
+            assert in_a_loop(world, hear) == "x"
+        else:
+            world.client.process()
+            assert [each.text for each in subscriber.take()] == ["x"]
+        waiting._log_destroy_pending = False
 
 
 def test_outside_a_coroutine_the_loop_of_before_is_taken_while_it_is_open(world):

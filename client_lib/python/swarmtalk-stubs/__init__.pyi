@@ -3,7 +3,7 @@
 from asyncio import AbstractEventLoop, Future
 from logging import Logger
 from os import PathLike
-from typing import Any, Callable, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
+from typing import Any, Awaitable, Callable, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
 
 _Channel = Union[str, bytes, int]
 _Data = Union[str, bytes, bytearray, memoryview]
@@ -214,7 +214,7 @@ class Subscriber(_Handle):
     def __next__(self) -> Message: ...
     def next(self) -> Message: ...
     def __aiter__(self) -> Subscriber: ...
-    def __anext__(self) -> Future[Message]: ...
+    def __anext__(self) -> Awaitable[Message]: ...
 
 class Client:
     request_timeout: float
