@@ -2294,7 +2294,19 @@ class _Session(object):
 
 # ---- The Client ---------------------------------------------------------------------------------
 
-_clients = weakref.WeakSet()
+_clients = {}  # weak references to all that live, and the descriptors that each has opened
+
+
+def _close_dropped():
+    """What a Client that was dropped without a close() has opened, when the next is made: in what
+    Python calls when it collects one, a handler's exception would vanish."""
+    for reference in list(_clients):
+        if reference() is None:
+            for fd in _clients.pop(reference, []):
+                if fd is not None:
+                    os.close(fd)
+
+
 _LEFT_OUT = object()  # an argument that was not given, other than None
 _SENDS = "a publisher sends: hello = robot.advertise(\"hello\"); hello.send(\"hi\")"
 _INSTEAD = {"send": _SENDS, "publish": _SENDS, "id": "did you mean 'node_id'?",
@@ -2384,7 +2396,8 @@ class Client(_Session):
         self._opened = [None]           # descriptors to close; empty when that is done
         try:
             self._open_descriptors()
-            _clients.add(self)
+            _close_dropped()
+            _clients[weakref.ref(self)] = self._opened
             if is_connecting:
                 self.connect()
         except BaseException:
@@ -2751,9 +2764,10 @@ _ending = []  # not empty: the program has ended
 @atexit.register
 def _close_all():
     _ending.append(True)
-    for client in list(_clients):
+    for client in [reference() for reference in list(_clients)]:
         try:
-            client.close()
+            if client is not None:
+                client.close()
         except BadArgument:  # a thread of the program's is still inside: it ends with the process
             pass
 

@@ -2,6 +2,7 @@
 fork, and when the daemon says why it ends. With a daemon that is a script and a clock that stands
 still unless the client waits."""
 import copy
+import gc
 import os
 import pickle
 import threading
@@ -292,6 +293,15 @@ def test_a_client_belongs_to_the_process_that_made_it(world, monkeypatch):
     world.settle()
     assert world.client.connected and len(world.daemon.requests) == before
     assert publisher.send("x")
+
+
+def test_a_client_that_is_dropped_leaves_no_descriptor(world):
+    def make():
+        with swarmtalk.Client("closed", world.daemon.path, connect=False):
+            swarmtalk.Client("dropped", world.daemon.path, connect=False).subscribe("a")
+        gc.collect()
+        return len(os.listdir("/proc/self/fd"))
+    assert make() == make()
 
 
 @pytest.mark.parametrize("copied", [pickle.dumps, copy.deepcopy])
