@@ -317,7 +317,14 @@ std::string KilobotLink::uplink_state() const {
 }
 
 std::string KilobotLink::state() const {
-  return (is_up() ? "up: " : "") + downlink_state() + "; " + uplink_state();
+  std::string text = (is_up() ? "up: " : "") + downlink_state() + "; " + uplink_state();
+  for (const ReconnectingPort* const port : {downlink_.get(), uplink_.get()}) {
+    if (port == nullptr || !port->is_open()) continue;
+    const std::string others = port->others();
+    if (others.empty()) continue;
+    text += "; " + port->path() + " is also open in " + others + ", which takes bytes away: end it";
+  }
+  return text;
 }
 
 drivers::Counters KilobotLink::counters() const {

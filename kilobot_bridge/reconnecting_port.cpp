@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -26,7 +27,11 @@ ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig confi
       retry_timer_(io),
       failing_(loop::Loop::of(io), [this] { fail(std::strerror(error_)); }) {
   const OpenProblem problem = device_.open(config_.path, config_.baud);
-  if (problem.kind == OpenProblem::Kind::kNone) return;
+  // At once: with the privileges of the start more of them are seen.
+  if (problem.kind == OpenProblem::Kind::kNone) {
+    look_for_others();
+    return;
+  }
   problem_ = problem.text;
   if (problem.kind == OpenProblem::Kind::kAbsent) return;
   throw std::runtime_error("serial device '" + config_.path + "': " + problem.text);
@@ -65,6 +70,22 @@ void ReconnectingPort::fail(const std::string& reason) {
                             reason);
   user_.on_port_lost(*this);
   schedule_attempt();
+}
+
+// Whoever opened it before us keeps it, if it takes no lock.
+void ReconnectingPort::look_for_others() {
+  others_ = serial::other_holders(config_.path).seen;
+  if (others_.empty()) return;
+  drivers::link_log()->warn(
+      "serial device '{}' is open in another program too: {}. What that reads is lost here; end it",
+      config_.path, serial::text_of(others_));
+}
+
+std::string ReconnectingPort::others() const {
+  std::vector<serial::Holder> left;
+  std::copy_if(others_.begin(), others_.end(), std::back_inserter(left),
+               [this](const auto& each) { return serial::still_holds(each, config_.path); });
+  return serial::text_of(left);
 }
 
 void ReconnectingPort::on_open() {
@@ -120,6 +141,7 @@ void ReconnectingPort::attempt() {
   const OpenProblem problem = device_.open(config_.path, config_.baud);
   if (problem.kind == OpenProblem::Kind::kNone) {
     drivers::link_log()->info("serial device '{}' is open", config_.path);
+    look_for_others();
     return on_open();
   }
   if (problem.text != problem_ && problem.kind != OpenProblem::Kind::kAbsent) {

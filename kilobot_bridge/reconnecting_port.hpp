@@ -15,6 +15,7 @@
 
 #include "kilobot_bridge/serial_device.hpp"
 #include "loop/loop.hpp"
+#include "serial/holders.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 
@@ -51,6 +52,8 @@ class ReconnectingPort {
   /// "" while it is open, else why not and what is done about it.
   const std::string& problem() const { return problem_; }
   std::uint64_t losses() const { return losses_; }
+  /// Programs that had it open too when it was opened, and still have: "pid 123 (cat)"; else "".
+  std::string others() const;
 
   /// @return bytes taken. When the device turns out to be gone, on_port_lost() follows later.
   std::size_t write(std::span<const std::uint8_t> bytes);
@@ -60,6 +63,7 @@ class ReconnectingPort {
   void fail(const std::string& reason);
 
  private:
+  void look_for_others();
   void on_open();
   void wait_readable();
   void on_readable();
@@ -73,6 +77,7 @@ class ReconnectingPort {
   boost::asio::posix::stream_descriptor watched_;  // a duplicate: readiness only
   boost::asio::steady_timer retry_timer_;
   std::string problem_;
+  std::vector<serial::Holder> others_;
   std::size_t attempts_ = 0;
   std::uint64_t losses_ = 0;
   bool is_failing_ = false;

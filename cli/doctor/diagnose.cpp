@@ -329,6 +329,21 @@ void diagnose_address(const Facts& facts, const LinkFacts& link, Report& report)
                   "(NetworkManager: cloned-mac-address)"});
 }
 
+void diagnose_serial_device(const SerialFacts& device, Report& report) {
+  if (!device.others.empty()) {
+    report.add(
+        {"device-shared", Severity::kError, device.path,
+         "it is open in another program too, and what that reads is lost here: " + device.others,
+         "end that program, `sudo kill PID`; a service that comes back (ModemManager, "
+         "serial-getty) is kept away as docs/kilobot.md says"});
+  } else if (device.are_all) {
+    report.looked_at.push_back(device.path);
+  } else {
+    report.not_looked_at.push_back({"other programs that have " + device.path + " open",
+                                    "only root sees them: sudo swarmtalk-cli doctor"});
+  }
+}
+
 void diagnose_losses(const Facts& facts, const LinkFacts& link, Report& report) {
   if (rise_of(link, "kernel_drops") > 0) return;  // explained
   std::string robots;
@@ -385,6 +400,7 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report) {
     diagnose_link(link, facts.daemon, report);
     diagnose_losses(facts, link, report);
   }
+  for (const SerialFacts& each : facts.serial_devices) diagnose_serial_device(each, report);
   if (!facts.clock) {
     report.not_looked_at.push_back({"clock", "the kernel does not tell"});
   } else if (!facts.clock->is_synchronised) {

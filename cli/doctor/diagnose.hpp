@@ -24,6 +24,7 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report);
 // Parts of it.
 void diagnose_daemon(const Facts& facts, Report& report);
 void diagnose_address(const Facts& facts, const LinkFacts& link, Report& report);
+void diagnose_serial_device(const SerialFacts& device, Report& report);
 void diagnose_losses(const Facts& facts, const LinkFacts& link, Report& report);
 void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& report);
 /// @return whether something was found that explains a link that is down

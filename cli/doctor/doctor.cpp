@@ -89,6 +89,7 @@ int doctor(const Common& common, const DoctorArguments& arguments) {
   for (const std::string& name : interfaces_of(facts.daemon, arguments.interface)) {
     facts.interfaces.push_back(look_at_interface(name, asker));
   }
+  facts.serial_devices = look_at_serial_devices(facts.daemon);
   facts.clock = look_at_clock();
   Report report;
   diagnose(facts, arguments.expected, report);

@@ -30,6 +30,7 @@ struct InterfaceFacts : InterfaceInfo {
 struct LinkFacts {
   std::string name;
   std::string type;       // raw_l2, udp, replay, kilobot
+  std::string device;     // interface, group, file, or serial devices
   std::string interface;  // empty: none
   bool is_up = false;
   std::string state;
@@ -79,6 +80,13 @@ struct DaemonFacts {
   std::vector<NeighbourFacts> neighbours;
 };
 
+/// A serial device of a link.
+struct SerialFacts {
+  std::string path;
+  std::string others;    // programs beside the daemon that have it open: "pid 123 (cat)"
+  bool are_all = false;  // that have it, are known
+};
+
 struct ClockFacts {
   bool is_synchronised = false;
 };
@@ -86,6 +94,7 @@ struct ClockFacts {
 struct Facts {
   DaemonFacts daemon;
   std::vector<InterfaceFacts> interfaces;
+  std::vector<SerialFacts> serial_devices;
   std::optional<ClockFacts> clock;
   std::string cli_version;
   double seconds = 0;  // that counters were watched

@@ -25,6 +25,9 @@ std::vector<std::string> radios();
 /// @param config_file  looked at with `swarmtalkd --check` where the daemon does not run
 DaemonFacts look_at_daemon(const Common& common, double seconds, const std::string& config_file);
 
+/// Serial devices of the daemon's links, and which other programs have them open.
+std::vector<SerialFacts> look_at_serial_devices(const DaemonFacts& daemon);
+
 /// Whether the kernel's clock is kept right by somebody.
 std::optional<ClockFacts> look_at_clock();
 

@@ -128,6 +128,7 @@ LinkFacts facts_of(const ipc::LinkStatus& link, const ipc::LinkStatus* before) {
   LinkFacts facts;
   facts.name = link.name();
   facts.type = link.type();
+  facts.device = link.device();
   facts.interface = link.interface();
   if (facts.interface.empty() && link.type() == "raw_l2") facts.interface = link.device();
   facts.is_up = link.up();

@@ -185,6 +185,33 @@ def test_a_robot_of_which_most_is_lost_is_named_and_its_mtu_compared(wires, pair
     assert finding["subject"] == "link air" and "robot 2 " in finding["what"]
 
 
+def test_a_program_at_a_serial_device_of_a_link_is_named(wires, robot):
+    robot.stop()
+    controller, device = os.openpty()
+    path = os.ttyname(device)
+    config = standing(1) + HEALTHY + (
+        '[links.table]\ntype = "kilobot"\nprofile = "kilobot"\nuplink_form = "text"\n'
+        f'text_channel = 9\nsettle_ms = 0\nuplink = "{path}"\ndownlink = "{path}"\n')
+    robot.start(config)
+    found, report = examine(robot)
+    assert found == {} and path in report["looked_at"]
+    robot.stop()
+    thief = wires.keep(subprocess.Popen(["cat", path], stdout=subprocess.DEVNULL))
+    held = pathlib.Path(f"/proc/{thief.pid}/fd")
+    wait_for(lambda: path in map(os.path.realpath, held.iterdir()), what="the other program")
+    robot.start(config)
+    name = f"pid {thief.pid} (cat)"
+    assert f"{path} is also open in {name}" in robot.link("table")["state"]
+    assert name in robot.logged()
+    finding = only(robot, "device-shared")
+    assert finding["subject"] == path and name in finding["what"]
+    thief.kill()
+    thief.wait(timeout=60)
+    assert examine(robot)[0] == {} and name not in robot.link("table")["state"]
+    for each in (controller, device):
+        os.close(each)
+
+
 def test_a_user_outside_the_group_is_told(robot):
     os.chmod(pathlib.Path(robot.socket).parent, 0o755)
     os.chmod(robot.socket, 0o660)

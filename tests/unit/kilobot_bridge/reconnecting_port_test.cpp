@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "emulation/kilobot/pty.hpp"
+#include "tests/support/other_program.hpp"
 #include "tests/support/patience.hpp"
 
 namespace swarmtalk::kilobot_bridge {
@@ -107,6 +108,19 @@ TEST_F(ReconnectingPortTest, IsOpenedAgainWhenItsUserGivesItUp) {
   EXPECT_EQ(port.losses(), 1u) << "it is given up already";
   EXPECT_TRUE(is_told({"open", "lost", "open"}));
   EXPECT_EQ(arrive({7}), (Bytes{7}));
+}
+
+TEST_F(ReconnectingPortTest, NamesAProgramThatHadTheDeviceOpenBefore) {
+  port.start();
+  EXPECT_EQ(port.others(), "");
+  unplug();
+  ASSERT_TRUE(is_told({"open", "lost"}));
+  plug_in();
+  test::OtherProgram thief(pty->device(), "thief");
+  ASSERT_TRUE(is_told({"open", "lost", "open"}));
+  EXPECT_EQ(port.others(), "pid " + std::to_string(thief.pid()) + " (thief)");
+  thief.end();
+  EXPECT_EQ(port.others(), "");
 }
 
 TEST_F(ReconnectingPortTest, WaitsForADeviceThatIsNotThereYet) {

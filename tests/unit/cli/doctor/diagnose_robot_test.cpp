@@ -239,6 +239,19 @@ TEST_F(CabledRobot, HasAnotherMtuThanThePeerByItsReport) {
   EXPECT_EQ(ids(600, 0), "") << "it does not tell";
 }
 
+TEST_F(CabledRobot, SharesASerialDevice) {
+  facts_.serial_devices.push_back({"/dev/ttyUSB7", "", true});
+  EXPECT_TRUE(report().findings.empty());
+  EXPECT_TRUE(report().not_looked_at.empty());
+  facts_.serial_devices[0].are_all = false;
+  ASSERT_EQ(report().not_looked_at.size(), 1u);
+  EXPECT_NE(report().not_looked_at[0].why.find("sudo swarmtalk-cli doctor"), std::string::npos);
+  facts_.serial_devices[0].others = "pid 7 (cat)";
+  const Finding shared = only("device-shared");
+  EXPECT_EQ(shared.subject, "/dev/ttyUSB7");
+  EXPECT_NE(shared.what.find("pid 7 (cat)"), std::string::npos);
+}
+
 TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
   daemon_.trouble = "what connecting said";
   daemon_.is_config_compared = false;
