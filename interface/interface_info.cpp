@@ -125,6 +125,13 @@ bool is_without_source(Bytes answer) {
   return source == 0;
 }
 
+bool is_broadcast(Bytes answer) {
+  if (answer.size() < NLMSG_LENGTH(sizeof(rtmsg))) return false;
+  if (value_of<nlmsghdr>(answer).nlmsg_type != RTM_NEWROUTE) return false;
+  const auto type = value_of<rtmsg>(answer.subspan(NLMSG_HDRLEN)).rtm_type;
+  return type == RTN_BROADCAST || type == RTN_LOCAL;
+}
+
 InterfaceAsker::InterfaceAsker() : socket_(open_route_socket(0)) {}
 
 InterfaceAsker::~InterfaceAsker() {
@@ -171,7 +178,8 @@ void InterfaceAsker::complete(InterfaceInfo& info) const {
   if (info.is_radio && !info.is_switched_on) info.block = block_of(info.name);
 }
 
-bool InterfaceAsker::lacks_source(unsigned index, std::uint32_t destination) const {
+std::vector<std::uint8_t> InterfaceAsker::ask_route(unsigned index,
+                                                    std::uint32_t destination) const {
   struct {
     nlmsghdr head;
     rtmsg route;
@@ -189,9 +197,18 @@ bool InterfaceAsker::lacks_source(unsigned index, std::uint32_t destination) con
   question.to = destination;
   question.through_head = {RTA_LENGTH(sizeof index), RTA_OIF};
   question.through = index;
-  std::array<std::uint8_t, kMostAnswerBytes> answer;
+  std::vector<std::uint8_t> answer(kMostAnswerBytes);
   const Bytes bytes(reinterpret_cast<const std::uint8_t*>(&question), sizeof question);
-  return is_without_source(Bytes(answer).first(ask_kernel(socket_, bytes, answer)));
+  answer.resize(ask_kernel(socket_, bytes, answer));
+  return answer;
+}
+
+bool InterfaceAsker::lacks_source(unsigned index, std::uint32_t destination) const {
+  return is_without_source(ask_route(index, destination));
+}
+
+bool InterfaceAsker::is_broadcast(unsigned index, std::uint32_t destination) const {
+  return swarmtalk::is_broadcast(ask_route(index, destination));
 }
 
 bool is_radio(const std::string& interface) {

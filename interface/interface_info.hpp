@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace swarmtalk {
 
@@ -39,6 +40,9 @@ InterfaceInfo read_interface(std::span<const std::uint8_t> answer);
 /// From the kernel's answer to RTM_GETROUTE: a route without an address to send from.
 bool is_without_source(std::span<const std::uint8_t> answer);
 
+/// From the same: where it leads is an address of this machine, or the broadcast address of one.
+bool is_broadcast(std::span<const std::uint8_t> answer);
+
 class InterfaceAsker {
  public:
   /// Opens a route socket in the calling thread's network namespace.
@@ -55,9 +59,12 @@ class InterfaceAsker {
   /// neither it nor another interface has an IPv4 address for them.
   /// @param destination  network byte order
   bool lacks_source(unsigned index, std::uint32_t destination) const;
+  /// Whether it is the broadcast address of a network of this interface, or of any if index is 0.
+  bool is_broadcast(unsigned index, std::uint32_t destination) const;
 
  private:
   InterfaceInfo ask(unsigned index, const std::string& name) const;
+  std::vector<std::uint8_t> ask_route(unsigned index, std::uint32_t destination) const;
   void complete(InterfaceInfo& info) const;
 
   int socket_;

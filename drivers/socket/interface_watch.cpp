@@ -7,16 +7,30 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <utility>
 
 namespace swarmtalk::drivers {
 
 InterfaceWatch::InterfaceWatch(boost::asio::io_context& io)
-    : descriptor_(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR)), socket_(io, descriptor_) {}
+    : descriptor_(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR)),
+      socket_(io, descriptor_),
+      later_(io) {}
 
 void InterfaceWatch::start(std::function<void()> on_change) {
   on_change_ = std::move(on_change);
   wait();
+}
+
+void InterfaceWatch::look_later() {
+  if (!on_change_ || std::exchange(is_later_armed_, true)) return;
+  later_.expires_after(std::chrono::seconds(2));
+  later_.async_wait(
+      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
+        if (alive.expired() || error) return;
+        is_later_armed_ = false;
+        on_change_();
+      });
 }
 
 void InterfaceWatch::wait() {

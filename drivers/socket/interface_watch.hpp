@@ -6,6 +6,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,10 +32,17 @@ class InterfaceWatch {
   /// Calls `on_change` after each change of any interface or IPv4 address, until this is destroyed.
   void start(std::function<void()> on_change);
 
+  /// Calls `on_change` once more in two seconds: of some changes, such as `rfkill unblock` and
+  /// those of routes, there is no word.
+  void look_later();
+
   InterfaceInfo find(const std::string& name) const { return asker_.find(name); }
   InterfaceInfo find(unsigned index) const { return asker_.find(index); }
   bool lacks_source(unsigned index, std::uint32_t destination) const {
     return asker_.lacks_source(index, destination);
+  }
+  bool is_broadcast(unsigned index, std::uint32_t destination) const {
+    return asker_.is_broadcast(index, destination);
   }
 
   /// Names of this machine's interfaces: "eth0, lo".
@@ -47,6 +55,8 @@ class InterfaceWatch {
   InterfaceAsker asker_;
   int descriptor_;  // of socket_, for calls that only read
   boost::asio::posix::stream_descriptor socket_;
+  boost::asio::steady_timer later_;
+  bool is_later_armed_ = false;
   std::function<void()> on_change_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the watch
 };

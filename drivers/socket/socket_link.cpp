@@ -150,6 +150,7 @@ std::string SocketLink::mtu_remark() const {
 }
 
 void SocketLink::set_state(bool is_up, const std::string& text) {
+  if (!is_up) watch_.look_later();
   if (!state_.set(is_up, text)) return;
   if (is_up) {
     waiting_.clear();

@@ -119,6 +119,13 @@ bool UdpLink::bind_receiving() {
   return is_bound_;
 }
 
+// A broadcast address goes with the address that brought it; the sockets do not notice.
+bool UdpLink::is_lost(const InterfaceInfo& interface) const {
+  const std::uint32_t address = destination_.sin_addr.s_addr;
+  return !is_multicast(destination_) && address != INADDR_BROADCAST &&
+         !watch().is_broadcast(interface.index, address);
+}
+
 // The loopback interface needs none.
 bool UdpLink::has_no_address(const InterfaceInfo& interface) const {
   return interface.index == 0 ||
@@ -189,6 +196,12 @@ void UdpLink::refresh() {
   }
   if (!bind_receiving()) {
     return set_state(false, "down: " + bind_problem(errno, config_.port).second);
+  }
+  if (is_lost(interface)) {
+    const std::string whose =
+        interface.index == 0 ? "this machine" : "interface '" + config_.interface + "'";
+    return set_state(false, "down: " + config_.address + " is no broadcast address of " + whose +
+                                " now (give it its address, or wait for DHCP)");
   }
   set_state(true, "up, frames of up to " + std::to_string(frame_bytes) + " bytes" + mtu_remark() +
                       remark_on(interface));

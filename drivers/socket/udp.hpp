@@ -52,6 +52,7 @@ class UdpLink final : public SocketLink {
 
   void open_receiving();
   bool bind_receiving();
+  bool is_lost(const InterfaceInfo& interface) const;
   bool has_no_address(const InterfaceInfo& interface) const;
   void open_sending();
   bool join_group(const InterfaceInfo& interface);

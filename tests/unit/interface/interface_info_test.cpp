@@ -144,6 +144,23 @@ TEST(InterfaceInfo, ARouteWithoutAnAddressToSendFromIsOne) {
   EXPECT_FALSE(is_without_source(answer(IFF_UP)));
 }
 
+TEST(InterfaceInfo, ARouteSaysWhoseAddressItIs) {
+  nlmsghdr head{};
+  head.nlmsg_type = RTM_NEWROUTE;
+  rtmsg route{};
+  for (const auto& [type, is_ours] : {std::pair{RTN_BROADCAST, true},
+                                      {RTN_LOCAL, true},
+                                      {RTN_UNICAST, false},
+                                      {RTN_UNREACHABLE, false}}) {
+    route.rtm_type = static_cast<unsigned char>(type);
+    Bytes made;
+    append(made, &head, sizeof head);
+    EXPECT_FALSE(is_broadcast(made)) << "no answer";
+    append(made, &route, sizeof route);
+    EXPECT_EQ(is_broadcast(made), is_ours) << type;
+  }
+}
+
 TEST(InterfaceInfo, AnAnswerThatIsCutIsReadAsFarAsItGoes) {
   const Bytes whole = answer(IFF_UP, {attribute(IFLA_IFNAME, text("wlan0")), master("bridge")});
   for (std::size_t size = 0; size < whole.size(); ++size) {

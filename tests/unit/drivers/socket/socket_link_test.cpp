@@ -173,6 +173,13 @@ TEST_P(SocketLinkTest, SendsNothingWhileItIsDownAndWhatWaitsWhenItComesUp) {
   EXPECT_EQ(count("link_down_events"), 1u);
 }
 
+TEST_P(SocketLinkTest, IsLookedAtAgainWhileItIsDown) {
+  make().is_medium_up = false;
+  link_->start(user_);
+  link_->is_medium_up = true;  // and no word of it
+  EXPECT_TRUE(run_until(io_, [&] { return link_->is_up(); }));
+}
+
 TEST_P(SocketLinkTest, HandsUpWhatComesAndShowsItToACapture) {
   make().start(user_);
   HeardFrames tap;

@@ -41,6 +41,7 @@ class UdpWire : public LinkPair<UdpLink, UdpConfig> {
   void wait_for_an_address();
   void come_up_with_an_interface_that_is_late();
   void use_the_networks_broadcast_address();
+  void be_down_without_the_address_of_its_broadcast_address();
   void use_the_broadcast_address_of_all_networks_without_a_route();
   void never_fragment_on_a_small_mtu();
 };
@@ -136,6 +137,28 @@ void UdpWire::use_the_networks_broadcast_address() {
   expect_exchange();
 }
 
+void UdpWire::be_down_without_the_address_of_its_broadcast_address() {
+  network_->ip('a', "link add other0 type veth peer name other1");
+  network_->ip('a', "addr add 10.9.9.1/24 brd + dev other0");
+  for (const char* const end : {"other0", "other1"}) {
+    network_->ip('a', std::string("link set ") + end + " up");
+  }
+  for (const char* const interface : {"air0", ""}) {
+    SCOPED_TRACE(interface);
+    open([&](UdpConfig& config) {
+      config.address = "10.83.84.255";
+      config.interface = interface;
+    });
+    expect_exchange();
+    network_->ip('a', "addr flush dev air0");
+    EXPECT_TRUE(run_until(io_, [&] { return !a_->is_up(); })) << a_->state();
+    network_->ip('a', "addr add 10.83.84.1/24 brd + dev air0");
+    EXPECT_TRUE(run_until(io_, [&] { return a_->is_up(); })) << a_->state();
+    expect_exchange();
+  }
+  network_->ip('a', "link del other0");
+}
+
 void UdpWire::use_the_broadcast_address_of_all_networks_without_a_route() {
   // There is no route to 255.255.255.255: what is sent there leaves by the configured interface.
   open([](UdpConfig& config) { config.address = "255.255.255.255"; });
@@ -165,6 +188,7 @@ TEST_F(UdpWire, StaysOnItsNetworkAndFollowsItsInterface) {
   wait_for_an_address();
   come_up_with_an_interface_that_is_late();
   use_the_networks_broadcast_address();
+  be_down_without_the_address_of_its_broadcast_address();
   use_the_broadcast_address_of_all_networks_without_a_route();
   never_fragment_on_a_small_mtu();
 }
