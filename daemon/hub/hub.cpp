@@ -121,6 +121,7 @@ std::optional<Refusal> Hub::publish(Publisher& publisher, std::uint64_t number,
       admission_.admit(publisher, channel, payload.size(), hops, outbox_.waiting_for_room());
   if (refusal) {
     if (refusal->code == ipc::ERROR_LINK_DOWN) {
+      outbox_.give_up_on_dead_links();  // what came before it is heard before it
       PublicationHead unsent;
       unsent.client = publisher.client->serial();
       unsent.ttl = static_cast<std::uint8_t>(hops);

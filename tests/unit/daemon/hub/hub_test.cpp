@@ -144,7 +144,6 @@ TEST_F(HubTest, ProgramsOfThisRobotHearEachOtherWithoutALink) {
   publish(from, 1, "leaves");
   publish(publisher(a_, 1), 2, "waits");
   station_.set_up(false);
-  hub_.give_up_on_dead_links();
   EXPECT_EQ(code_of(publish(from, 3, "stays")), ipc::ERROR_LINK_DOWN);
   EXPECT_EQ(code_of(publish(from, 4, std::string(1001, 'x'))), ipc::ERROR_TOO_LONG);
   EXPECT_THAT(b_.heard, ElementsAre(std::tuple(id, "leaves", true), std::tuple(id, "waits", true),
