@@ -78,6 +78,9 @@ class Error(Exception):
         self.code = code  # for the program
         self.text = text  # for people: a sentence with the remedy
 
+    def __reduce__(self):  # out of another process, too
+        return type(self), (self.code, self.text)
+
 
 class BadArgument(Error, ValueError):
     """A call that makes no sense: over-long message, impossible TTL, pose, channel or option."""
@@ -823,6 +826,16 @@ class Publisher(_Handle):
         if not result:
             raise _error(result.code, result.text)
         return future
+
+    def _end_futures(self):
+        """It is closed: the daemon will not say any more what became of its messages."""
+        loop = self._client._loop
+        while self._futures:
+            future = self._futures.popitem()[1]
+            if not future.done() and not loop.is_closed():
+                future.set_exception(Error("disconnected", "the publisher was closed before it was "
+                                           "known whether this message left"))
+                future.exception()  # nobody has to wait for it
 
     def _no_room(self):
         """Why another message cannot be taken, or None."""
@@ -1902,6 +1915,8 @@ class _Session(object):
         self._end_handle(handle)
         if isinstance(handle, Subscriber):
             handle._serve_futures()
+        else:
+            handle._end_futures()
 
     def _table_of(self, handle):
         return self._publishers if isinstance(handle, Publisher) else self._subscribers
@@ -2735,6 +2750,8 @@ class Client(_Session):
         for handle in self._handles:
             if isinstance(handle, Subscriber):
                 handle._serve_futures()
+            else:
+                handle._end_futures()
         self._handles = []
         self._events.clear()
         self._pending.clear()

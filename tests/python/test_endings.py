@@ -295,6 +295,14 @@ def test_a_client_belongs_to_the_process_that_made_it(world, monkeypatch):
     assert publisher.send("x")
 
 
+def test_an_error_comes_whole_out_of_another_process():
+    for error in (swarmtalk.Error("no_daemon", "start it"),
+                  swarmtalk.BadArgument("bad_ttl", "less")):
+        copied = pickle.loads(pickle.dumps(error))
+        assert (type(copied), copied.code, copied.text, str(copied)) == (
+            type(error), error.code, error.text, str(error))
+
+
 def test_a_client_that_is_dropped_leaves_no_descriptor(world):
     def make():
         with swarmtalk.Client("closed", world.daemon.path, connect=False):

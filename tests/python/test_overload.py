@@ -231,6 +231,20 @@ def test_what_threads_and_calls_queue_is_written_when_there_is_room_again(world)
 
 # asyncio
 
+@pytest.mark.parametrize("what", ["publisher", "client"])
+def test_async_send_ends_with_its_publisher(world, what):
+    publisher = world.client.advertise("a", queue=5)
+    world.meet()
+
+    async def scene():
+        waiting = [publisher.async_send("1"), publisher.async_send("2")]
+        (publisher if what == "publisher" else world.client).close()
+        with pytest.raises(swarmtalk.Error, match="closed before it was known") as raised:
+            await waiting[1]
+        assert raised.value.code == "disconnected" and waiting[0].done()
+    asyncio.run(scene())
+
+
 def test_async_send_raises_a_refusal_and_forgets_the_message(world):
     publisher = world.client.advertise("a", queue=0, sent=True)
     id_ = world.daemon.newest_id(ADVERTISE)
