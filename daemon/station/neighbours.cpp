@@ -104,10 +104,18 @@ void Neighbours::count(Neighbour& neighbour, std::uint32_t counter, Time now) {
   neighbour.window_lost_ += step.believed;
 }
 
+// Another robot began under its id, and it has not been heard since.
+bool Neighbours::has_restarted(const Neighbour& neighbour) const {
+  const auto is_successor = [&](const Neighbour& other) {
+    return other.node == neighbour.node && other.first_heard > neighbour.first_heard;
+  };
+  return !neighbour.is_duplicate && std::any_of(entries_.begin(), entries_.end(), is_successor);
+}
+
 std::vector<Neighbour> Neighbours::list(Time now) const {
   std::vector<Neighbour> heard;
   for (const Neighbour& each : entries_) {
-    if (now - each.last_heard <= kForgetAfter) heard.push_back(each);
+    if (now - each.last_heard <= kForgetAfter && !has_restarted(each)) heard.push_back(each);
   }
   std::sort(heard.begin(), heard.end(), [](const auto& a, const auto& b) {
     return std::tie(a.node, a.epoch) < std::tie(b.node, b.epoch);

@@ -66,7 +66,7 @@ class Neighbours {
   /// One more frame. @return what it reveals, once for each pair; valid until the next call
   Duplicate heard(const drivers::FrameReception& frame, const Range& range, bool is_out_of_range);
 
-  /// Those heard within kForgetAfter, by node id.
+  /// Those heard within kForgetAfter, by node id; a robot that has restarted once, as it is now.
   std::vector<Neighbour> list(Time now) const;
 
   /// Robots that made place for others because more than kMost were heard.
@@ -75,6 +75,7 @@ class Neighbours {
  private:
   Neighbour& entry(const drivers::FrameReception& frame);
   Duplicate find_duplicate(Neighbour& neighbour);
+  bool has_restarted(const Neighbour& neighbour) const;
   static void count(Neighbour& neighbour, std::uint32_t counter, Time now);
 
   std::vector<std::uint64_t> keys_;  // node and epoch of entries_: searched for every frame

@@ -125,7 +125,13 @@ TEST_F(NeighboursTest, RobotThatRestartsAgainAndAgainIsNoDuplicate) {
     EXPECT_EQ(hear(7, epoch, 1, 0xA).older, nullptr);
     EXPECT_EQ(hear(7, epoch, 2, 0xA).older, nullptr);
   }
-  for (const Neighbour& each : list()) EXPECT_FALSE(each.is_duplicate);
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_EQ(list()[0].epoch, 20u);
+  hear(7, 19, 3, 0xA);  // late
+  EXPECT_EQ(list().size(), 1u);
+  hear(7, 19, 4, 0xB);  // another robot
+  ASSERT_EQ(list().size(), 2u);
+  EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
 }
 
 TEST_F(NeighboursTest, RobotWithOurOwnAddressIsToldOnce) {
