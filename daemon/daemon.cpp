@@ -66,7 +66,7 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
 }
 
 void Daemon::open_stations() {
-  hub_.set_reserved(parsed_.config.reserved);
+  hub_.set_reserved(parsed_.config.reserved, parsed_.lines.file());
   for (const LinkConfig& link : parsed_.config.links) {
     stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
     if (auto key = operator_.key_of(link.name)) {

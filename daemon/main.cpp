@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -99,6 +100,10 @@ int main(int argc, char** argv) {
     return kExitUsage;
   }
   try {
+    // Clients show it to users whose folder may be another. The one of this start may be gone.
+    std::error_code error;
+    const std::string whole = std::filesystem::absolute(options.config_file, error);
+    if (!options.is_check && !error) options.config_file = whole;
     const auto load = [&options] { return load_config(options.config_file, options.instead); };
     ParsedConfig parsed = load();
     if (options.is_check) {

@@ -3077,9 +3077,6 @@ def wrap(robot=None, channel="coachbot", within=None, name="usr_code"):
     return wrapped
 
 
-_DEBUG_OFF = ("the debug channel is off on this robot, so a traceback stays here; to see it on "
-              "others, put the line debug = true under [reserved] in "
-              "/etc/swarmtalk/swarmtalkd.toml; then: systemctl reload swarmtalkd")
 _LINES_OF_A_TRACEBACK = 15
 
 
@@ -3089,7 +3086,8 @@ def _open_debug(client):
         client._log = client.advertise("debug", ttl=4, queue=16, drop_oldest=True,
                                        sent=lambda error: None)
     except Error as error:
-        _print_error(_DEBUG_OFF if error.code == "bad_channel" else error.text)
+        is_off = error.code == "bad_channel"
+        _print_error(("a traceback stays on this robot: " if is_off else "") + error.text)
 
 
 def _tell_swarm(client, name, kind, error, calls):

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/common/monotonic_ns.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -13,7 +14,8 @@ std::optional<Refusal> Admission::admit(const Publisher& publisher, const Channe
   return publisher.is_daemons_own ? std::nullopt : take_turn(channel.number);
 }
 
-void Admission::set_reserved(const ReservedConfig& config) {
+void Admission::set_reserved(const ReservedConfig& config, const std::string& file) {
+  config_file_ = text::shell_word(file);
   reserved_.clear();
   const auto add = [&](const char* name, bool is_on) {
     const auto found = names_.find(name);
@@ -31,9 +33,9 @@ std::optional<Refusal> Admission::check_reserved(std::uint16_t channel) const {
     const std::string name = each.name;
     return Refusal{ipc::ERROR_BAD_CHANNEL,
                    "channel '" + name + "' (number " + std::to_string(channel) +
-                       ") is reserved, and off on this robot; put the line " + name +
-                       " = true under [reserved] in /etc/swarmtalk/swarmtalkd.toml; then: "
-                       "systemctl reload swarmtalkd",
+                       ") is reserved, and off on this robot; set " + name +
+                       " = true under [reserved] in " + config_file_ +
+                       ", then: swarmtalk-cli reload",
                    std::nullopt};
   }
   return std::nullopt;

@@ -30,7 +30,8 @@ class Admission {
         counters_(counters) {}
 
   /// Which channels are reserved, and whether they are on. Again when names of channels change.
-  void set_reserved(const ReservedConfig& config);
+  /// @param file  of the configuration, for the user to change
+  void set_reserved(const ReservedConfig& config, const std::string& file);
 
   /// Whether anybody may publish on the channel. @return why not
   std::optional<Refusal> check_reserved(std::uint16_t channel) const;
@@ -63,6 +64,7 @@ class Admission {
   const Shares& shares_;
   DaemonCounters& counters_;
   std::vector<Reserved> reserved_;
+  std::string config_file_;
 };
 
 }  // namespace swarmtalk::daemon

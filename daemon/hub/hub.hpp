@@ -49,7 +49,9 @@ class Hub final : public StationUser, private OutgoingListener {
   }
 
   /// Which channels are reserved, and whether they are on. Again when names of channels change.
-  void set_reserved(const ReservedConfig& config) { admission_.set_reserved(config); }
+  void set_reserved(const ReservedConfig& config, const std::string& file) {
+    admission_.set_reserved(config, file);
+  }
 
   // Each returns none when done. Pointers are kept until the opposite call.
   std::optional<Refusal> subscribe(const ChannelRequest& request, Subscription& subscription);

@@ -81,7 +81,7 @@ def test_nine_robots_run_scripts_as_they_are(name, lab):
         assert code == 0, errors
         assert re.fullmatch(r"\d+ saw 8 blink, blinked often\n", out), out + errors
         told = errors.splitlines()
-        assert len([line for line in told if "the debug channel is off" in line]) == 1, errors
+        assert len([line for line in told if "a traceback stays on this robot" in line]) == 1, told
         assert len([line for line in told if "robot.set_led() does nothing" in line]) == 1, errors
         assert len(told) == 2, errors
 
@@ -100,7 +100,7 @@ def test_the_traceback_of_a_script_shows_on_another_robot(name, lab):
     for number, (out, errors_of_other, code_of_other) in enumerate(others, 1):
         assert (out, code_of_other) == (f"{number} follows 9\n", 0), errors_of_other
     assert code == 1 and "AttributeError" in errors, errors
-    assert "debug channel is off" not in errors
+    assert "a traceback stays on this robot" not in errors
     log.terminate()
     lines = [json.loads(line) for line in log.communicate(timeout=60)[0].splitlines()]
     assert {line["sender"] for line in lines} == {9}
@@ -130,7 +130,7 @@ def see_what_a_script_logs(name, two_robots, tmp_path):
                           capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": two_robots[0].socket})
     assert done.returncode == 0, done.stderr
-    lines = [line for line in done.stderr.splitlines() if "debug channel" not in line]
+    lines = [line for line in done.stderr.splitlines() if "stays on this robot" not in line]
     assert lines == ["INFO: hello", "WARNING: again"]
 
 
@@ -182,7 +182,7 @@ def see_what_ended_a_program(name, robots, tmp_path):
                               capture_output=True, timeout=60,
                               env={**os.environ, "SWARMTALK_SOCKET": robots[0].socket})
         assert done.returncode == 1 and "AttributeError" in done.stderr
-        assert "debug channel is off" not in done.stderr
+        assert "a traceback stays on this robot" not in done.stderr
         lines = lines_until("AttributeError")
     assert lines[:2] == ["dies.py died on robot 1:", "Traceback (most recent call last):"]
     assert 'dies.py", line 2, in usr' in lines[2] and "'x'.heard" in lines[3]
@@ -207,7 +207,7 @@ def mistake(words, socket, pattern):
     """The exit status; what is told is one line that has the pattern."""
     done = subprocess.run([RUN, *words], text=True, capture_output=True, timeout=60,
                           env={**os.environ, "SWARMTALK_SOCKET": socket})
-    lines = [line for line in done.stderr.splitlines() if "debug channel" not in line]
+    lines = [line for line in done.stderr.splitlines() if "stays on this robot" not in line]
     assert len(lines) == 1 and re.search(pattern, lines[0]), done.stderr
     return done.returncode
 
@@ -245,7 +245,7 @@ def test_what_a_script_logs_and_dies_of_is_seen(name, tmp_path):
     with daemons.Daemons(2) as robots:
         see_what_a_script_logs(name, robots, tmp_path)
         told = run_wrapped(name, robots, tmp_path)
-        assert len(told) == 2 and "the debug channel is off on this robot" in told[0], told
+        assert len(told) == 2 and "set debug = true under [reserved]" in told[0], told
         ask_for_a_python_that_is_not_there(robots)
         run_a_script_without_usr(robots, tmp_path)
         for text, last in WRONG:

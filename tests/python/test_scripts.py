@@ -278,7 +278,7 @@ def test_of_a_long_traceback_the_last_lines_are_sent(world, monkeypatch, at_deat
 
 
 @pytest.mark.parametrize("code, words", [
-    (5, "the debug channel is off on this robot, so a traceback stays here; to see it on others"),
+    (5, "a traceback stays on this robot: no room"),
     (7, "no room")])
 def test_a_debug_channel_that_is_off_is_told_at_the_start(
         world, monkeypatch, capsys, at_death, code, words):

@@ -15,7 +15,7 @@ class AnswererTest : public testing::Test {
  protected:
   AnswererTest() {
     hub_.add(station_);
-    hub_.set_reserved({.harvest = true, .rate_hz = 1, .burst = 1});
+    hub_.set_reserved({.harvest = true, .rate_hz = 1, .burst = 1}, "robot.toml");
     answerer_.set_hook([this](Time at) { due_ = at; });
     EXPECT_FALSE(answerer_.start());
     channel_ = names_.find("harvest").number;
@@ -127,7 +127,7 @@ TEST_F(AnswererTest, TellsProgramsOnlyWhenTheyAreWanted) {
 }
 
 TEST_F(AnswererTest, AsksItsProgramsForTheirValuesWhereDetailsAreWanted) {
-  hub_.set_reserved({.harvest = true, .rate_hz = 100, .burst = 100});
+  hub_.set_reserved({.harvest = true, .rate_hz = 100, .burst = 100}, "robot.toml");
   Subscription subscription;
   subscription.client = &program_;
   ASSERT_FALSE(hub_.subscribe({"harvest", std::nullopt, std::nullopt, 0}, subscription));
@@ -201,7 +201,7 @@ TEST_F(AnswererTest, AReportThatWasForwardedIsNotListenedTo) {
 }
 
 TEST_F(AnswererTest, ReportsAlsoWhereProgramsMayNotUseHarvest) {
-  hub_.set_reserved({});
+  hub_.set_reserved({}, "robot.toml");
   hear(report::encode(told_by_root()));
   ASSERT_TRUE(due_);
   EXPECT_GE(run(seconds(20)), 1u);

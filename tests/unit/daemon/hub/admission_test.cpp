@@ -59,13 +59,13 @@ TEST_F(AdmissionAlone, TellsASmallMtuFromALinkThatIsDown) {
 TEST_F(AdmissionAlone, SharesThePaceOfAReservedChannelAmongAllPrograms) {
   std::string held_name;
   ASSERT_FALSE(registry_.use({"debug", std::nullopt, std::nullopt}, held_name, channel_));
-  admission_.set_reserved({});
+  admission_.set_reserved({}, "robot.toml");
   EXPECT_EQ(refused(1), ipc::ERROR_BAD_CHANNEL);
   ReservedConfig on;
   on.debug = true;
   on.rate_hz = 1;
   on.burst = 2;
-  admission_.set_reserved(on);
+  admission_.set_reserved(on, "robot.toml");
   EXPECT_FALSE(admission_.check_reserved(channel_->number));
   EXPECT_FALSE(refused(1));
   EXPECT_FALSE(refused(1));

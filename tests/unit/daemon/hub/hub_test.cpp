@@ -239,25 +239,25 @@ TEST_F(HubTest, AllClientsWaitingMessagesHaveALimit) {
 }
 
 TEST_F(HubTest, NobodyPublishesOnReservedChannelsUnlessTheyAreOn) {
-  hub_.set_reserved({});
+  hub_.set_reserved({}, "robot.toml");
   Publisher by_name, by_number;
   by_name.client = by_number.client = &a_;
   const auto refusal = hub_.advertise({"debug", std::nullopt, std::nullopt}, by_name);
   EXPECT_EQ(code_of(refusal), ipc::ERROR_BAD_CHANNEL);
-  EXPECT_THAT(refusal->text, HasSubstr("put the line debug = true under [reserved] in "
-                                       "/etc/swarmtalk/swarmtalkd.toml; then: systemctl reload"));
+  EXPECT_THAT(refusal->text, HasSubstr("set debug = true under [reserved] in robot.toml, "
+                                       "then: swarmtalk-cli reload"));
   const std::uint32_t number = ChannelTable::hash("harvest");
   EXPECT_EQ(code_of(hub_.advertise({"", number, std::nullopt}, by_number)), ipc::ERROR_BAD_CHANNEL);
   Subscription listener;
   listener.client = &a_;
   EXPECT_FALSE(hub_.subscribe({"debug", std::nullopt, std::nullopt}, listener));
-  hub_.set_reserved({.debug = true});
+  hub_.set_reserved({.debug = true}, "robot.toml");
   EXPECT_FALSE(hub_.advertise({"debug", std::nullopt, std::nullopt}, by_name));
   EXPECT_EQ(code_of(hub_.advertise({"", number, std::nullopt}, by_number)), ipc::ERROR_BAD_CHANNEL);
 }
 
 TEST_F(HubTest, ReservedChannelHasOnePaceForAllPrograms) {
-  hub_.set_reserved({.debug = true, .rate_hz = 1, .burst = 3});
+  hub_.set_reserved({.debug = true, .rate_hz = 1, .burst = 3}, "robot.toml");
   std::vector<Publisher> publishers(4);
   for (Publisher& each : publishers) {
     each.client = &a_;
@@ -267,7 +267,7 @@ TEST_F(HubTest, ReservedChannelHasOnePaceForAllPrograms) {
     EXPECT_FALSE(publish(publishers[static_cast<std::size_t>(i)], 1, "x"));
   EXPECT_EQ(code_of(publish(publishers[3], 1, "x")), ipc::ERROR_RATE);
   EXPECT_EQ(counters_.reserved_too_fast, 1u);
-  hub_.set_reserved({});
+  hub_.set_reserved({}, "robot.toml");
   EXPECT_EQ(code_of(publish(publishers[3], 2, "x")), ipc::ERROR_BAD_CHANNEL) << "off by a reload";
 }
 
