@@ -108,7 +108,9 @@ std::optional<Refusal> Admission::check_up(const Channel& channel) const {
   const std::optional<std::string> states = channels_.down_states(channel);
   if (!states) return std::nullopt;
   ++counters_.messages_link_down;
-  return Refusal{ipc::ERROR_LINK_DOWN, "no link is up (" + *states + ")", std::nullopt};
+  return Refusal{ipc::ERROR_LINK_DOWN,
+                 "no link is up (" + *states + "), so only programs of this robot hear it",
+                 std::nullopt};
 }
 
 // Within the profile's limit, but too long for the interfaces as they are.

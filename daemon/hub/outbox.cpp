@@ -257,11 +257,13 @@ void Outbox::finish(Publication& publication, Channel& channel, bool was_sent) {
     ++counters_.messages_link_down;
     if (!publication.is_heard_locally) listener_.on_stayed_here(publication, channel);
     if (client != nullptr) {
-      client->on_unsent(owner->id, publication.number,
-                        {ipc::ERROR_LINK_DOWN,
-                         "the link went down before the message could leave; publish again "
-                         "when it is up (`swarmtalk-cli status`)",
-                         std::nullopt});
+      client->on_unsent(
+          owner->id, publication.number,
+          {ipc::ERROR_LINK_DOWN,
+           "the link went down before the message could leave, so only programs of this "
+           "robot heard it; for the others publish again when it is up "
+           "(`swarmtalk-cli status`)",
+           std::nullopt});
     }
   }
   pool_.give_back(publication);
