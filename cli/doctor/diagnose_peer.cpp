@@ -220,6 +220,11 @@ void diagnose_peer(const PeerFacts& peer, const Facts& own, Report& report) {
   const NeighbourFacts* const twin = link == nullptr ? nullptr : double_of(own, *link);
   const bool is_twin = twin != nullptr && twin->node_id == peer.robot;
   report.looked_at.push_back(robot);
+  if (peer.frames > 0 && link != nullptr) {  // since the neighbours were asked for
+    std::erase_if(report.findings, [&](const Finding& each) {
+      return each.id == "nobody-heard" && each.subject == "link " + link->name;
+    });
+  }
   if (peer.report && !peer.report->version.empty() && peer.report->version != own.daemon.version) {
     report.add(
         {"version-differs", Severity::kWarning, robot,

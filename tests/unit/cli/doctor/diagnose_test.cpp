@@ -297,8 +297,7 @@ class Peer : public Robot {
     }
   }
 
-  std::string found_between() {
-    Report made;
+  std::string found_between(Report made = {}) {
     diagnose_peer(peer_, facts(), made);
     return names(made);
   }
@@ -312,6 +311,14 @@ class Peer : public Robot {
 
 TEST_F(Peer, IsHealthy) {
   EXPECT_EQ(found_between(), "");
+}
+
+TEST_F(Peer, IsSomebodyHeard) {
+  Report alone;
+  alone.add({"nobody-heard", Severity::kWarning, "link wifi", "", ""});
+  EXPECT_EQ(found_between(alone), "");
+  say_nothing();
+  EXPECT_EQ(found_between(alone).find("nobody-heard"), 0u);
 }
 
 TEST_F(Peer, IsHealthyThoughItsAnswersArePaced) {
