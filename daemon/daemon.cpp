@@ -52,9 +52,12 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
                  metrics_, capture_},
                 std::move(load)),
       service_manager_(io_, [this] { return status_line(); }),
-      link_timer_(io_),
-      copy_timer_(io_),
-      report_timer_(io_) {
+      link_timer_(io_,
+                  [this] {
+                    if (hub_.give_up_on_dead_links()) watch_links();
+                  }),
+      copy_timer_(io_, [this] { hub_.send_copies(std::chrono::steady_clock::now()); }),
+      report_timer_(io_, [this] { answerer_->report(std::chrono::steady_clock::now()); }) {
   status_.set_clients(clients_);
   status_.set_node_id_source(parsed_.config.node.id_source);
   clients_.operations = &operator_;
@@ -194,27 +197,15 @@ void Daemon::on_signal(int signal) {
 
 // Runs only while messages wait: an idle daemon does not wake up.
 void Daemon::watch_links() {
-  if (std::exchange(is_watching_links_, true)) return;
-  link_timer_.expires_after(kLinkWatchPeriod);
-  link_timer_.async_wait([this](const boost::system::error_code& error) {
-    if (error) return;
-    is_watching_links_ = false;
-    if (hub_.give_up_on_dead_links()) watch_links();
-  });
+  if (!link_timer_.is_armed()) link_timer_.after(kLinkWatchPeriod);
 }
 
 void Daemon::wait_for_copy(Hub::Time at) {
-  copy_timer_.expires_at(at);  // a wait for a later one is cancelled
-  copy_timer_.async_wait([this](const boost::system::error_code& error) {
-    if (!error) hub_.send_copies(std::chrono::steady_clock::now());
-  });
+  copy_timer_.at(at);
 }
 
 void Daemon::wait_for_report(Answerer::Time at) {
-  report_timer_.expires_at(at);  // a wait for another one is cancelled
-  report_timer_.async_wait([this](const boost::system::error_code& error) {
-    if (!error) answerer_->report(std::chrono::steady_clock::now());
-  });
+  report_timer_.at(at);
 }
 
 // Says each thing once, however often it is tried.

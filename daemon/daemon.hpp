@@ -3,7 +3,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -25,6 +24,7 @@
 #include "daemon/session/clients.hpp"
 #include "daemon/station/station.hpp"
 #include "loop/loop.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -76,10 +76,9 @@ class Daemon {
   Operator operator_;
   ServiceManager service_manager_;
   std::optional<SocketWatch> socket_watch_;
-  boost::asio::steady_timer link_timer_;
-  boost::asio::steady_timer copy_timer_;
-  boost::asio::steady_timer report_timer_;
-  bool is_watching_links_ = false;
+  loop::Timer link_timer_;
+  loop::Timer copy_timer_;
+  loop::Timer report_timer_;
   bool is_socket_gone_ = false;
 };
 

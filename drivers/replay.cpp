@@ -33,7 +33,7 @@ LinkError failure(LinkSetting blamed, const std::string& path, const std::string
 
 ReplayLink::ReplayLink(boost::asio::io_context& io, const ReplayConfig& config)
     : config_(config),
-      timer_(io),
+      timer_(io, [this] { play(); }),
       builder_(config.profile, config.max_packet_bytes),
       receiver_(config.profile),
       flushing_(loop::Loop::of(io), [this] { flush(); }) {
@@ -62,7 +62,7 @@ void ReplayLink::start(LinkUser& user) {
   wake();
   if (!read_next()) return;
   first_stamp_us_ = stamp_us(*next_header_);
-  schedule_play(started_at_);
+  timer_.at(started_at_);
 }
 
 void ReplayLink::wake() {
@@ -96,12 +96,12 @@ void ReplayLink::play() {
       const std::int64_t offset_us =
           std::max<std::int64_t>(0, stamp_us(*next_header_) - first_stamp_us_);
       const MonotonicTime due = started_at_ + std::chrono::microseconds(offset_us);
-      if (due > now) return schedule_play(due);
+      if (due > now) return timer_.at(due);
     }
     deliver(now);
     if (!read_next()) return;
   }
-  schedule_play(started_at_);  // goes on in the next turn
+  timer_.at(started_at_);  // goes on in the next turn
 }
 
 void ReplayLink::deliver(MonotonicTime now) {
@@ -109,15 +109,6 @@ void ReplayLink::deliver(MonotonicTime now) {
   if (bytes.size() < kEthernetHeaderBytes) return;
   if (((bytes[12] << 8) | bytes[13]) != config_.ethertype) return;
   receiver_.receive(bytes.subspan(kEthernetHeaderBytes), {now}, *user_, counters_);
-}
-
-void ReplayLink::schedule_play(MonotonicTime at) {
-  timer_.expires_at(at);
-  timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        play();
-      });
 }
 
 void ReplayLink::flush() {

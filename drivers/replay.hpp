@@ -5,7 +5,6 @@
 #include <pcap/pcap.h>
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "drivers/link/link.hpp"
 #include "drivers/link/link_counters.hpp"
 #include "loop/loop.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -65,14 +65,13 @@ class ReplayLink final : public Link {
   void deliver(MonotonicTime now);
   void flush();
   void write_frame(std::size_t frame_bytes);
-  void schedule_play(MonotonicTime at);
 
   ReplayConfig config_;
   std::unique_ptr<pcap_t, PcapCloser> capture_;
   std::unique_ptr<pcap_t, PcapCloser> output_format_;
   std::unique_ptr<pcap_dumper_t, PcapCloser> output_;
   std::string output_problem_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   LinkUser* user_ = nullptr;
   LinkCounters counters_;
   FrameBuilder builder_;
@@ -86,8 +85,7 @@ class ReplayLink final : public Link {
   std::int64_t first_stamp_us_ = -1;
   std::string end_;  // why the replay ended
   bool is_finished_ = false;
-  loop::Deferred flushing_;                                     // flush(), once a turn
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link
+  loop::Deferred flushing_;  // flush(), once a turn
 };
 
 }  // namespace swarmtalk::drivers

@@ -63,7 +63,7 @@ std::string battery_colour(std::uint16_t reading) {
 KilobotLink::KilobotLink(boost::asio::io_context& io, const KilobotLinkConfig& config)
     : config_(config),
       sender_(config_.pacing, *this, *this),
-      timer_(io),
+      timer_(io, [this] { run_sender(); }),
       sending_(loop::Loop::of(io), [this] { run_sender(); }),
       reader_(*this),
       lines_([this](const std::string& line) { on_text(line); }) {
@@ -162,11 +162,7 @@ void KilobotLink::run_sender() {
   const auto next = sender_.poll(Clock::now());
   if (sender_.has_stalled()) return downlink_->fail("it takes no bytes");
   if (next == Clock::time_point::max()) return;
-  timer_.expires_at(next);
-  timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (!alive.expired() && !error) run_sender();
-      });
+  timer_.at(next);
 }
 
 std::size_t KilobotLink::write_line(std::span<const std::uint8_t> bytes) {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "kilobot_bridge/reconnecting_port.hpp"
 #include "kilobot_bridge/sent_packets.hpp"
 #include "loop/loop.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 
@@ -130,7 +130,7 @@ class KilobotLink final : public drivers::Link,
   std::unique_ptr<ReconnectingPort> downlink_;
   std::unique_ptr<ReconnectingPort> uplink_;
   OverheadSender sender_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   loop::Deferred sending_;  // run_sender(), once a turn
 
   std::optional<Player> player_;
@@ -150,7 +150,6 @@ class KilobotLink final : public drivers::Link,
   drivers::LinkCounters counters_;
   std::uint64_t texts_ = 0;                 // lines, and texts of the gateway
   std::uint64_t messages_of_programs_ = 0;  // reports with infrared types of no profile of ours
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace swarmtalk::kilobot_bridge

@@ -24,7 +24,7 @@ ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig confi
     : config_(std::move(config)),
       user_(user),
       watched_(io),
-      retry_timer_(io),
+      retry_timer_(io, [this] { attempt(); }),
       failing_(loop::Loop::of(io), [this] { fail(std::strerror(error_)); }) {
   const OpenProblem problem = device_.open(config_.path, config_.baud);
   // At once: with the privileges of the start more of them are seen.
@@ -128,12 +128,7 @@ void ReconnectingPort::fail_later(int error) {
 
 void ReconnectingPort::schedule_attempt() {
   const std::size_t last = config_.pauses.size() - 1;
-  retry_timer_.expires_after(config_.pauses[std::min(attempts_, last)]);
-  retry_timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        attempt();
-      });
+  retry_timer_.after(config_.pauses[std::min(attempts_, last)]);
 }
 
 void ReconnectingPort::attempt() {

@@ -6,7 +6,6 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <memory>
 #include <span>
@@ -15,6 +14,7 @@
 
 #include "kilobot_bridge/serial_device.hpp"
 #include "loop/loop.hpp"
+#include "loop/timer.hpp"
 #include "serial/holders.hpp"
 
 namespace swarmtalk::kilobot_bridge {
@@ -75,7 +75,7 @@ class ReconnectingPort {
   PortUser& user_;
   SerialDevice device_;
   boost::asio::posix::stream_descriptor watched_;  // a duplicate: readiness only
-  boost::asio::steady_timer retry_timer_;
+  loop::Timer retry_timer_;
   std::string problem_;
   std::vector<serial::Holder> others_;
   std::size_t attempts_ = 0;

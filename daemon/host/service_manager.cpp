@@ -16,7 +16,7 @@ constexpr std::chrono::microseconds kStatusPeriod = std::chrono::seconds(5);
 }  // namespace
 
 ServiceManager::ServiceManager(boost::asio::io_context& io, std::function<std::string()> status)
-    : status_(std::move(status)), timer_(io) {
+    : status_(std::move(status)), timer_(io, [this] { tick(); }) {
   if (std::getenv("NOTIFY_SOCKET") == nullptr) return;
   period_ = kStatusPeriod;
   std::uint64_t watchdog_us = 0;
@@ -29,7 +29,7 @@ void ServiceManager::ready() {
   if (period_.count() == 0) return;
   told_ = status_();
   sd_notify(0, ("READY=1\nSTATUS=" + told_).c_str());
-  wait();
+  timer_.after(period_);
 }
 
 void ServiceManager::reloading() {
@@ -44,16 +44,8 @@ void ServiceManager::stopping() {
   sd_notify(0, "STOPPING=1");
 }
 
-void ServiceManager::wait() {
-  timer_.expires_after(period_);
-  timer_.async_wait([this](const boost::system::error_code& error) {
-    if (error) return;
-    tick();
-    wait();
-  });
-}
-
 void ServiceManager::tick() {
+  timer_.after(period_);
   const std::string status = status_();
   if (status == told_) {
     sd_notify(0, "WATCHDOG=1");

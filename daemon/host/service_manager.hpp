@@ -4,9 +4,10 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <string>
+
+#include "loop/timer.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -20,11 +21,10 @@ class ServiceManager {
   void stopping();
 
  private:
-  void wait();
   void tick();
 
   std::function<std::string()> status_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   std::chrono::microseconds period_{0};  // 0: nobody listens
   std::string told_;
 };

@@ -21,7 +21,7 @@ SocketWatch::SocketWatch(boost::asio::io_context& io, const std::string& path,
       restore_(std::move(restore)),
       retry_(retry),
       events_(io),
-      timer_(io) {
+      timer_(io, [this] { check(); }) {
   watch_folder();
 }
 
@@ -51,7 +51,7 @@ void SocketWatch::watch_by_clock(const char* remedy) {
         "{} s; {}",
         path_, why, std::chrono::duration_cast<std::chrono::seconds>(retry_).count(), remedy);
   }
-  check_later();
+  timer_.after(retry_);
 }
 
 void SocketWatch::wait() {
@@ -74,15 +74,8 @@ void SocketWatch::check() {
   struct stat status {};
   const bool is_known = stat(path_.c_str(), &status) == 0 || errno == ENOENT || errno == ENOTDIR;
   const bool is_gone = is_known && !S_ISSOCK(status.st_mode);
-  if (is_gone && !restore_()) return check_later();
+  if (is_gone && !restore_()) return timer_.after(retry_);
   watch_folder();  // it may be a new one
-}
-
-void SocketWatch::check_later() {
-  timer_.expires_after(retry_);
-  timer_.async_wait([this](const boost::system::error_code& error) {
-    if (!error) check();
-  });
 }
 
 }  // namespace swarmtalk::daemon

@@ -5,10 +5,11 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <functional>
 #include <string>
+
+#include "loop/timer.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -25,14 +26,13 @@ class SocketWatch {
   void wait();
   void on_events();
   void check();
-  void check_later();
 
   std::string path_;
   std::string folder_;
   std::function<bool()> restore_;
   std::chrono::milliseconds retry_;
   boost::asio::posix::stream_descriptor events_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   bool is_told_ = false;  // that there is no watch
 };
 

@@ -50,7 +50,7 @@ std::string replace(const std::string& path, const std::string& text) {
 }  // namespace
 
 MetricsFile::MetricsFile(boost::asio::io_context& io, std::function<std::string()> text)
-    : text_(std::move(text)), timer_(io) {}
+    : text_(std::move(text)), timer_(io, [this] { write(); }) {}
 
 MetricsFile::~MetricsFile() {
   remove();  // a daemon that is gone has no metrics
@@ -67,19 +67,10 @@ void MetricsFile::configure(const MetricsConfig& config) {
   timer_.cancel();
   if (config_.file.empty()) return;
   write();
-  wait();
-}
-
-void MetricsFile::wait() {
-  timer_.expires_after(std::chrono::seconds(config_.interval_s));
-  timer_.async_wait([this](const boost::system::error_code& error) {
-    if (error) return;
-    write();
-    wait();
-  });
 }
 
 void MetricsFile::write() {
+  timer_.after(std::chrono::seconds(config_.interval_s));
   const std::string unfinished = config_.file + ".new";
   std::string problem = replace(unfinished, text_());
   if (!problem.empty()) {

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <string>
 
 #include "daemon/config/config.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -22,11 +22,10 @@ class MetricsFile {
 
  private:
   void write();
-  void wait();
   void remove() const;
 
   std::function<std::string()> text_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   MetricsConfig config_;
   bool is_failing_ = false;
 };

@@ -33,8 +33,8 @@ Clients::Clients(boost::asio::io_context& io, Hub& hub_ref, PoseKeeper& poses_re
     : SessionHost(hub_ref, poses_ref, limits_ref, counters_ref, status_ref),
       io_(io),
       listener_(io),
-      accept_timer_(io),
-      silence_timer_(io),
+      accept_timer_(io, [this] { on_acceptable(); }),
+      silence_timer_(io, [this] { close_silent(); }),
       flush_(loop::Loop::of(io), [this] { flush_all(); }),
       next_flush_(loop::Loop::of(io), [this] {
         to_flush_.insert(to_flush_.end(), to_flush_next_.begin(), to_flush_next_.end());
@@ -83,10 +83,7 @@ void Clients::on_acceptable() {
 
 // Out of descriptors or memory: waiting for the socket again would spin.
 void Clients::retry_accept_later() {
-  accept_timer_.expires_after(kAcceptRetry);
-  accept_timer_.async_wait([this](const boost::system::error_code& error) {
-    if (!error) on_acceptable();
-  });
+  accept_timer_.after(kAcceptRetry);
 }
 
 void Clients::add(int descriptor) {
@@ -184,12 +181,7 @@ void Clients::on_not_reading(const Session& session, std::size_t waiting_bytes) 
 }
 
 void Clients::watch_silent() {
-  if (std::exchange(is_watching_silent_, true)) return;
-  silence_timer_.expires_after(kSilenceWatchPeriod);
-  silence_timer_.async_wait([this](const boost::system::error_code& error) {
-    is_watching_silent_ = false;
-    if (!error) close_silent();
-  });
+  if (!silence_timer_.is_armed()) silence_timer_.after(kSilenceWatchPeriod);
 }
 
 void Clients::close_silent() {

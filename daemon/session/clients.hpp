@@ -4,13 +4,13 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include "daemon/common/log_limiter.hpp"
 #include "daemon/session/session.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -51,8 +51,8 @@ class Clients final : public SessionHost {
 
   boost::asio::io_context& io_;
   boost::asio::posix::stream_descriptor listener_;
-  boost::asio::steady_timer accept_timer_;
-  boost::asio::steady_timer silence_timer_;
+  loop::Timer accept_timer_;
+  loop::Timer silence_timer_;
   loop::Deferred flush_;
   loop::Deferred next_flush_;
   std::unordered_map<Session*, std::shared_ptr<Session>> sessions_;
@@ -64,7 +64,6 @@ class Clients final : public SessionHost {
   LogLimiter not_reading_log_;
   LogLimiter refused_log_;
   LogLimiter accept_log_;
-  bool is_watching_silent_ = false;
 };
 
 }  // namespace swarmtalk::daemon

@@ -18,17 +18,16 @@ void BeaconTimer::start() {
 
 void BeaconTimer::arm() {
   const Beacon::Time now = std::chrono::steady_clock::now();
-  timer_.expires_at(now + beacon_.wait(now));
-  timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error || !beacon_.is_on()) return;
-        const Beacon::Time then = std::chrono::steady_clock::now();
-        if (beacon_.wait(then) == Beacon::Duration(0)) {
-          beacon_.silence_begins(then);
-          send_(then);
-        }
-        arm();
-      });
+  timer_.at(now + beacon_.wait(now));
+}
+
+void BeaconTimer::on_time() {
+  const Beacon::Time now = std::chrono::steady_clock::now();
+  if (beacon_.wait(now) == Beacon::Duration(0)) {
+    beacon_.silence_begins(now);
+    send_(now);
+  }
+  arm();
 }
 
 }  // namespace swarmtalk::drivers

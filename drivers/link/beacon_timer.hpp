@@ -3,13 +3,12 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <functional>
-#include <memory>
 #include <utility>
 
 #include "drivers/link/beacon.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -17,7 +16,9 @@ class BeaconTimer {
  public:
   /// @param send  is called with the time when one is due; the silence begins to count again
   BeaconTimer(boost::asio::io_context& io, std::function<void(Beacon::Time)> send)
-      : send_(std::move(send)), beacon_(std::chrono::milliseconds(0), 1), timer_(io) {}
+      : send_(std::move(send)),
+        beacon_(std::chrono::milliseconds(0), 1),
+        timer_(io, [this] { on_time(); }) {}
 
   /// Longest silence, from now on. 0, as at first: no beacons.
   void set_interval(std::chrono::milliseconds interval);
@@ -32,12 +33,12 @@ class BeaconTimer {
 
  private:
   void arm();
+  void on_time();
 
   std::function<void(Beacon::Time)> send_;
   Beacon beacon_;
-  boost::asio::steady_timer timer_;
+  loop::Timer timer_;
   bool has_started_ = false;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive it
 };
 
 }  // namespace swarmtalk::drivers

@@ -20,17 +20,16 @@ std::string LinkSeal::remark() const {
 
 void LinkSeal::arm_timer() {
   armed_for_ = freshness_->speak_at();
-  timer_.expires_at(MonotonicTime(std::chrono::milliseconds(armed_for_)));
-  timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        armed_for_ = 0;
-        if (freshness_ == nullptr) return;
-        const MonotonicTime now = std::chrono::steady_clock::now();
-        const bool is_due = freshness_->speak_at() <= milliseconds(now);
-        if (is_due && !speak_(now)) freshness_->postpone(milliseconds(now));
-        arm();
-      });
+  timer_.at(MonotonicTime(std::chrono::milliseconds(armed_for_)));
+}
+
+void LinkSeal::on_time() {
+  armed_for_ = 0;
+  if (freshness_ == nullptr) return;
+  const MonotonicTime now = std::chrono::steady_clock::now();
+  const bool is_due = freshness_->speak_at() <= milliseconds(now);
+  if (is_due && !speak_(now)) freshness_->postpone(milliseconds(now));
+  arm();
 }
 
 }  // namespace swarmtalk::drivers

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "drivers/link/framer.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -20,7 +20,10 @@ class LinkSeal {
   /// @param speak  sends a frame, with or without packets. @return false: none can leave now
   LinkSeal(boost::asio::io_context& io, FrameBuilder& builder, FrameReceiver& receiver,
            std::function<bool(MonotonicTime now)> speak)
-      : builder_(builder), receiver_(receiver), speak_(std::move(speak)), timer_(io) {}
+      : builder_(builder),
+        receiver_(receiver),
+        speak_(std::move(speak)),
+        timer_(io, [this] { on_time(); }) {}
 
   // Used from the next use() on. Null: none.
   void set_key(std::shared_ptr<const frame::SwarmKey> key) { key_ = std::move(key); }
@@ -42,6 +45,7 @@ class LinkSeal {
 
  private:
   void arm_timer();
+  void on_time();
 
   FrameBuilder& builder_;
   FrameReceiver& receiver_;
@@ -50,9 +54,8 @@ class LinkSeal {
   std::shared_ptr<const frame::SwarmKey> also_key_;
   std::shared_ptr<frame::Freshness> freshness_;  // null: frames are not checked
   bool is_fresh_ = true;
-  boost::asio::steady_timer timer_;
-  frame::Freshness::Ms armed_for_ = 0;                          // 0: not
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive it
+  loop::Timer timer_;
+  frame::Freshness::Ms armed_for_ = 0;  // 0: not
 };
 
 }  // namespace swarmtalk::drivers

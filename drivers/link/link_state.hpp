@@ -3,12 +3,12 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
+
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -32,12 +32,10 @@ class LinkState {
 
   Log log_;
   std::chrono::milliseconds interval_;
-  boost::asio::steady_timer timer_;  // until the next change may be logged
-  bool is_timer_armed_ = false;
+  loop::Timer timer_;  // until the next change may be logged
   std::uint64_t unlogged_changes_ = 0;
   bool is_up_ = false;
   std::string text_ = "not started";
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // the handler may outlive us
 };
 
 }  // namespace swarmtalk::drivers

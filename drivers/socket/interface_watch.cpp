@@ -15,7 +15,7 @@ namespace swarmtalk::drivers {
 InterfaceWatch::InterfaceWatch(boost::asio::io_context& io)
     : descriptor_(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR)),
       socket_(io, descriptor_),
-      later_(io) {}
+      later_(io, [this] { on_change_(); }) {}
 
 void InterfaceWatch::start(std::function<void()> on_change) {
   on_change_ = std::move(on_change);
@@ -23,14 +23,7 @@ void InterfaceWatch::start(std::function<void()> on_change) {
 }
 
 void InterfaceWatch::look_later() {
-  if (!on_change_ || std::exchange(is_later_armed_, true)) return;
-  later_.expires_after(std::chrono::seconds(2));
-  later_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        is_later_armed_ = false;
-        on_change_();
-      });
+  if (on_change_ && !later_.is_armed()) later_.after(std::chrono::seconds(2));
 }
 
 void InterfaceWatch::wait() {

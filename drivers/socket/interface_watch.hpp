@@ -6,13 +6,13 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "interface/interface_info.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -55,8 +55,7 @@ class InterfaceWatch {
   InterfaceAsker asker_;
   int descriptor_;  // of socket_, for calls that only read
   boost::asio::posix::stream_descriptor socket_;
-  boost::asio::steady_timer later_;
-  bool is_later_armed_ = false;
+  loop::Timer later_;
   std::function<void()> on_change_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the watch
 };

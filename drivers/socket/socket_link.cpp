@@ -49,8 +49,12 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
       receive_socket_(loop::Loop::of(io), [this](std::uint32_t events) { on_events(events); }),
       send_socket_(loop::Loop::of(io), [this](std::uint32_t) { on_writable(); }),
       flush_(loop::Loop::of(io), [this] { flush(); }),
-      timer_(io),
-      wake_timer_(io),
+      timer_(io,
+             [this] {
+               is_forward_wait_ = false;
+               flush();
+             }),
+      wake_timer_(io, *this),
       beacon_(io, [this](MonotonicTime now) { send_frame_without_packets(now); }),
       seal_(io, builder_, receiver_, [this](MonotonicTime now) { return speak(now); }),
       state_(io, [this](bool is_up, const std::string& line) {
@@ -98,7 +102,7 @@ void SocketLink::set_pacing(const PacerConfig& pacing) {
   pacer_ = Pacer(pacing, std::random_device{}());
   pacer_.suit(is_radio(settings().interface));
   timer_.cancel();  // the old pace's wait
-  is_timer_armed_ = is_forward_wait_ = false;
+  is_forward_wait_ = false;
   wake();
 }
 
@@ -207,12 +211,12 @@ void SocketLink::receive(const Datagram& datagram) {
 bool SocketLink::ends_forward_wait() {
   if (!is_forward_wait_ || user_->has_forwards_only()) return false;
   timer_.cancel();
-  is_timer_armed_ = is_forward_wait_ = false;
+  is_forward_wait_ = false;
   return true;
 }
 
 void SocketLink::flush() {
-  if (!is_up() || is_waiting_writable_ || (is_timer_armed_ && !ends_forward_wait())) return;
+  if (!is_up() || is_waiting_writable_ || (timer_.is_armed() && !ends_forward_wait())) return;
   const MonotonicTime now = std::chrono::steady_clock::now();
   counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
   if (!queue_.is_empty()) transmit(now);  // nothing more is built before the kernel has these
@@ -298,15 +302,7 @@ void SocketLink::on_writable() {
 }
 
 void SocketLink::flush_after(std::chrono::steady_clock::duration delay) {
-  if (is_timer_armed_) return;
-  is_timer_armed_ = true;
-  timer_.expires_after(delay);
-  timer_.async_wait(
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        is_timer_armed_ = is_forward_wait_ = false;
-        flush();
-      });
+  if (!timer_.is_armed()) timer_.after(delay);
 }
 
 }  // namespace swarmtalk::drivers

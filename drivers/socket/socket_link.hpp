@@ -4,7 +4,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,6 +27,7 @@
 #include "drivers/socket/receive_batch.hpp"
 #include "drivers/socket/transmit_queue.hpp"
 #include "loop/loop.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
 
@@ -38,7 +38,7 @@ class SocketLink : public Link, public Tappable {
  public:
   void start(LinkUser& user) override;
   void wake() override;
-  void wake_at(MonotonicTime time) override { wake_timer_.arm(time, *this); }
+  void wake_at(MonotonicTime time) override { wake_timer_.arm(time); }
   void set_tap(FrameTap* tap) override { tap_ = tap; }
   void set_pacing(const PacerConfig& pacing) override;
   void set_beacon(std::chrono::milliseconds interval) override { beacon_.set_interval(interval); }
@@ -142,9 +142,9 @@ class SocketLink : public Link, public Tappable {
   FrameTap* tap_ = nullptr;
 
   loop::Descriptor receive_socket_;
-  loop::Descriptor send_socket_;     // none: the receiving one
-  loop::Deferred flush_;             // at the end of a turn
-  boost::asio::steady_timer timer_;  // pacing, and short waits after a full queue
+  loop::Descriptor send_socket_;  // none: the receiving one
+  loop::Deferred flush_;          // at the end of a turn
+  loop::Timer timer_;             // pacing, and short waits after a full queue
 
   WakeTimer wake_timer_;
 
@@ -161,10 +161,8 @@ class SocketLink : public Link, public Tappable {
   std::size_t frames_at_once_ = TransmitQueue::kFrames;  // fewer after the kernel's queue was full
   bool is_forward_wait_ = false;  // the armed timer is for a frame of others' packets
   bool is_filling_ = false;       // what wakes us meanwhile is pulled as well
-  bool is_timer_armed_ = false;
   bool is_waiting_writable_ = false;
   MonotonicTime last_error_log_{};
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the link
 };
 
 }  // namespace swarmtalk::drivers

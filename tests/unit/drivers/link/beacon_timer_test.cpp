@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/asio/steady_timer.hpp>
 #include <optional>
 
 #include "tests/unit/drivers/test_link_user.hpp"
