@@ -330,7 +330,10 @@ def port(wires, number, *words):
 def test_a_link_that_works_one_way_only_is_named_and_a_survey_of_it_has_no_losses(wires, pair):
     robot, other = pair
     port(wires, 2, "bcast_flood", "off", "mcast_flood", "off")
-    finding = only(robot, "one-way", "--peer", 2)
+    assert only(robot, "peer-silent", "--peer", 2)["subject"] == "robot 2"
+    deaf = pathlib.Path(wires.file("deaf"))
+    deaf.write_text(other.cli("doctor", "--json", "--period", WATCH_S).stdout)
+    finding = only(robot, "one-way", "--peer", 2, "--peer-report", deaf)
     assert finding["subject"] == "robot 2" and "does not hear this robot" in finding["what"]
     # From the other side robot 1 is silent; what robot 1's doctor says of itself tells why.
     robot.listen("ping", "--answer")

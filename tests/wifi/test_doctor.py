@@ -158,7 +158,7 @@ def test_a_link_that_works_one_way_only_is_named(machine):
     with machine.medium() as medium, swarm(machine, "ibss"):
         healthy(machine, "--peer", "2")
         medium.lose("r1", "r2", 1)
-        assert "does not hear this robot" in only(machine, "one-way", "--peer", "2")["what"]
+        assert "does not hear this robot" in only(machine, "peer-silent", "--peer", "2")["what"]
 
 
 def test_the_wrong_mode_is_named(machine):

@@ -107,7 +107,7 @@ TEST_F(CabledRobot, DoesNotBlameAntennasForAnAddressThatBothHave) {
     for (const Finding& each : made.findings) all += each.id;
     return all;
   };
-  EXPECT_EQ(ids(), "one-way");
+  EXPECT_EQ(ids(), "peer-silent");
   facts_.interfaces[0].mac = {2, 0, 0, 0, 2, 0};
   EXPECT_EQ(ids(), "");
   peer.answered = peer.heard_there = 10;

@@ -365,6 +365,8 @@ TEST_F(Peer, IsSilentForOneOfSeveralReasons) {
   peer_.is_reached = false;
   EXPECT_EQ(found_between(), "client-isolation");
   peer_.frames = 30;
+  EXPECT_EQ(found_between(), "peer-silent") << "it may answer nobody";
+  peer_.report = PeerReport{};
   EXPECT_EQ(found_between(), "one-way");
 }
 
