@@ -46,10 +46,14 @@ void SocketWatch::watch_folder() {
 void SocketWatch::watch_by_clock(const char* remedy) {
   const char* why = std::strerror(errno);
   if (!std::exchange(is_told_, true)) {
+    struct stat status {};
+    const bool is_hidden = stat(path_.c_str(), &status) != 0 && errno == EACCES;
+    const auto period_s = std::chrono::duration_cast<std::chrono::seconds>(retry_).count();
     log_of("daemon")->warn(
-        "the kernel does not tell when the socket {} is deleted ({}), so swarmtalkd looks every "
-        "{} s; {}",
-        path_, why, std::chrono::duration_cast<std::chrono::seconds>(retry_).count(), remedy);
+        "the kernel does not tell when the socket {} is deleted ({}), {}; {}", path_, why,
+        is_hidden ? "and swarmtalkd may not look either, so it is not made again then"
+                  : "so swarmtalkd looks every " + std::to_string(period_s) + " s",
+        remedy);
   }
   timer_.after(retry_);
 }
