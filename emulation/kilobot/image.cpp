@@ -92,6 +92,11 @@ Image load_elf(const std::string& path, Bytes& file) {
   return image;
 }
 
+/// JMP or RJMP, as at the reset vector of each program.
+bool is_jump(int word) {
+  return (word & 0xFE0E) == 0x940C || (word & 0xF000) == 0xC000;
+}
+
 Image load_hex(const std::string& path, const Bytes& file) {
   const hex::IntelHex hex =
       hex::parse_intel_hex({reinterpret_cast<const char*>(file.data()), file.size()});
@@ -105,6 +110,11 @@ Image load_hex(const std::string& path, const Bytes& file) {
     lowest = std::min(lowest, block.address);
   }
   if (lowest >= kBootloaderStart && lowest < kFlashBytes) image.entry = lowest;
+  // The whole flash of a robot that lost power while it was programmed may begin with anything.
+  const bool may_be_eeprom = lowest == 0 && image.used_bytes <= kEepromBytes;
+  if (may_be_eeprom && !is_jump(image.flash[0] | image.flash[1] << 8)) {
+    fail(path, "does not begin with a jump, as every program of avr-gcc: is it EEPROM data?");
+  }
   return image;
 }
 

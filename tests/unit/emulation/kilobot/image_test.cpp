@@ -76,6 +76,12 @@ TEST_F(ImageTest, RefusesWhatIsNotForTheFlashWithTheCommandThatLeavesItOut) {
   EXPECT_NE(error.find("-R .eeprom -R .fuse -R .lock"), std::string::npos) << error;
 }
 
+TEST_F(ImageTest, RefusesEepromDataAlone) {
+  EXPECT_NE(error_of(":0100000007F8\n:00000001FF\n").find("EEPROM"), std::string::npos);
+  EXPECT_EQ(error_of(":020000000C945E\n:00000001FF\n"), "");  // jmp
+  EXPECT_EQ(error_of(":0200000033C00B\n:00000001FF\n"), "");  // rjmp
+}
+
 TEST_F(ImageTest, RefusesOtherFiles) {
   EXPECT_NE(error_of("hello").find("not an Intel HEX file"), std::string::npos);
   EXPECT_NE(error_of(std::string("\x7F"
