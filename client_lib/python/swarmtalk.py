@@ -62,6 +62,38 @@ _QUIET_S = 3               # of running: then a program that listens is told whe
 _NAME_MAX_BYTES = 1024
 _TEXT = type(u"")
 
+if sys.version_info[0] == 2:
+    import itertools
+    from itertools import imap as _map, ifilter as _filter
+
+    class _RLock(object):
+        """threading's, written in Python there, is left taken by a handler that raises within: here
+        it is taken, or given back, in one call."""
+
+        def __init__(self):
+            self._lock, self._owners = threading.Lock(), []
+
+        def acquire(self, blocking=True):
+            me, owners = threading._get_ident(), self._owners
+            if owners[:1] == [me]:
+                owners.append(me)
+            else:
+                owners.extend(itertools.compress((me,), _map(self._lock.acquire, (blocking,))))
+            return owners[:1] == [me]
+
+        def release(self):
+            owners = self._owners
+            last = (owners.pop, self._lock.release)
+            deque(_map(apply, last if len(owners) == 1 else last[:1]), 0)  # noqa: F821
+
+        def __enter__(self):
+            return self.acquire()
+
+        def __exit__(self, *error):
+            self.release()
+else:
+    _map, _filter, _RLock = map, filter, threading.RLock
+
 
 # ---- Errors -------------------------------------------------------------------------------------
 
@@ -1160,7 +1192,7 @@ def _owned(method):
                 inside.calling = True
         taken = []
         try:
-            taken.extend(filter(None, map(self._owner.acquire, (False,))))
+            taken.extend(_filter(None, _map(self._owner.acquire, (False,))))
             if not taken:
                 raise _bad("another thread is inside this Client (in %s()); only send(), busy() "
                            "and stop() may be called meanwhile"
@@ -1450,7 +1482,7 @@ class _Session(object):
             if not outgoing:
                 return
             try:
-                gone.extend(map(self._socket.send, (outgoing,)))  # sent and counted in one call
+                gone.extend(_map(self._socket.send, (outgoing,)))  # sent and counted in one call
             except (OSError, IOError) as error:
                 if _is_of_a_handler():
                     raise
@@ -1493,7 +1525,7 @@ class _Session(object):
         received, incoming = self._received, self._incoming
         try:
             if not received:
-                received.extend(map(self._socket.recv, (_READ_BYTES,)))  # read and kept in one call
+                received.extend(_map(self._socket.recv, (_READ_BYTES,)))  # kept in the same call
         except (OSError, IOError) as error:
             if _is_of_a_handler():
                 raise
@@ -2178,7 +2210,7 @@ class _Session(object):
         if me == inside.thread or me == inside.looker:
             return
         try:
-            taken.extend(filter(None, map(self._reading.acquire, (False,))))
+            taken.extend(_filter(None, _map(self._reading.acquire, (False,))))
             if taken:
                 inside.looker = me
                 self._read()
@@ -2366,9 +2398,9 @@ class Client(_Session):
         self._pid = os.getpid()
         self._inside = _Inside()
         # A handler may come while its own thread holds one of these.
-        self._owner = threading.RLock()    # of the thread that is inside
-        self._reading = threading.RLock()  # what the owner shares with a send() that looks for room
-        self._gate = threading.RLock()     # what send() of any thread shares with the owner
+        self._owner = _RLock()    # of the thread that is inside
+        self._reading = _RLock()  # what the owner shares with a send() that looks for room
+        self._gate = _RLock()     # what send() of any thread shares with the owner
         self._phase = _DOWN
         self._socket = None
         self._incoming, self._received = bytearray(), []  # frames, and what was read after them
