@@ -15,6 +15,7 @@
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/station_factory.hpp"
+#include "loop/clock.hpp"
 #include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
@@ -56,8 +57,8 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
                   [this] {
                     if (hub_.give_up_on_dead_links()) watch_links();
                   }),
-      copy_timer_(io_, [this] { hub_.send_copies(std::chrono::steady_clock::now()); }),
-      report_timer_(io_, [this] { answerer_->report(std::chrono::steady_clock::now()); }) {
+      copy_timer_(io_, [this] { hub_.send_copies(loop::now()); }),
+      report_timer_(io_, [this] { answerer_->report(loop::now()); }) {
   status_.set_clients(clients_);
   status_.set_node_id_source(parsed_.config.node.id_source);
   clients_.operations = &operator_;

@@ -1,6 +1,5 @@
 #include "drivers/replay.hpp"
 
-#include <sys/time.h>
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -10,6 +9,7 @@
 
 #include "drivers/link/link_error.hpp"
 #include "drivers/link/link_log.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -58,7 +58,7 @@ ReplayLink::ReplayLink(boost::asio::io_context& io, const ReplayConfig& config)
 
 void ReplayLink::start(LinkUser& user) {
   user_ = &user;
-  started_at_ = std::chrono::steady_clock::now();
+  started_at_ = loop::now();
   wake();
   if (!read_next()) return;
   first_stamp_us_ = stamp_us(*next_header_);
@@ -91,7 +91,7 @@ bool ReplayLink::read_next() {
 
 void ReplayLink::play() {
   for (int i = 0; i < kFramesPerTurn; ++i) {
-    const MonotonicTime now = std::chrono::steady_clock::now();
+    const MonotonicTime now = loop::now();
     if (config_.pace == ReplayPace::kRecorded) {
       const std::int64_t offset_us =
           std::max<std::int64_t>(0, stamp_us(*next_header_) - first_stamp_us_);
@@ -133,7 +133,11 @@ void ReplayLink::write_frame(std::size_t frame_bytes) {
   send_buffer_[12] = static_cast<std::uint8_t>(config_.ethertype >> 8);
   send_buffer_[13] = static_cast<std::uint8_t>(config_.ethertype);
   pcap_pkthdr header{};
-  gettimeofday(&header.ts, nullptr);
+  const auto now =
+      std::chrono::floor<std::chrono::microseconds>(loop::wall_now().time_since_epoch());
+  header.ts = {
+      static_cast<time_t>(now / std::chrono::seconds(1)),
+      static_cast<suseconds_t>(now % std::chrono::seconds(1) / std::chrono::microseconds(1))};
   header.caplen = header.len = static_cast<bpf_u_int32>(kEthernetHeaderBytes + frame_bytes);
   pcap_dump(reinterpret_cast<u_char*>(output_.get()), &header, send_buffer_.data());
   pcap_dump_flush(output_.get());

@@ -10,6 +10,7 @@
 #include "drivers/link/link_error.hpp"
 #include "drivers/link/link_log.hpp"
 #include "kilobot_wire/battery.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::kilobot_bridge {
 namespace {
@@ -134,7 +135,7 @@ std::string KilobotLink::begin(Sequence sequence, SequenceUser& user) {
 }
 
 Duration KilobotLink::left() const {
-  return config_.pacing.to_ours(player_->left()) + sender_.left(Clock::now());
+  return config_.pacing.to_ours(player_->left()) + sender_.left(loop::now());
 }
 
 void KilobotLink::stop() {
@@ -159,7 +160,7 @@ void KilobotLink::end_sequence(SequenceEnd end, const std::string& text) {
 }
 
 void KilobotLink::run_sender() {
-  const auto next = sender_.poll(Clock::now());
+  const auto next = sender_.poll(loop::now());
   if (sender_.has_stalled()) return downlink_->fail("it takes no bytes");
   if (next == Clock::time_point::max()) return;
   timer_.at(next);
@@ -210,7 +211,7 @@ void KilobotLink::on_port_open(ReconnectingPort& port) {
     controller_.version.reset();
     controller_reader_.on_interrupted();
     controller_reader_.put(std::array<std::uint8_t, 1>{0});  // it answers once: no frame before
-    sender_.open(Clock::now(), config_.settle, !is_text);
+    sender_.open(loop::now(), config_.settle, !is_text);
     wake();
   }
   if (&port == uplink()) {
@@ -225,7 +226,7 @@ void KilobotLink::on_port_bytes(ReconnectingPort& port, std::span<const std::uin
   if (config_.uplink_form == UplinkForm::kText) return lines_.put(bytes);
   reader_.put(bytes);
   const std::uint64_t unreadable = reader_.counters().unreadable_frames - unreadable_told_;
-  const auto now = Clock::now();
+  const auto now = loop::now();
   if (unreadable == 0 || now - unreadable_told_at_ < kUnreadablePeriod) return;
   unreadable_told_ += unreadable;
   unreadable_told_at_ = now;
@@ -246,7 +247,7 @@ void KilobotLink::on_port_lost(ReconnectingPort& port) {
 
 void KilobotLink::on_reception(const GatewayReception& reception) {
   const IrForm form = form_of(config_.profile);
-  heard_at_ = Clock::now();
+  heard_at_ = loop::now();
   ++counters_.frames_received;
   const bool is_from_robot = form.heard_type == kilobot::kIrSwarmtalk
                                  ? kilobot::is_swarmtalk(reception.ir_type)
@@ -269,12 +270,12 @@ void KilobotLink::on_reception(const GatewayReception& reception) {
 }
 
 void KilobotLink::on_hello(const GatewayHello& hello) {
-  heard_at_ = Clock::now();
+  heard_at_ = loop::now();
   gateway_ = hello;
 }
 
 void KilobotLink::on_text(std::string_view text) {
-  heard_at_ = Clock::now();
+  heard_at_ = loop::now();
   ++texts_;
   if (on_line_) on_line_(to_utf8(std::string(text)));
 }
@@ -303,7 +304,7 @@ std::string KilobotLink::uplink_state() const {
   const std::string device = "gateway at " + config_.uplink;
   if (!uplink()->is_open()) return "no " + device + ": " + uplink()->problem();
   const bool is_recent =
-      heard_at_ != drivers::MonotonicTime{} && Clock::now() - heard_at_ < kGatewaySilence;
+      heard_at_ != drivers::MonotonicTime{} && loop::now() - heard_at_ < kGatewaySilence;
   if (config_.uplink_form == UplinkForm::kText) return "text at " + config_.uplink;
   if (!is_recent) return device + " is silent";
   if (!gateway_) return device;

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::loop {
 
 struct Timer::Wait {
@@ -36,7 +38,7 @@ void Timer::at(Time time) {
 }
 
 void Timer::after(Duration delay) {
-  at(std::chrono::steady_clock::now() + delay);
+  at(now() + delay);
 }
 
 void Timer::cancel() {

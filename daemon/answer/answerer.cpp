@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "daemon/station/node_identity.hpp"
+#include "loop/clock.hpp"
 #include "report/harvest_text.hpp"
 
 namespace swarmtalk::daemon {
@@ -24,7 +25,7 @@ std::optional<Refusal> Answerer::start() {
 // Reports are heard from their transmitter alone: one hop, and across no gateway.
 void Answerer::on_message(Subscription&, const MessageRef& message) {
   const std::string_view bytes = message->payload;
-  const Time now = std::chrono::steady_clock::now();
+  const Time now = loop::now();
   if (message->is_local && report::is_look(bytes)) {
     if (const auto look = report::decode_look(bytes)) {
       gatherer_.on_look(identity_.id(), *look, record_.neighbours(now), now);

@@ -14,6 +14,7 @@
 #include "daemon/common/log_limiter.hpp"
 #include "daemon/common/patient_sink.hpp"
 #include "daemon/common/printable.hpp"
+#include "loop/clock.hpp"
 #include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
@@ -23,7 +24,7 @@ namespace {
 // What protobuf says of strings that are not UTF-8. Such a frame is malformed and counted as that.
 void log_of_protobuf(google::protobuf::LogLevel, const char*, int, const std::string& text) {
   static LogLimiter limiter;
-  if (const auto silent = limiter.pass(std::chrono::steady_clock::now())) {
+  if (const auto silent = limiter.pass(loop::now())) {
     log_of("client")->warn("protobuf: {} ({} more since the last line)", printable(text, 200),
                            *silent);
   }

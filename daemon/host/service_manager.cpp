@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::daemon {
 namespace {
 
@@ -33,11 +35,9 @@ void ServiceManager::ready() {
 }
 
 void ServiceManager::reloading() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  const auto now_us = static_cast<unsigned long long>(now.tv_sec) * 1000000u +
-                      static_cast<unsigned long long>(now.tv_nsec) / 1000u;
-  sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%llu", now_us);
+  const auto now =
+      std::chrono::duration_cast<std::chrono::microseconds>(loop::now().time_since_epoch());
+  sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%llu", static_cast<unsigned long long>(now.count()));
 }
 
 void ServiceManager::stopping() {

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::daemon {
 
 std::optional<Refusal> Gateways::set_rules(std::vector<GatewayRule> rules) {
@@ -24,8 +26,7 @@ bool Gateways::came_otherwise(std::size_t station, const MessageHead& head,
     identity.epoch = head.origin->epoch;
     identity.number = head.origin->number;
   }
-  const bool is_known =
-      seen_.came_otherwise(identity, {station, head.sender}, std::chrono::steady_clock::now());
+  const bool is_known = seen_.came_otherwise(identity, {station, head.sender}, loop::now());
   if (is_known) ++counters_.link_duplicates;
   return is_known;
 }
@@ -69,9 +70,9 @@ void Gateways::copy(const GatewayRule& rule, GatewayOrigin origin,
   Channel& channel = *channels_.find(rule.to_channel);
   const StationLimits& limits = station.limits();
   const std::size_t around = limits.marks_gateways ? origin_bytes(origin) : 0;
-  const bool is_there = seen_.came_otherwise(
-      {origin.node, origin.epoch, origin.number, rule.to_channel, payload},
-      {rule.to_link, station.identity().id()}, std::chrono::steady_clock::now());
+  const bool is_there =
+      seen_.came_otherwise({origin.node, origin.epoch, origin.number, rule.to_channel, payload},
+                           {rule.to_link, station.identity().id()}, loop::now());
   if (rule.from_channel != rule.to_channel && is_there) {
     ++counters_.gateway_there;
   } else if (payload.size() < limits.min_message_bytes) {

@@ -6,6 +6,7 @@
 
 #include "daemon/common/logging.hpp"
 #include "daemon/common/monotonic_ns.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -241,7 +242,7 @@ void Hub::on_namesake(Station& station) {
       if (&each->identity() == &identity) each->adopt_node_id();
     }
   }
-  if (const auto silent = namesake_log_.pass(std::chrono::steady_clock::now())) {
+  if (const auto silent = namesake_log_.pass(loop::now())) {
     const std::string what = identity.is_fixed()
                                  ? "ours is configured, so it stays: give one of them another"
                                  : "ours is now " + std::to_string(identity.id());
@@ -252,7 +253,7 @@ void Hub::on_namesake(Station& station) {
 
 void Hub::on_duplicate(Station& station, const Neighbour& older, const Neighbour& younger) {
   ++counters_.duplicate_neighbours;
-  if (const auto silent = duplicate_log_.pass(std::chrono::steady_clock::now())) {
+  if (const auto silent = duplicate_log_.pass(loop::now())) {
     const drivers::Link& link = station.link();
     log_of("hub")->warn(
         "link {}: two robots have node id {}, one at {}, one at {}; give one of them another "
@@ -263,7 +264,7 @@ void Hub::on_duplicate(Station& station, const Neighbour& older, const Neighbour
 }
 
 void Hub::on_double_address(Station& station, const Neighbour& other) {
-  if (const auto silent = address_log_.pass(std::chrono::steady_clock::now())) {
+  if (const auto silent = address_log_.pass(loop::now())) {
     log_of("hub")->warn(
         "link {}: another robot has this interface's hardware address {}: node {}; give one of "
         "them another ({} more since the last line)",

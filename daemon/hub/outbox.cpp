@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/common/monotonic_ns.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -219,8 +220,7 @@ bool Outbox::wait_for_copy(std::size_t station, Channel& channel, Slot& slot) {
   --slot.copies_left;
   slot.is_between_copies = true;
   park(*slot.in_flight);
-  const Time at = std::chrono::steady_clock::now() +
-                  std::chrono::milliseconds(slot.in_flight->copy_interval_ms);
+  const Time at = loop::now() + std::chrono::milliseconds(slot.in_flight->copy_interval_ms);
   copies_.add({at, channel.number, station, slot.in_flight->serial});
   return true;
 }

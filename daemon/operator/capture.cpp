@@ -6,12 +6,13 @@
 
 #include "daemon/operator/counter_list.hpp"
 #include "drivers/link/frame_tap.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
 std::uint64_t wall_clock_ns() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto now = loop::wall_now().time_since_epoch();
   return static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }

@@ -12,6 +12,7 @@
 #include "daemon/host/privileges.hpp"
 #include "daemon/operator/prometheus.hpp"
 #include "daemon/station/link_factory.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -167,7 +168,7 @@ std::optional<Refusal> Operator::check_configuration(ipc::Reloaded& reply) {
 // Who asks for changes all the time must not fill the disk with them.
 bool Operator::log_change(LogLimiter& limiter, const std::string& who, const std::string& what,
                           spdlog::level::level_enum level) {
-  const auto silent = limiter.pass(std::chrono::steady_clock::now());
+  const auto silent = limiter.pass(loop::now());
   if (!silent) return false;
   const std::string more =
       *silent == 0 ? "" : " (" + std::to_string(*silent) + " more since the last line)";

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/session/client_requests.hpp"
+#include "loop/clock.hpp"
 #include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
@@ -96,7 +97,7 @@ void StatusReport::fill_hello(ipc::Hello& hello) {
 }
 
 void StatusReport::fill_status(ipc::Status& status) {
-  const auto uptime = std::chrono::steady_clock::now() - started_at_;
+  const auto uptime = loop::now() - started_at_;
   status.set_version(SWARMTALK_VERSION);
   status.set_node_id(identity_.id());
   status.set_node_id_fixed(identity_.is_fixed());
@@ -106,7 +107,7 @@ void StatusReport::fill_status(ipc::Status& status) {
       std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
   status.set_clients(clients_ == nullptr ? 0 : static_cast<std::uint32_t>(clients_->size()));
   status.set_config_file(config_file_);
-  if (poses_.age_ms(std::chrono::steady_clock::now())) {
+  if (poses_.age_ms(loop::now())) {
     fill_own_pose(poses_, *status.mutable_pose());
   }
   fill_links(status);
@@ -148,7 +149,7 @@ void StatusReport::fill_users(ipc::Status& status) const {
 }
 
 void StatusReport::fill_neighbours(ipc::Neighbours& reply) {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = loop::now();
   std::uint32_t left_out = 0;
   for (Station* station : hub_.stations()) {
     const std::vector<Neighbour> heard = station->neighbours(now);

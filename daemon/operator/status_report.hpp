@@ -6,6 +6,7 @@
 
 #include "daemon/hub/hub.hpp"
 #include "daemon/session/clients.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -38,7 +39,7 @@ class StatusReport final : public StatusSource {
   std::string config_file_;
   std::string node_id_source_;
   const Clients* clients_ = nullptr;
-  std::chrono::steady_clock::time_point started_at_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point started_at_ = loop::now();
 };
 
 }  // namespace swarmtalk::daemon

@@ -11,6 +11,7 @@
 #include "daemon/common/logging.hpp"
 #include "daemon/common/printable.hpp"
 #include "daemon/config/file_access.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -83,7 +84,7 @@ void PoseSocket::read_all() {
 }
 
 void PoseSocket::take(std::string_view text) {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = loop::now();
   if (const auto pose = parse_pose_text(text)) {
     const std::chrono::duration<double> age(std::min(pose->age_s, kOldestS));
     const auto known_at = now - std::chrono::duration_cast<std::chrono::nanoseconds>(age);

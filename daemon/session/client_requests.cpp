@@ -6,6 +6,7 @@
 #include "daemon/common/printable.hpp"
 #include "ipc/framing.hpp"
 #include "ipc/message_frames.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -127,7 +128,7 @@ std::optional<StreamEnd> ClientRequests::greet(const ipc::Hello& hello) {
 }
 
 void ClientRequests::set_pose(const ipc::SetPose& request) {
-  std::optional<PoseKeeper::Time> known_at = std::chrono::steady_clock::now();
+  std::optional<PoseKeeper::Time> known_at = loop::now();
   if (request.fixed()) known_at.reset();
   if (!poses_.set(request.x_m(), request.y_m(), request.theta_rad(), known_at, client_.name)) {
     return answers_.refuse(
@@ -144,7 +145,7 @@ void ClientRequests::get_pose() {
 }
 
 void fill_own_pose(const PoseKeeper& poses, ipc::Pose& reply) {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = loop::now();
   if (poses.max_age_ms() != 0) reply.set_max_age_ms(poses.max_age_ms());
   const auto age_ms = poses.age_ms(now);
   if (!age_ms) return;

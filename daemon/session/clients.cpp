@@ -11,6 +11,7 @@
 
 #include "daemon/common/logging.hpp"
 #include "daemon/host/peer.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -72,7 +73,7 @@ void Clients::on_acceptable() {
     }
     if (errno == EAGAIN || errno == EWOULDBLOCK) break;
     if (errno == ECONNABORTED || errno == EINTR) continue;
-    if (const auto silent = accept_log_.pass(Clock::now())) {
+    if (const auto silent = accept_log_.pass(loop::now())) {
       log_of("client")->error("cannot accept a client: {}; trying again every second",
                               std::strerror(errno));
     }
@@ -91,7 +92,7 @@ void Clients::add(int descriptor) {
   const auto refusal = hub.shares().check_client(user, size());
   if (refusal) {
     ++counters.clients_refused;
-    if (const auto silent = refused_log_.pass(Clock::now())) {
+    if (const auto silent = refused_log_.pass(loop::now())) {
       log_of("client")->warn("client refused ({}): {} ({} more since the last line)",
                              peer_of(descriptor), refusal->text, *silent);
     }
@@ -159,7 +160,7 @@ void Clients::flush_all() {
 void Clients::on_closed(Session& session, const std::string& reason, bool is_malformed) {
   if (is_malformed) ++counters.clients_malformed;
   if (session.was_ended()) {
-    if (const auto silent = closed_log_.pass(Clock::now())) {
+    if (const auto silent = closed_log_.pass(loop::now())) {
       log_of("client")->warn("{} closed: {} ({} more since the last line)", session.client().who(),
                              reason, *silent);
     }
@@ -172,7 +173,7 @@ void Clients::on_closed(Session& session, const std::string& reason, bool is_mal
 }
 
 void Clients::on_not_reading(const Session& session, std::size_t waiting_bytes) {
-  if (const auto silent = not_reading_log_.pass(Clock::now())) {
+  if (const auto silent = not_reading_log_.pass(loop::now())) {
     log_of("client")->warn(
         "{} does not read its replies: {} bytes wait, limits.reply_bytes is {}; it is read no "
         "further until it does: let it call run() or process() ({} more since the last line)",
@@ -185,7 +186,7 @@ void Clients::watch_silent() {
 }
 
 void Clients::close_silent() {
-  const auto now = Clock::now();
+  const auto now = loop::now();
   std::vector<std::shared_ptr<Session>> silent;
   bool is_any_new = false;
   for (const auto& [session, shared] : sessions_) {

@@ -8,6 +8,7 @@
 
 #include "daemon/session/session.hpp"
 #include "ipc/message_frames.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -37,7 +38,7 @@ Session::Session(boost::asio::io_context& io, int descriptor, SessionHost& host)
       operations_(host.operations, host.kilobots, host.limits, client_, output_, answers_),
       requests_(host.status, host.poses, host.hub.shares(), host.counters, client_, answers_,
                 channels_, operations_),
-      connected_at_(std::chrono::steady_clock::now()) {
+      connected_at_(loop::now()) {
   socket_.own(descriptor);
   ucred peer{};
   socklen_t size = sizeof peer;

@@ -23,6 +23,7 @@
 #include "daemon/station/range_once.hpp"
 #include "daemon/station/repairing.hpp"
 #include "daemon/station/station.hpp"
+#include "loop/clock.hpp"
 #include "swarmtalk/swarmtalk.hpp"
 
 namespace swarmtalk::daemon {
@@ -165,7 +166,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
       if (const auto repair = repairing_.pull(node_bytes(), out, *link_)) return *repair;
     }
     if (!node_->has_packet()) return 0;
-    pulled_at_ = std::chrono::steady_clock::now();
+    pulled_at_ = loop::now();
     const std::size_t next_bytes = node_bytes();
     std::size_t size_bytes = 0;
     if (next_bytes != 0 && next_bytes <= out.size()) {
@@ -200,7 +201,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     header.profile = profile_.id;
     header.node = identity_.id();
     header.epoch = identity_.epoch();
-    header.pose = poses_.on_air(std::chrono::steady_clock::now());
+    header.pose = poses_.on_air(loop::now());
     return header;
   }
 
@@ -245,7 +246,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
   }
   drivers::MonotonicTime time_of_call() const {
     if (frame_ != nullptr) return frame_->received_at;
-    return pulled_at_ ? *pulled_at_ : std::chrono::steady_clock::now();
+    return pulled_at_ ? *pulled_at_ : loop::now();
   }
   static std::uint32_t random(void*) { return random_bits(); }
 
@@ -335,7 +336,7 @@ Range NodeStation<P>::range_of(const drivers::FrameReception& frame) const {
     return {*frame.distance_m, std::numeric_limits<float>::quiet_NaN()};
   }
   if (!frame.pose || !poses_.is_usable(*frame.pose)) return Range::unknown();
-  return range_to(poses_.valid(std::chrono::steady_clock::now()), frame.pose);
+  return range_to(poses_.valid(loop::now()), frame.pose);
 }
 
 template <class P>

@@ -17,6 +17,7 @@
 #include "daemon/station/measured_loss.hpp"
 #include "daemon/station/node_identity.hpp"
 #include "drivers/link/link.hpp"
+#include "loop/clock.hpp"
 #include "redundancy/repairs.hpp"
 #include "redundancy/wifi_packet.hpp"
 #include "swarmtalk/types.hpp"
@@ -75,7 +76,7 @@ class Repairing<core::Wifi> {
                        is_timestamped ? W::kTimedPayloadBytes : W::kPayloadBytes);
     const unsigned repairs =
         wanted == kAutoRedundancy
-            ? redundancy::repairs_for_loss(packets, loss_.of(neighbours, Clock::now()))
+            ? redundancy::repairs_for_loss(packets, loss_.of(neighbours, loop::now()))
             : std::min<unsigned>(wanted, redundancy::kMostRepairs);
     if (repairs == 0) return;
     repairs_.sender().protect(channel, number, repairs);
@@ -146,7 +147,7 @@ class Repairing<core::Wifi> {
   using Clock = std::chrono::steady_clock;
 
   static std::uint64_t now_us() {
-    const auto since = Clock::now().time_since_epoch();
+    const auto since = loop::now().time_since_epoch();
     return static_cast<std::uint64_t>(
         std::chrono::duration_cast<std::chrono::microseconds>(since).count());
   }

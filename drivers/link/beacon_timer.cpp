@@ -2,11 +2,13 @@
 
 #include <random>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::drivers {
 
 void BeaconTimer::set_interval(std::chrono::milliseconds interval) {
   beacon_ = Beacon(interval, std::random_device{}());
-  beacon_.silence_begins(std::chrono::steady_clock::now());
+  beacon_.silence_begins(loop::now());
   timer_.cancel();
   if (has_started_ && beacon_.is_on()) arm();
 }
@@ -17,12 +19,12 @@ void BeaconTimer::start() {
 }
 
 void BeaconTimer::arm() {
-  const Beacon::Time now = std::chrono::steady_clock::now();
+  const Beacon::Time now = loop::now();
   timer_.at(now + beacon_.wait(now));
 }
 
 void BeaconTimer::on_time() {
-  const Beacon::Time now = std::chrono::steady_clock::now();
+  const Beacon::Time now = loop::now();
   if (beacon_.wait(now) == Beacon::Duration(0)) {
     beacon_.silence_begins(now);
     send_(now);

@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::drivers {
 
 void LinkSeal::use(std::uint32_t epoch) {
@@ -9,8 +11,7 @@ void LinkSeal::use(std::uint32_t epoch) {
     freshness_.reset();
     return use_key(key_, builder_, receiver_, also_key_);
   }
-  use_key_freshly(key_, also_key_, epoch, std::chrono::steady_clock::now(), freshness_, builder_,
-                  receiver_);
+  use_key_freshly(key_, also_key_, epoch, loop::now(), freshness_, builder_, receiver_);
   arm();
 }
 
@@ -26,7 +27,7 @@ void LinkSeal::arm_timer() {
 void LinkSeal::on_time() {
   armed_for_ = 0;
   if (freshness_ == nullptr) return;
-  const MonotonicTime now = std::chrono::steady_clock::now();
+  const MonotonicTime now = loop::now();
   const bool is_due = freshness_->speak_at() <= milliseconds(now);
   if (is_due && !speak_(now)) freshness_->postpone(milliseconds(now));
   arm();

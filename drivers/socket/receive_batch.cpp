@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "loop/clock.hpp"
+
 namespace swarmtalk::drivers {
 namespace {
 
@@ -11,20 +13,26 @@ constexpr std::chrono::seconds kLongestWait = 60s;           // as long as nonce
 constexpr std::chrono::microseconds kLongestReading = 20us;  // of both clocks
 constexpr std::chrono::microseconds kSmallestStep = 500us;   // of the wall clock; NTP slews both
 
+timespec to_timespec(std::chrono::system_clock::time_point time) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  const std::chrono::nanoseconds rest = time - seconds;
+  return {static_cast<time_t>(seconds.time_since_epoch().count()), static_cast<long>(rest.count())};
+}
+
 }  // namespace
 
 void StampClock::read() {
-  timespec real{};
+  std::chrono::system_clock::time_point real;
   MonotonicTime before;
   MonotonicTime after;
   // An interruption between the two clocks would look like an error of its length.
   for (int tries = 0; tries < 3; ++tries) {
-    before = std::chrono::steady_clock::now();
-    clock_gettime(CLOCK_REALTIME, &real);
-    after = std::chrono::steady_clock::now();
+    before = loop::now();
+    real = loop::wall_now();
+    after = loop::now();
     if (after - before < kLongestReading) break;
   }
-  set_now(real, before + (after - before) / 2);
+  set_now(to_timespec(real), before + (after - before) / 2);
 }
 
 void StampClock::set_now(const timespec& real_now, MonotonicTime monotonic_now) {

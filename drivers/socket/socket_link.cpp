@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/link/link_log.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -85,7 +86,7 @@ void SocketLink::set_gone(const std::string& interface) {
 
 void SocketLink::start(LinkUser& user) {
   user_ = &user;
-  echoes_.begin(user.frame_header().epoch, std::chrono::steady_clock::now());
+  echoes_.begin(user.frame_header().epoch, loop::now());
   watch_.start([this] { refresh(); });
   refresh();
   receive_socket_.watch(EPOLLIN);
@@ -181,7 +182,7 @@ void SocketLink::receive() {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) receive(batch_[i]);
   seal_.arm();
   if (!unreadable_.has_news(counters_)) return;
-  for (const std::string& line : unreadable_.news(counters_, std::chrono::steady_clock::now())) {
+  for (const std::string& line : unreadable_.news(counters_, loop::now())) {
     link_log()->warn("{} {}: {}", type(), device(), line);
   }
 }
@@ -217,7 +218,7 @@ bool SocketLink::ends_forward_wait() {
 
 void SocketLink::flush() {
   if (!is_up() || is_waiting_writable_ || (timer_.is_armed() && !ends_forward_wait())) return;
-  const MonotonicTime now = std::chrono::steady_clock::now();
+  const MonotonicTime now = loop::now();
   counters_.send_errors += queue_.drop_built_before(now - kOldestFrame);
   if (!queue_.is_empty()) transmit(now);  // nothing more is built before the kernel has these
   if (!queue_.is_empty()) return;

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "tests/support/patience.hpp"
-
 namespace swarmtalk::drivers {
 
 Bytes numbered_packet(std::uint32_t number, std::size_t size) {
@@ -50,20 +48,6 @@ std::uint64_t counter(const Link& link, const std::string& name) {
   }
   ADD_FAILURE() << "no counter " << name;
   return 0;
-}
-
-bool run_until(boost::asio::io_context& io, const std::function<bool()>& is_done) {
-  const auto deadline = std::chrono::steady_clock::now() + test::kPatience;
-  while (!is_done() && std::chrono::steady_clock::now() < deadline) {
-    io.restart();
-    io.run_one_for(std::chrono::milliseconds(5));
-  }
-  return is_done();
-}
-
-void run_for(boost::asio::io_context& io, std::chrono::milliseconds duration) {
-  io.restart();
-  io.run_for(duration);
 }
 
 }  // namespace swarmtalk::drivers

@@ -1,4 +1,5 @@
-// Who is called by a timer, when, and who no more.
+// Who is called by a timer, when, and who no more: of the product's, and of that on a clock which
+// tests turn.
 #include "loop/timer.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,9 @@
 #include <memory>
 #include <optional>
 
+#include "loop/clock.hpp"
+#include "tests/unit/loop/waits.hpp"
+
 namespace swarmtalk::loop {
 namespace {
 
@@ -14,11 +18,7 @@ using namespace std::chrono_literals;
 
 class TimerTest : public testing::Test {
  protected:
-  static Timer::Time now() { return std::chrono::steady_clock::now(); }
-  void run() {
-    io_.restart();
-    io_.run();  // until nothing waits any more
-  }
+  void run() { run_all_waits(io_); }
 
   boost::asio::io_context io_;
   int calls_ = 0;

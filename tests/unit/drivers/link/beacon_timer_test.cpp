@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <boost/asio/steady_timer.hpp>
 #include <optional>
 
-#include "tests/unit/drivers/test_link_user.hpp"
+#include "loop/clock.hpp"
+#include "tests/support/turned_clock.hpp"
 
 namespace swarmtalk::drivers {
 namespace {
@@ -20,53 +20,54 @@ class BeaconTimerTest : public testing::Test {
   std::optional<BeaconTimer> timer_{std::in_place, io_, [this](Beacon::Time) { ++sent_; }};
 };
 
+// Each silence lasts three quarters of the interval at least, and all of it at most.
 TEST_F(BeaconTimerTest, CallsAgainAndAgainWhileTheLinkIsSilent) {
   timer_->set_interval(20ms);
   timer_->start();
-  EXPECT_TRUE(run_until(io_, [&] { return sent_ >= 3; }));
+  test::pass(io_, 14ms);
+  EXPECT_EQ(sent_, 0);
+  test::pass(io_, 6ms);
+  EXPECT_EQ(sent_, 1);
+  test::pass(io_, 60s);
+  EXPECT_GE(sent_, 3001);
+  EXPECT_LE(sent_, 4001);
 }
 
 TEST_F(BeaconTimerTest, CallsNothingBeforeItsStart) {
   timer_->set_interval(5ms);
-  run_for(io_, 30ms);
+  test::pass(io_, 1h);
   EXPECT_EQ(sent_, 0);
 }
 
 TEST_F(BeaconTimerTest, CallsNothingWithoutAnIntervalNorAfterOneIsTakenAway) {
   timer_->start();
-  run_for(io_, 20ms);
+  test::pass(io_, 1h);
   EXPECT_EQ(sent_, 0);
   timer_->set_interval(5ms);
-  EXPECT_TRUE(run_until(io_, [&] { return sent_ >= 1; }));
+  test::pass(io_, 5ms);
+  EXPECT_EQ(sent_, 1);
   timer_->set_interval(0ms);
-  sent_ = 0;
-  run_for(io_, 30ms);
-  EXPECT_EQ(sent_, 0);
-}
-
-TEST_F(BeaconTimerTest, CallsNothingIfTheIntervalIsTakenAwayInTheInstantInWhichOneIsDue) {
-  boost::asio::steady_timer before(io_, std::chrono::steady_clock::now());
-  before.async_wait([this](const boost::system::error_code&) { timer_->set_interval(0ms); });
-  timer_->set_interval(1ms);
-  timer_->start();
-  boost::asio::steady_timer(io_, 5ms).wait();  // both are due
-  run_for(io_, 20ms);
-  EXPECT_EQ(sent_, 0);
+  test::pass(io_, 1h);
+  EXPECT_EQ(sent_, 1);
 }
 
 TEST_F(BeaconTimerTest, WaitsAnewAfterEachFrame) {
   timer_->set_interval(20ms);
   timer_->start();
-  timer_->silence_begins(std::chrono::steady_clock::now() + 1h);
-  run_for(io_, 60ms);
+  for (int i = 0; i < 1000; ++i) {
+    test::pass(io_, 14ms);
+    timer_->silence_begins(loop::now());
+  }
   EXPECT_EQ(sent_, 0);
+  test::pass(io_, 20ms);
+  EXPECT_EQ(sent_, 1);
 }
 
 TEST_F(BeaconTimerTest, MayBeGoneBeforeItsTime) {
   timer_->set_interval(5ms);
   timer_->start();
   timer_.reset();
-  run_for(io_, 20ms);
+  test::pass(io_, 1h);
   EXPECT_EQ(sent_, 0);
 }
 

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "loop/clock.hpp"
 #include "tests/unit/drivers/test_link_user.hpp"
 
 namespace swarmtalk::drivers {
@@ -245,12 +246,12 @@ TEST_P(SocketLinkTest, IsWokenAtTheTimeThatWasAskedForAndNotBefore) {
   make().start(user_);
   run_for(io_, 5ms);
   user_.waiting.push_back(numbered_packet(1, 20));
-  const auto at = std::chrono::steady_clock::now() + 50ms;
+  const auto at = loop::now() + 50ms;
   link_->wake_at(at + 1h);
   link_->wake_at(at);
   link_->wake_at(at + 1h);
   ASSERT_TRUE(run_until(io_, [&] { return heard().size() == 1; }));
-  EXPECT_GE(std::chrono::steady_clock::now(), at);
+  EXPECT_GE(loop::now(), at);
 }
 
 TEST_P(SocketLinkTest, ANewPaceCountsAtOnce) {

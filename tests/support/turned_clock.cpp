@@ -1,0 +1,135 @@
+#include "tests/support/turned_clock.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "loop/clock.hpp"
+#include "loop/loop.hpp"
+#include "loop/timer.hpp"
+
+namespace swarmtalk::loop {
+
+struct Timer::Wait {
+  std::function<void()> on_time;
+  Time time{};
+  bool is_armed = false;
+};
+
+}  // namespace swarmtalk::loop
+
+namespace swarmtalk::test {
+namespace {
+
+using Time = loop::Timer::Time;
+using Call = std::function<bool()>;  // @return false: it was cancelled
+
+struct Due {
+  Time time;
+  Call call;
+};
+
+constexpr Time kBegin{std::chrono::hours(1)};  // no time is before the clock began
+Time present = kBegin;                         // NOLINT: the one clock of the program
+std::vector<Due> waits;                        // NOLINT: by time, and in the order of their asking
+
+void wait_until(Time time, Call call) {
+  const auto is_later = [](Time at, const Due& due) { return at < due.time; };
+  waits.insert(std::upper_bound(waits.begin(), waits.end(), time, is_later),
+               {time, std::move(call)});
+}
+
+/// What is ready, without waiting. @return false: nothing was
+bool run_ready(boost::asio::io_context& io) {
+  std::size_t done = 0;
+  std::size_t more = 0;
+  do {
+    io.restart();
+    more = io.poll();
+    done += more;
+  } while (more > 0);
+  return done > 0;
+}
+
+/// @return false: nobody waits for a time up to `end`
+bool turn_to_next(Time end) {
+  while (!waits.empty() && waits.front().time <= end) {
+    const Due due = std::move(waits.front());
+    waits.erase(waits.begin());
+    const Time before = std::exchange(present, std::max(present, due.time));
+    if (due.call()) return true;
+    present = before;
+  }
+  return false;
+}
+
+}  // namespace
+
+void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
+  const Time end = present + duration;
+  do {
+    run_ready(io);
+  } while (turn_to_next(end));
+  present = end;
+}
+
+bool pass_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
+                std::chrono::nanoseconds limit) {
+  const Time end = present + limit;
+  for (;;) {
+    const bool has_run = run_ready(io);
+    if (is_done()) return true;
+    // is_done() itself may make something ready, as by reading from a full socket.
+    if (!has_run && !turn_to_next(end)) return false;
+  }
+}
+
+}  // namespace swarmtalk::test
+
+namespace swarmtalk::loop {
+
+std::chrono::steady_clock::time_point now() {
+  return test::present;
+}
+
+std::chrono::system_clock::time_point wall_now() {
+  constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
+  return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin));
+}
+
+Timer::Timer(boost::asio::io_context&, std::function<void()> on_time)
+    : wait_(std::make_shared<Wait>()) {
+  wait_->on_time = std::move(on_time);
+}
+
+Timer::~Timer() {
+  cancel();
+}
+
+void Timer::at(Time time) {
+  auto next = std::make_shared<Wait>(*wait_);
+  wait_->is_armed = false;
+  wait_ = next;
+  next->time = time;
+  next->is_armed = true;
+  test::wait_until(time, [waiting = std::weak_ptr<Wait>(next)] {
+    const std::shared_ptr<Wait> wait = waiting.lock();
+    if (wait == nullptr || !std::exchange(wait->is_armed, false)) return false;
+    wait->on_time();
+    return true;
+  });
+}
+
+void Timer::after(Duration delay) {
+  at(now() + delay);
+}
+
+void Timer::cancel() {
+  wait_->is_armed = false;
+}
+
+bool Timer::is_armed() const {
+  return wait_->is_armed;
+}
+
+}  // namespace swarmtalk::loop
