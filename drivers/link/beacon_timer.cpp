@@ -26,8 +26,9 @@ void BeaconTimer::arm() {
 void BeaconTimer::on_time() {
   const Beacon::Time now = loop::now();
   if (beacon_.wait(now) == Beacon::Duration(0)) {
+    const Beacon::Duration wait = send_(now);
+    if (wait > Beacon::Duration(0)) return timer_.at(now + wait);
     beacon_.silence_begins(now);
-    send_(now);
   }
   arm();
 }

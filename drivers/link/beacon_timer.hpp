@@ -14,8 +14,10 @@ namespace swarmtalk::drivers {
 
 class BeaconTimer {
  public:
-  /// @param send  is called with the time when one is due; the silence begins to count again
-  BeaconTimer(boost::asio::io_context& io, std::function<void(Beacon::Time)> send)
+  /// @param send  is called with the time when one is due; the silence begins to count again.
+  ///   @return for how long it cannot leave yet; 0: it has, or need not
+  using Send = std::function<Beacon::Duration(Beacon::Time)>;
+  BeaconTimer(boost::asio::io_context& io, Send send)
       : send_(std::move(send)),
         beacon_(std::chrono::milliseconds(0), 1),
         timer_(io, [this] { on_time(); }) {}
@@ -35,7 +37,7 @@ class BeaconTimer {
   void arm();
   void on_time();
 
-  std::function<void(Beacon::Time)> send_;
+  Send send_;
   Beacon beacon_;
   loop::Timer timer_;
   bool has_started_ = false;

@@ -39,6 +39,11 @@ class Pacer {
   /// @param is_forward  all that waits is of others
   Duration wait(Time now, bool is_forward = false);
 
+  /// For how long from `now` a frame that left would be faster than the rate; 0: it would not.
+  Duration ahead(Time now) const {
+    return full_at_ ? std::max(Duration(0), *full_at_ - burst_allowance_ - now) : Duration(0);
+  }
+
   /// Whether it makes a difference to wait() whose packets wait.
   bool tells_forwards() const { return max_forward_jitter_ > max_jitter_; }
   /// What the interface needs, where the configuration leaves that open. It may come long after

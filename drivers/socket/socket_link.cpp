@@ -56,7 +56,12 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
                flush();
              }),
       wake_timer_(io, *this),
-      beacon_(io, [this](MonotonicTime now) { send_frame_without_packets(now); }),
+      beacon_(io,
+              [this](MonotonicTime now) {
+                const Pacer::Duration ahead = pacer_.ahead(now);
+                if (ahead == 0ns) send_frame_without_packets(now);
+                return ahead;
+              }),
       seal_(io, builder_, receiver_, [this](MonotonicTime now) { return speak(now); }),
       state_(io, [this](bool is_up, const std::string& line) {
         link_log()->log(is_up ? spdlog::level::info : spdlog::level::warn, "{} {}: {}", type(),
@@ -107,9 +112,11 @@ void SocketLink::set_pacing(const PacerConfig& pacing) {
   wake();
 }
 
-// Not when something else is about to leave, or nothing can.
+// Not when something else is about to leave, or nothing can, nor faster than messages: else these
+// would wait for all beacons that were too many.
 bool SocketLink::send_frame_without_packets(MonotonicTime now) {
   if (!is_up() || !queue_.is_empty() || user_->next_packet_bytes() > 0) return false;
+  if (pacer_.ahead(now) > 0ns) return false;
   const BuiltFrame built = builder_.build_beacon(
       *user_, queue_.slot(builder_.buffer_bytes(frame_limit_bytes_)), frame_limit_bytes_, now);
   if (built.size_bytes == 0) return false;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <utility>
 
 #include "loop/clock.hpp"
 #include "tests/support/turned_clock.hpp"
@@ -17,7 +18,11 @@ class BeaconTimerTest : public testing::Test {
  protected:
   boost::asio::io_context io_;
   int sent_ = 0;
-  std::optional<BeaconTimer> timer_{std::in_place, io_, [this](Beacon::Time) { ++sent_; }};
+  Beacon::Duration ahead_{0};
+  std::optional<BeaconTimer> timer_{std::in_place, io_, [this](Beacon::Time) {
+                                      if (ahead_ == 0ns) ++sent_;
+                                      return std::exchange(ahead_, 0ns);
+                                    }};
 };
 
 // Each silence lasts three quarters of the interval at least, and all of it at most.
@@ -60,6 +65,16 @@ TEST_F(BeaconTimerTest, WaitsAnewAfterEachFrame) {
   }
   EXPECT_EQ(sent_, 0);
   test::pass(io_, 20ms);
+  EXPECT_EQ(sent_, 1);
+}
+
+TEST_F(BeaconTimerTest, CallsAgainWhenOneMayLeave) {
+  ahead_ = 1h;
+  timer_->set_interval(20ms);
+  timer_->start();
+  test::pass(io_, 1h + 14ms);
+  EXPECT_EQ(sent_, 0);
+  test::pass(io_, 6ms);
   EXPECT_EQ(sent_, 1);
 }
 

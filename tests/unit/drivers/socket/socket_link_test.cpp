@@ -242,6 +242,23 @@ TEST_P(SocketLinkTest, SendsNoBeaconWhileItIsDownOrSomethingWaits) {
   EXPECT_EQ(count("beacons_sent"), 0u);
 }
 
+TEST_P(SocketLinkTest, BeaconsKeepToTheRateAndNoMessageWaitsForThem) {
+  PacerConfig slow;
+  slow.rate_limit_hz = 2;
+  make(slow).set_beacon(20ms);
+  link_->start(user_);
+  for (int i = 0; i < 60; ++i) {
+    run_for(io_, 1s);
+    heard();
+  }
+  EXPECT_GE(count("beacons_sent"), 119u);
+  EXPECT_LE(count("beacons_sent"), 121u);
+  const auto before = loop::now();
+  send_packets(0, 1);
+  ASSERT_TRUE(run_until(io_, [&] { return heard().size() == 1; }));
+  EXPECT_LE(loop::now() - before, 500ms);
+}
+
 TEST_P(SocketLinkTest, IsWokenAtTheTimeThatWasAskedForAndNotBefore) {
   make().start(user_);
   run_for(io_, 5ms);
