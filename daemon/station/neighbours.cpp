@@ -104,12 +104,16 @@ void Neighbours::count(Neighbour& neighbour, std::uint32_t counter, Time now) {
   neighbour.window_lost_ += step.believed;
 }
 
-// Another robot began under its id, and it has not been heard since.
+// A robot began under its id, and it has not been heard since. Where a second robot has the id, the
+// address says which of them began.
 bool Neighbours::has_restarted(const Neighbour& neighbour) const {
   const auto is_successor = [&](const Neighbour& other) {
-    return other.node == neighbour.node && other.first_heard > neighbour.first_heard;
+    if (other.node != neighbour.node || other.first_heard <= neighbour.first_heard) return false;
+    if (!neighbour.is_duplicate) return true;
+    return neighbour.hardware != 0 && other.hardware == neighbour.hardware &&
+           neighbour.last_heard - other.first_heard <= kLongestHeld;
   };
-  return !neighbour.is_duplicate && std::any_of(entries_.begin(), entries_.end(), is_successor);
+  return std::any_of(entries_.begin(), entries_.end(), is_successor);
 }
 
 std::vector<Neighbour> Neighbours::list(Time now) const {

@@ -134,6 +134,21 @@ TEST_F(NeighboursTest, RobotThatRestartsAgainAndAgainIsNoDuplicate) {
   EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
 }
 
+TEST_F(NeighboursTest, RobotThatRestartsBesideAnotherOfItsIdIsListedOnce) {
+  std::uint32_t counter = 0;
+  for (std::uint32_t epoch = 2; epoch <= 6; ++epoch) {
+    for (int i = 0; i < 4; ++i) {
+      now_ += 200ms;
+      hear(7, 1, ++counter, 0xB);
+      hear(7, epoch, static_cast<std::uint32_t>(i), 0xA);
+    }
+  }
+  ASSERT_EQ(list().size(), 2u);
+  EXPECT_EQ(list()[0].epoch, 1u);
+  EXPECT_EQ(list()[1].epoch, 6u);
+  EXPECT_TRUE(list()[0].is_duplicate && list()[1].is_duplicate);
+}
+
 TEST_F(NeighboursTest, RobotWithOurOwnAddressIsToldOnce) {
   EXPECT_EQ(hear(7, 1, 1, 0xA, false).double_of_us, nullptr);
   EXPECT_EQ(hear(8, 1, 1, 0xB, true, true).double_of_us, nullptr) << "a ghost";
