@@ -20,6 +20,7 @@
 #include "lab/keeper.hpp"
 #include "lab/lab.hpp"
 #include "lab/medium.hpp"
+#include "lab/network_namespace.hpp"
 #include "lab/radio_medium.hpp"
 #include "lab/status.hpp"
 #include "usage/checks.hpp"
@@ -91,14 +92,31 @@ State load_or_throw(const std::string& name) {
   throw std::runtime_error(text);
 }
 
-/// @return whether there were any
+/// What is left of a lab whose folder was deleted. @return whether there was anything
 bool end_orphans(const std::string& name) {
   State state;
   if (load(name, state)) return false;
   const Elsewhere lab = find_elsewhere(name);
-  if (lab.folder.empty() || lab.is_folder_there) return false;
+  if (lab.is_folder_there) return false;
   end_processes(lab.processes, kCommandGrace);
-  return true;
+  const std::vector<std::string> namespaces = namespaces_of(name);
+  for (const std::string& each : namespaces) {
+    end_processes(processes_in(each), kCommandGrace);
+    remove_namespace(each);
+  }
+  return !lab.folder.empty() || !namespaces.empty();
+}
+
+/// Before a lab is made. @throws std::runtime_error  something is left of one of that name
+void look_for_orphans(const std::string& name) {
+  const Elsewhere lab = find_elsewhere(name);
+  if (lab.is_folder_there) return look_in(lab.folder);
+  if (!lab.folder.empty()) throw std::runtime_error(orphans(name, lab));
+  State state;
+  if (load(name, state) || namespaces_of(name).empty()) return;
+  throw std::runtime_error(
+      "network namespaces of a lab '" + name + "' are left, whose folder was " +
+      "deleted; remove them with `swarmtalk-lab " + name_option(name) + "down`");
 }
 
 /// Waits for the command, passing on a termination that only this process got.
@@ -316,14 +334,7 @@ int main(int argc, char** argv) {
       return keep_medium(options.name, [&] { return serve_radio(load_or_throw(options.name)); });
     }
     remember_interrupts();
-    if (*up_command || *run_command) {
-      const Elsewhere other = find_elsewhere(options.name);
-      if (other.is_folder_there) {
-        look_in(other.folder);
-      } else if (!other.folder.empty()) {
-        throw std::runtime_error(orphans(options.name, other));
-      }
-    }
+    if (*up_command || *run_command) look_for_orphans(options.name);
     if (*up_command) {
       Keeper keeper;
       up(options, keeper);

@@ -42,6 +42,22 @@ std::string namespace_prefix(const std::string& lab_name) {
   return "swarmtalk-" + lab_name + "-";
 }
 
+std::vector<std::string> namespaces_of(const std::string& lab_name) {
+  const std::string prefix = namespace_prefix(lab_name);
+  std::vector<std::string> names;
+  if (geteuid() != 0) return names;  // they are root's
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/run/netns", error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || name == prefix) continue;
+    const std::string robot = name.substr(prefix.size());  // the lab "a-1" has others than "a"
+    if (robot == "air" || robot.find_first_not_of("0123456789") == std::string::npos) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
 std::string namespace_problem(const std::string& instead) {
   const std::string remedy = "`swarmtalk-lab ... --medium " + instead + "`";
   if (geteuid() != 0) {

@@ -11,6 +11,9 @@ namespace swarmtalk::lab {
 /// What of a lab each namespace's name begins with: "swarmtalk-LAB-".
 std::string namespace_prefix(const std::string& lab_name);
 
+/// Those that there are of a lab of this user's.
+std::vector<std::string> namespaces_of(const std::string& lab_name);
+
 /// Why network namespaces, and raw layer-2 frames in them, cannot be had here, in one line with
 /// what to do; empty: they can. @param instead  the medium that needs none
 std::string namespace_problem(const std::string& instead);

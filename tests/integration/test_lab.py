@@ -5,6 +5,7 @@ import os
 import pathlib
 import pty
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -37,6 +38,7 @@ def leftovers(name):
 
 def test_up_status_exec_down(bridge_lab):
     lab = bridge_lab(3)
+    a_lab_of_another_user_is_told_apart_from_none(lab)
     exec_all_prefixes_each_line_and_returns_the_first_failure(lab)
     state = lab.state()
     assert [robot["robot"] for robot in state] == [1, 2, 3]
@@ -236,14 +238,38 @@ def test_runs_leave_nothing_behind_however_they_end():
     for by in (["down"], ["run", "1", "--medium", "udp", "--", "true"]):
         half_a_lab_is_named_and_taken_down(by)
     a_killed_run_is_cleaned_up_by_the_next()
+    what_is_left_of_a_lab_whose_folder_is_gone_goes_with_the_command_that_is_named()
     the_name_may_stand_behind_the_verb()
     options_of_a_start_may_stand_before_the_verb()
 
 
+def what_is_left_of_a_lab_whose_folder_is_gone_goes_with_the_command_that_is_named():
+    name = f"gone-{os.getpid()}"
+    lab = [program("swarmtalk-lab"), "--name", name]
+    for moment in ("while its daemons run", "after they have ended"):
+        assert run(*lab, "up", "2").returncode == 0
+        if moment == "after they have ended":
+            for pid in map(int, daemons_of(name)):
+                os.kill(pid, signal.SIGKILL)
+            wait_for(lambda: not daemons_of(name), what="the daemons to be gone")
+        # As at a logout. Deleted where it is it might never be empty: daemons make sockets anew.
+        gone = lab_folder(name).rename(lab_folder(f"{name}.gone"))
+        shutil.rmtree(gone)
+        told = run(*lab, "up", "2").stderr
+        words = re.search("`swarmtalk-lab (.*)`", told).group(1).split()
+        assert run(program("swarmtalk-lab"), *words).returncode == 0
+        assert leftovers(name) == []
+
+
 def a_lab_of_another_user_is_told_apart_from_none(lab):
-    done = run("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
-               program("swarmtalk-lab"), "--name", lab.name, "status")
-    one_line(done.stderr, f"the lab '{lab.name}' belongs to root", "sudo swarmtalk-lab")
+    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
+              program("swarmtalk-lab"), "--name", lab.name]
+    for verb in ("status", "down"):
+        one_line(run(*nobody, verb).stderr, f"the lab '{lab.name}' belongs to root",
+                 "sudo swarmtalk-lab", "start one of your own: swarmtalk-lab up 9 --medium udp")
+    # It gets as far as to its daemon, which it cannot start: there is none of this name.
+    done = run(*nobody, "run", "1", "--medium", "udp", "--daemon", "/none", "--", "true")
+    one_line(done.stderr, "/none")
 
 
 def the_labs_that_there_are_are_listed(*labs):
@@ -398,7 +424,6 @@ def test_a_lab_without_namespaces_as_its_file_says(udp_lab, radio_udp_lab, tmp_p
         robots_on_the_air_do_not_send_on_in_the_same_instant(each, expected)
     a_file_made_for_one_robot_serves_for_all(lab)
     a_pose_socket_of_the_configuration_is_one_for_each_robot(lab)
-    a_lab_of_another_user_is_told_apart_from_none(lab)
     the_labs_that_there_are_are_listed(lab, on_the_air)
     mistakes_with_a_lab_get_one_line(lab)
     status_fits_a_narrow_terminal(lab)
