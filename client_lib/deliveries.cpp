@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -37,6 +36,17 @@ void print(std::string_view text) {
   std::fprintf(stderr, "swarmtalk: %.*s\n", static_cast<int>(text.size()), text.data());
 }
 
+void tell(Deliveries::Told& cause, Wakeup::Clock::time_point now, bool is_last = false) {
+  std::string text = cause.text;
+  if (cause.untold > 1 || is_last) {
+    text += " (" + std::to_string(cause.untold) + (cause.untold > 1 ? " times" : " time") +
+            " since the last line)";
+  }
+  print(text);
+  cause.at = now;
+  cause.untold = 0;
+}
+
 }  // namespace
 
 Deliveries::Deliveries(Reports& reports, std::function<void()> wake)
@@ -54,6 +64,9 @@ void Deliveries::close(bool tells_stderr) {
 /// Each once, with how often it happened.
 void Deliveries::print_failures() {
   if (reports_.has_any()) take_reports();
+  for (auto& [code, cause] : *told_) {
+    if (cause.untold > 0) tell(cause, {}, true);
+  }
   std::vector<std::pair<std::string, std::size_t>> failures;
   for (const Event& event : events_) {
     const bool is_unsent = event.kind == Event::Kind::kSent && is_failure(event.status);
@@ -244,15 +257,14 @@ void Deliveries::run_event(const Event& event) {
 void Deliveries::set_default_callbacks() {
   callbacks_.on_disconnect = [](const Status& status) { print(status.text()); };
   callbacks_.on_reconnect = [] { print("connected to swarmtalkd again"); };
-  // At most one line a second for each cause.
-  // Shared: callbacks are copied before they run.
-  const auto last = std::make_shared<std::unordered_map<StatusCode, Wakeup::Clock::time_point>>();
-  callbacks_.on_error = [last](const Status& status) {
+  // At most one line a second for each cause. Shared: callbacks are copied before they run.
+  callbacks_.on_error = [told = told_](const Status& status) {
     const Wakeup::Clock::time_point now = Wakeup::Clock::now();
-    const auto found = last->find(status.code());
-    if (found != last->end() && now - found->second < std::chrono::seconds(1)) return;
-    (*last)[status.code()] = now;
-    print(status.text());
+    const auto [found, is_first] = told->try_emplace(status.code());
+    Told& cause = found->second;
+    cause.text = status.text();
+    ++cause.untold;
+    if (is_first || now - cause.at >= std::chrono::seconds(1)) tell(cause, now);
   };
 }
 

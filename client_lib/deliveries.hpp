@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 
 #include "client_lib/reports.hpp"
 #include "client_lib/state.hpp"
+#include "client_lib/wakeup.hpp"
 #include "ipc/message_frames.hpp"
 
 namespace swarmtalk::client {
@@ -35,6 +38,13 @@ class Deliveries {
   Deliveries(Reports& reports, std::function<void()> wake);
 
   Callbacks& callbacks() { return callbacks_; }
+
+  /// A cause of failures, as the usual on_error has told it.
+  struct Told {
+    Wakeup::Clock::time_point at{};
+    std::uint64_t untold = 0;  // since then
+    std::string text;          // of the last
+  };
 
   // @param may_call  callbacks may run now: what happened is told at once if nothing waits before
   // it
@@ -90,6 +100,8 @@ class Deliveries {
 
   Reports& reports_;
   std::function<void()> wake_;
+  std::shared_ptr<std::map<StatusCode, Told>> told_ =
+      std::make_shared<std::map<StatusCode, Told>>();
   Callbacks callbacks_;
   std::deque<Event> events_;
   std::size_t read_ahead_ = 0;  // messages in events_ of subscribers that read ahead

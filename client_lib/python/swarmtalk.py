@@ -1772,10 +1772,18 @@ class _Session(object):
             self._report(error)
 
     def _print_once_a_second(self, error):
-        now = _monotonic()
-        if now - self._printed_at.get(error.code, -1e9) >= 1:
-            self._printed_at[error.code] = now
-            _print_error(error.text)
+        told = self._told.setdefault(error.code, [-1e9, 0, ""])  # when, untold since, the last text
+        told[1:] = told[1] + 1, error.text
+        if _monotonic() - told[0] >= 1:
+            self._tell(told)
+
+    @staticmethod
+    def _tell(told, is_last=False):
+        times = told[1]
+        is_more = times > 1 or is_last
+        _print_error(told[2] + (" (%d time%s since the last line)" % (times, "s" * (times > 1))
+                                if is_more else ""))
+        told[:2] = _monotonic(), 0
 
     def _report_losses(self):
         """The daemon counts what programs lose."""
@@ -2066,6 +2074,9 @@ class _Session(object):
 
     def _learn_the_rest(self):
         """At the end: the last messages may have been refused, which nothing else would tell."""
+        for told in self._told.values():
+            if told[1]:
+                self._tell(told, is_last=True)
         is_up = self._phase == _UP
         is_loss_untold = any(event[0] == "disconnect" for event in self._events)
         has_said = self._has_sent or self._unanswered_poses() > 0
@@ -2393,7 +2404,7 @@ class Client(_Session):
         self.on_gap = None     # called with a message whose lost_before is not empty, before it
         # Called with the Error of what no call can tell.
         self.on_error = self._print_once_a_second
-        self._printed_at = {}
+        self._told = {}  # for each cause of it
 
         self._pid = os.getpid()
         self._inside = _Inside()

@@ -221,9 +221,12 @@ def test_errors_without_a_function_are_printed_once_a_second_each(world, capsys)
             for code in codes:
                 printing.on_error(swarmtalk._error(swarmtalk._CODES[code], "text %d" % code))
         assert capsys.readouterr().err.splitlines() == [
-            "swarmtalk: text 7", "swarmtalk: text 10", "swarmtalk: text 7"]
+            "swarmtalk: text 7", "swarmtalk: text 10",
+            "swarmtalk: text 7 (3 times since the last line)"]
+        printing.on_error(swarmtalk._error(swarmtalk._CODES[7], "text 7"))
     finally:
         printing.close()
+    assert capsys.readouterr().err == "swarmtalk: text 7 (1 time since the last line)\n"
 
 
 @pytest.mark.parametrize("name, words", [

@@ -181,13 +181,17 @@ TEST_F(ClientLoop, AnOnErrorThatRunsTheClientDoesNotKeepItForEver) {
 
 TEST_F(ClientLoop, TheDefaultOnErrorTellsACauseOnceASecond) {
   FakeDaemon daemon(path);
-  Client plain("plain", options());
-  ASSERT_TRUE(plain.connect());
+  std::optional<Client> plain(std::in_place, "plain", options());
+  ASSERT_TRUE(plain->connect());
   testing::internal::CaptureStderr();
-  for (int i = 0; i < 5; ++i) EXPECT_FALSE(plain.set_pose(1e9f, 0, 0));
-  plain.process();
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(plain->set_pose(1e9f, 0, 0));
+  plain->process();
   const std::string told = testing::internal::GetCapturedStderr();
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+  testing::internal::CaptureStderr();
+  plain.reset();
+  const std::string rest = testing::internal::GetCapturedStderr();
+  EXPECT_NE(rest.find(" (4 times since the last line)\n"), std::string::npos) << rest;
 }
 
 TEST_F(ClientLoop, AWaitingCallbackMayHoldAHandleWhenTheClientIsDestroyed) {
