@@ -70,7 +70,7 @@ Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
 }
 
 void Daemon::open_stations() {
-  hub_.set_reserved(parsed_.config.reserved, parsed_.lines.file());
+  hub_.set_reserved(parsed_.config.reserved, how_to_change(parsed_));
   for (const LinkConfig& link : parsed_.config.links) {
     stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
     if (auto key = operator_.key_of(link.name)) {
@@ -190,7 +190,10 @@ void Daemon::on_signal(int signal) {
     service_manager_.ready();
     return wait_signal();
   }
-  log_of("daemon")->info("{}: ending", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+  const std::size_t lost = hub_.waiting_messages();
+  log_of("daemon")->info(
+      "{}: ending{}", signal == SIGTERM ? "SIGTERM" : "SIGINT",
+      lost == 0 ? "" : "; messages that have not left and are given up: " + std::to_string(lost));
   service_manager_.stopping();
   clients_.close_all("swarmtalkd ends");
   io_.stop();

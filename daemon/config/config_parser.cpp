@@ -20,6 +20,7 @@
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/config/table_reader.hpp"
 #include "ipc/framing.hpp"
+#include "text/plain.hpp"
 #include "text/toml_text.hpp"
 
 namespace swarmtalk::daemon {
@@ -194,6 +195,13 @@ std::string socket_path_problem(const std::string& path) {
   if (path.size() <= kMaxSocketPathBytes) return "";
   return "has " + std::to_string(path.size()) + " bytes, a Unix socket's path at most " +
          std::to_string(kMaxSocketPathBytes) + "; choose a shorter one";
+}
+
+std::string how_to_change(const ParsedConfig& parsed) {
+  const std::string& socket = parsed.config.socket.path;
+  return text::shell_word(parsed.lines.file()) + ", then: swarmtalk-cli " +
+         (socket == ipc::kDefaultSocketPath ? "" : "--socket " + text::shell_word(socket) + " ") +
+         "reload";
 }
 
 ParsedConfig parse_config(std::string_view text, const std::string& file,

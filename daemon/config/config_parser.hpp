@@ -29,6 +29,9 @@ struct ConfigOptions {
 ParsedConfig parse_config(std::string_view text, const std::string& file,
                           const ConfigOptions& options = {});
 
+/// For a user who is to change a key: "FILE, then: swarmtalk-cli reload", of this daemon.
+std::string how_to_change(const ParsedConfig& parsed);
+
 /// What is wrong with a path for a Unix socket, with the remedy. Empty: nothing.
 std::string socket_path_problem(const std::string& path);
 

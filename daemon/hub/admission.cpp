@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "daemon/common/monotonic_ns.hpp"
-#include "text/plain.hpp"
 
 namespace swarmtalk::daemon {
 
@@ -14,8 +13,8 @@ std::optional<Refusal> Admission::admit(const Publisher& publisher, const Channe
   return publisher.is_daemons_own ? std::nullopt : take_turn(channel.number);
 }
 
-void Admission::set_reserved(const ReservedConfig& config, const std::string& file) {
-  config_file_ = text::shell_word(file);
+void Admission::set_reserved(const ReservedConfig& config, const std::string& how_to_change) {
+  how_to_change_ = how_to_change;
   reserved_.clear();
   const auto add = [&](const char* name, bool is_on) {
     const auto found = names_.find(name);
@@ -34,8 +33,7 @@ std::optional<Refusal> Admission::check_reserved(std::uint16_t channel) const {
     return Refusal{ipc::ERROR_BAD_CHANNEL,
                    "channel '" + name + "' (number " + std::to_string(channel) +
                        ") is reserved, and off on this robot; set " + name +
-                       " = true under [reserved] in " + config_file_ +
-                       ", then: swarmtalk-cli reload",
+                       " = true under [reserved] in " + how_to_change_,
                    std::nullopt};
   }
   return std::nullopt;

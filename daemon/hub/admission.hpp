@@ -30,8 +30,8 @@ class Admission {
         counters_(counters) {}
 
   /// Which channels are reserved, and whether they are on. Again when names of channels change.
-  /// @param file  of the configuration, for the user to change
-  void set_reserved(const ReservedConfig& config, const std::string& file);
+  /// @param how_to_change  the file, and what makes the change apply, for the user
+  void set_reserved(const ReservedConfig& config, const std::string& how_to_change);
 
   /// Whether anybody may publish on the channel. @return why not
   std::optional<Refusal> check_reserved(std::uint16_t channel) const;
@@ -64,7 +64,7 @@ class Admission {
   const Shares& shares_;
   DaemonCounters& counters_;
   std::vector<Reserved> reserved_;
-  std::string config_file_;
+  std::string how_to_change_;
 };
 
 }  // namespace swarmtalk::daemon

@@ -48,9 +48,12 @@ class Hub final : public StationUser, private OutgoingListener {
     return gateways_.set_rules(std::move(rules));
   }
 
+  /// Messages that no link has taken yet.
+  std::size_t waiting_messages() const { return outbox_.waiting_for_room().messages; }
+
   /// Which channels are reserved, and whether they are on. Again when names of channels change.
-  void set_reserved(const ReservedConfig& config, const std::string& file) {
-    admission_.set_reserved(config, file);
+  void set_reserved(const ReservedConfig& config, const std::string& how_to_change) {
+    admission_.set_reserved(config, how_to_change);
   }
 
   // Each returns none when done. Pointers are kept until the opposite call.

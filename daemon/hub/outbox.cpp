@@ -4,6 +4,7 @@
 #include <chrono>
 #include <vector>
 
+#include "daemon/common/logging.hpp"
 #include "daemon/common/monotonic_ns.hpp"
 #include "loop/clock.hpp"
 
@@ -255,6 +256,7 @@ void Outbox::finish(Publication& publication, Channel& channel, bool was_sent) {
     if (client != nullptr) client->on_sent(*owner, publication.number);
   } else {
     ++counters_.messages_link_down;
+    if (client == nullptr) ++given_up_;
     if (!publication.is_heard_locally) listener_.on_stayed_here(publication, channel);
     if (client != nullptr) {
       client->on_unsent(
@@ -300,6 +302,10 @@ bool Outbox::give_up_on_dead_links() {
       }
       for (Publication* dead : waiting) finish(*dead, channel, false);
     }
+  }
+  if (const std::uint32_t count = std::exchange(given_up_, 0)) {
+    log_of("hub")->warn("no link is up; messages of programs that have ended and are given up: {}",
+                        count);
   }
   return waiting_ > 0;
 }

@@ -95,6 +95,7 @@ class Outbox {
   PublicationPool pool_;
   CopySchedule copies_;
   std::list<Publisher> departed_;  // without a client: what those that went have left behind
+  std::uint32_t given_up_ = 0;     // of them, since the last log line
   std::uint32_t waiting_ = 0;
   std::uint32_t parked_ = 0;  // of them: wait for their next copy's time
   std::uint64_t waiting_bytes_ = 0;

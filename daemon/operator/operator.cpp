@@ -189,7 +189,7 @@ void Operator::apply(const ParsedConfig& fresh, const ConfigChanges& changes) {
   parts_.poses.set_max_age_ms(fresh.config.node.pose_max_age_ms);
   if (is_changed("channels.")) parts_.names.configure(fresh.config.channels);
   if (is_changed("channels.") || is_changed("reserved.")) {
-    parts_.hub.set_reserved(fresh.config.reserved, fresh.lines.file());
+    parts_.hub.set_reserved(fresh.config.reserved, how_to_change(fresh));
   }
   if (is_changed("log.")) {
     daemon::set_log_level("", fresh.config.log_level);

@@ -3,12 +3,13 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import socket
 import subprocess
 import sys
 
 import pytest
-from conftest import needs_root, next_line, one_line, program, wait_for
+from conftest import needs_root, next_line, one_line, program, run, wait_for
 from wires import Wires, heard
 
 pytestmark = needs_root
@@ -227,7 +228,8 @@ def log_lines_are_heard_around_where_debug_is_on(wires, robots):
         r"set debug = true under \[reserved\] in (\S+), then: (.*)", refused.stderr).groups()
     pathlib.Path(file).write_text(
         node(2) + LINK + "[reserved]\ndebug = true\nrate_hz = 1\nburst = 3\n")
-    assert "applied: reserved.debug" in robot.cli(*command.split()[1:]).stdout
+    tool, *words = shlex.split(command)
+    assert "applied: reserved.debug" in run(program(tool), *words).stdout
     lines = listener.listen("log", "--json")
     assert robot.cli("log", "lost the line").returncode == 0
     # An empty text, such as of a shell's empty variable, is a line and does not listen for ever.

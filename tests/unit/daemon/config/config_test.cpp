@@ -39,6 +39,15 @@ struct Wrong {
   const char* line;
 };
 
+TEST(HowToChange, NamesTheFileAndTheSocketThatIsNotTheUsualOne) {
+  ConfigOptions options;
+  EXPECT_EQ(how_to_change(parse_config(kLink, "/etc/s.toml", options)),
+            "/etc/s.toml, then: swarmtalk-cli reload");
+  options.socket_path = "/run/my lab/1.sock";
+  EXPECT_EQ(how_to_change(parse_config(kLink, "/run/my lab/1.toml", options)),
+            "'/run/my lab/1.toml', then: swarmtalk-cli --socket '/run/my lab/1.sock' reload");
+}
+
 class WrongConfig : public testing::TestWithParam<Wrong> {};
 
 TEST_P(WrongConfig, GetsExactlyThisLine) {

@@ -116,14 +116,16 @@ TEST_F(SocketWatchTest, WithoutAWatchTheFileIsLookedAtByTheClock) {
 
 TEST_F(SocketWatchTest, FolderThatMayNotBeEnteredIsNoDeletedSocket) {
   std::filesystem::permissions(folder_, std::filesystem::perms::none);
-  testing::internal::CaptureStdout();  // the default logger's
-  std::thread([this] {                 // whose capabilities are its own
+  testing::internal::CaptureStdout();  // one of them has the log
+  testing::internal::CaptureStderr();
+  std::thread([this] {  // whose capabilities are its own
     drop_privileges();
     watch(std::chrono::milliseconds(1));
     steps(3);
   })
       .join();
-  const std::string told = testing::internal::GetCapturedStdout();
+  const std::string told =
+      testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout();
   EXPECT_EQ(tried_, 0);
   EXPECT_NE(told.find("may not look either"), std::string::npos) << told;
   std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
