@@ -71,9 +71,11 @@ void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
     const std::string remedy =
         !is_unread
             ? "correct the line; `swarmtalkd --check --config " + file + "` says when it is right"
-        : is_running ? "do what the line says, then `swarmtalk-cli reload`"
-                     : "do what the line says, then `sudo systemctl restart swarmtalkd`";
-    report.add({"configuration-wrong", Severity::kError, file, *daemon.config_error, remedy});
+        : is_running ? "do what the line says, then `" + daemon.words.cli + " reload`"
+                     : "do what the line says, then " + daemon.words.restart;
+    const bool is_named = daemon.config_error->starts_with(file + ": ");
+    report.add({"configuration-wrong", Severity::kError, file,
+                daemon.config_error->substr(is_named ? file.size() + 2 : 0), remedy});
     return;
   }
   if (!daemon.is_config_compared) return;
@@ -81,12 +83,12 @@ void diagnose_configuration(const DaemonFacts& daemon, Report& report) {
   if (!daemon.config_reload.empty()) {
     report.add({"configuration-changed", Severity::kWarning, file,
                 "is not what the daemon runs with: " + joined(daemon.config_reload) + " changed",
-                "swarmtalk-cli reload"});
+                daemon.words.cli + " reload"});
   }
   if (!daemon.config_restart.empty()) {
     report.add({"configuration-needs-restart", Severity::kWarning, file,
                 "is not what the daemon runs with: " + joined(daemon.config_restart) + " changed",
-                "systemctl restart swarmtalkd"});
+                daemon.words.restart});
   }
 }
 
@@ -170,8 +172,10 @@ void diagnose_daemon(const Facts& facts, Report& report) {
     const char* id = daemon.state == State::kAbsent ? "daemon-absent"
                      : daemon.state == State::kDead ? "daemon-dead"
                                                     : "daemon-silent";
-    report.add({id, Severity::kError, "swarmtalkd", daemon.trouble,
-                "sudo systemctl restart swarmtalkd; `journalctl -u swarmtalkd` says why it ended"});
+    const bool has_remedy = daemon.state == State::kAbsent || daemon.state == State::kDead;
+    const std::size_t end = has_remedy ? daemon.trouble.find("; ") : std::string::npos;
+    report.add({id, Severity::kError, "swarmtalkd", daemon.trouble.substr(0, end),
+                daemon.words.start + "; " + daemon.words.log + " says why it ended"});
     diagnose_configuration(daemon, report);
     return;
   }
@@ -180,7 +184,7 @@ void diagnose_daemon(const Facts& facts, Report& report) {
     report.add(
         {"version-differs", Severity::kWarning, "swarmtalkd",
          "the daemon is version " + daemon.version + ", and swarmtalk-cli is " + facts.cli_version,
-         "install both of one release, then sudo systemctl restart swarmtalkd"});
+         "install both of one release, then " + daemon.words.restart});
   }
   diagnose_configuration(daemon, report);
   diagnose_ids(daemon, report);
@@ -224,16 +228,16 @@ void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& rep
   }
 }
 
-bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, Report& report) {
+bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link,
+                        const DaemonWords& words, Report& report) {
   const std::string& name = interface.name;
   const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
   if (interface.index == 0) {
-    report.add(
-        {"interface-missing", severity, name, "there is no such interface",
-         "`ip link` lists those there are; " +
-             (link == nullptr ? std::string("plug the radio in, or name another")
-                              : "plug the radio in, or correct `interface` in [links." +
-                                    link->name + "], then sudo systemctl restart swarmtalkd")});
+    report.add({"interface-missing", severity, name, "there is no such interface",
+                "`ip link` lists those there are; " +
+                    (link == nullptr ? std::string("plug the radio in, or name another")
+                                     : "plug the radio in; or correct `interface` in [links." +
+                                           link->name + "], then " + words.restart)});
     return true;
   }
   report.looked_at.push_back("interface " + name);
@@ -258,8 +262,8 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, 
     report.add({"bridge-port", severity, name,
                 "the interface is a port of " + interface.bridge + ", which takes all its frames",
                 "set interface = \"" + interface.bridge + "\"" +
-                    (link != nullptr ? " in [links." + link->name + "]" : "") +
-                    ", then sudo systemctl restart swarmtalkd"});
+                    (link != nullptr ? " in [links." + link->name + "]" : "") + ", then " +
+                    words.restart});
     return true;
   }
   const bool is_too_small = link != nullptr && link->packet_limit_bytes > 0 &&
@@ -379,7 +383,7 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report) {
       if (each.interface == interface.name) link = &each;
     }
     const bool is_explained =
-        diagnose_interface(interface, link, report) ||
+        diagnose_interface(interface, link, facts.daemon.words, report) ||
         (interface.is_switched_on && diagnose_radio(interface, link, expected, report));
     if (is_explained) explained.push_back(interface.name);
   }
@@ -394,7 +398,7 @@ void diagnose(const Facts& facts, const Expected& expected, Report& report) {
         std::find(explained.begin(), explained.end(), link.interface) != explained.end();
     if (!link.is_up && !is_explained) {
       report.add({"link-down", Severity::kError, "link " + link.name, link.state,
-                  "do what the line says; `journalctl -u swarmtalkd` has more"});
+                  "do what the line says; " + facts.daemon.words.log + " has more"});
     }
     diagnose_address(facts, link, report);
     diagnose_link(link, facts.daemon, report);

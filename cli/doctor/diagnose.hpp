@@ -28,7 +28,8 @@ void diagnose_serial_device(const SerialFacts& device, Report& report);
 void diagnose_losses(const Facts& facts, const LinkFacts& link, Report& report);
 void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& report);
 /// @return whether something was found that explains a link that is down
-bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link, Report& report);
+bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link,
+                        const DaemonWords& words, Report& report);
 /// @return likewise
 bool diagnose_radio(const InterfaceFacts& interface, const LinkFacts* link,
                     const Expected& expected, Report& report);

@@ -61,10 +61,21 @@ struct NeighbourFacts {
   std::uint32_t loss_frames = 0;  // of which that is the share
 };
 
+/// What to type for a daemon: as the service of this machine, or as another (a lab's, one by hand).
+struct DaemonWords {
+  std::string cli = "swarmtalk-cli";
+  std::string start = "sudo systemctl restart swarmtalkd";  // one that has ended
+  std::string restart = start;
+  std::string log = "`journalctl -u swarmtalkd`";
+};
+/// @param socket  on which it is asked
+DaemonWords words_for(const std::string& socket);
+
 struct DaemonFacts {
   enum class State { kRuns, kAbsent, kDead, kNoPermission, kOther };
   State state = State::kRuns;
   std::string trouble;  // what connecting said, with its remedy
+  DaemonWords words;
   std::string version;
   std::uint32_t node_id = 0;
   bool is_id_fixed = false;

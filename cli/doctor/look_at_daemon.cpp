@@ -12,7 +12,9 @@
 #include "cli/common/deadline.hpp"
 #include "cli/common/operator.hpp"
 #include "cli/doctor/look.hpp"
+#include "client_lib/connection.hpp"
 #include "ipc/framing.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::cli::doctor {
 namespace {
@@ -152,6 +154,14 @@ LinkFacts facts_of(const ipc::LinkStatus& link, const ipc::LinkStatus* before) {
 
 }  // namespace
 
+DaemonWords words_for(const std::string& socket) {
+  if (socket == ipc::kDefaultSocketPath) return {};
+  const std::string lab = " (a lab: swarmtalk-lab down, then up)";
+  return {"swarmtalk-cli --socket " + text::shell_word(socket),
+          "start swarmtalkd for that socket again" + lab, "end swarmtalkd and start it again" + lab,
+          "its log"};
+}
+
 void take_status(const ipc::Status& first, const ipc::Status& second, DaemonFacts& facts) {
   facts.version = second.version();
   facts.node_id = second.node_id();
@@ -187,7 +197,10 @@ void take_neighbours(const ipc::Neighbours& neighbours, DaemonFacts& facts) {
 
 DaemonFacts look_at_daemon(const Common& common, double seconds, const std::string& config_file) {
   DaemonFacts facts;
-  facts.config_file = config_file.empty() ? kUsualConfigFile : config_file;
+  const std::string socket = client::socket_path(common.socket_path);
+  facts.words = words_for(socket);
+  const bool is_usual = socket == ipc::kDefaultSocketPath;
+  facts.config_file = config_file.empty() && is_usual ? kUsualConfigFile : config_file;
   OperatorConnection daemon;
   ipc::Envelope question;
   ipc::Envelope first;
@@ -208,7 +221,7 @@ DaemonFacts look_at_daemon(const Common& common, double seconds, const std::stri
   if (!status) {
     facts.state = state_of(status.code());
     facts.trouble = status.text();
-    if (facts.state != DaemonFacts::State::kNoPermission) {
+    if (facts.state != DaemonFacts::State::kNoPermission && !facts.config_file.empty()) {
       facts.config_error = check_file(facts.config_file);
     }
     return facts;

@@ -108,7 +108,9 @@ std::string unreadable(const std::string& path, int error, FileKind kind) {
     if (!closed.empty() && !is_ours) return denied + install_key(path);
     return denied + "run: " + open + own_key_command(path, 0);
   }
-  if (!is_key) return "cannot be read: " + what + "; name a readable file with --config FILE";
+  if (!is_key) {
+    return "cannot be read: " + what + "; put one there, or start swarmtalkd with --config FILE";
+  }
   if (error != ENOENT) return "cannot be read: " + what + "; give the path of another file";
   return fmt::format(
       "cannot be read: {}; put the key of the swarm there: {}install -D -o {} -m 0400 FILE {} "

@@ -6,6 +6,7 @@
 #include "cli/doctor/fix.hpp"
 #include "cli/doctor/look.hpp"
 #include "cli/doctor/peer.hpp"
+#include "ipc/framing.hpp"
 
 namespace swarmtalk::cli {
 
@@ -267,6 +268,20 @@ TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
     EXPECT_EQ(found.what, "what connecting said");
     EXPECT_EQ(found.severity, Severity::kError);
   }
+}
+
+TEST_F(CabledRobot, HasADaemonThatIsNoServiceAndHasEnded) {
+  daemon_.words = words_for("/run/my lab/1.sock");
+  daemon_.state = State::kDead;
+  daemon_.trouble = "nobody listens; start swarmtalkd for that socket";
+  daemon_.is_config_compared = false;
+  daemon_.links.clear();
+  facts_.interfaces.clear();
+  const Finding found = only("daemon-dead");
+  EXPECT_EQ(found.what, "nobody listens") << "there is one remedy";
+  EXPECT_EQ(found.remedy.find("systemctl"), std::string::npos) << found.remedy;
+  EXPECT_EQ(daemon_.words.cli, "swarmtalk-cli --socket '/run/my lab/1.sock'");
+  EXPECT_EQ(words_for(ipc::kDefaultSocketPath).cli, "swarmtalk-cli");
 }
 
 TEST_F(CabledRobot, HasASocketThatItMayNotUseAndTheOneRemedyThatConnectingNamed) {

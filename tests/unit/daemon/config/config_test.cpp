@@ -299,9 +299,10 @@ std::string load_error(const std::string& file) {
 }
 
 TEST(Config, MissingFileIsNamedWithTheReason) {
-  EXPECT_EQ(load_error("/nonexistent/f.toml"),
-            "/nonexistent/f.toml: cannot be read: No such file or directory; name a readable file "
-            "with --config FILE");
+  EXPECT_EQ(
+      load_error("/nonexistent/f.toml"),
+      "/nonexistent/f.toml: cannot be read: No such file or directory; put one there, or start "
+      "swarmtalkd with --config FILE");
 }
 
 TEST(Config, EmptyPathIsNamedAsTheOption) {
