@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "daemon/station/node_identity.hpp"
+#include "loop/chance.hpp"
 #include "loop/clock.hpp"
 #include "report/harvest_text.hpp"
 
@@ -13,7 +14,7 @@ Answerer::Answerer(Hub& hub, const NodeIdentity& identity, const PoseKeeper& pos
     : identity_(identity),
       counters_(counters),
       record_(hub, poses, std::move(programs)),
-      gatherer_(random_bits()),
+      gatherer_(loop::random_bits()),
       channel_(hub) {
   channel_.publisher().is_daemons_own = true;
 }
@@ -86,7 +87,7 @@ void Answerer::ask_programs(Time now) {
   if (asked_at_ && now - *asked_at_ < kAskPeriod) return;
   asked_at_ = now;
   do {
-    question_ = static_cast<std::uint32_t>(random_bits());
+    question_ = loop::random_bits();
   } while (question_ == 0);
   record_.begin_values();
   channel_.tell_programs(report::encode(report::HarvestQuestion{question_, 0, ""}));

@@ -1,21 +1,11 @@
 #include "daemon/station/node_identity.hpp"
 
-#include <sys/random.h>
-
-#include <stdexcept>
+#include "loop/chance.hpp"
 
 namespace swarmtalk::daemon {
 
-std::uint32_t random_bits() {
-  std::uint32_t bits = 0;
-  if (getrandom(&bits, sizeof bits, 0) != sizeof bits) {
-    throw std::runtime_error("the kernel gives no random numbers (getrandom)");
-  }
-  return bits;
-}
-
 NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range)
-    : NodeIdentity(fixed, range, random_bits()) {}
+    : NodeIdentity(fixed, range, loop::random_bits()) {}
 
 NodeIdentity::NodeIdentity(std::optional<std::uint16_t> fixed, NodeIdRange range,
                            std::uint32_t epoch)
@@ -41,7 +31,7 @@ void NodeIdentity::draw_again() {
   const std::uint16_t old = id_;
   const std::uint32_t count = range_.most - range_.least + 1u;
   do {
-    id_ = static_cast<std::uint16_t>(range_.least + random_bits() % count);
+    id_ = static_cast<std::uint16_t>(range_.least + loop::random_bits() % count);
   } while (id_ == old && count > 1);
   previous_ = old;
 }

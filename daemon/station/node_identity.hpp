@@ -9,9 +9,6 @@
 
 namespace swarmtalk::daemon {
 
-/// Random bits from the kernel. @throws std::runtime_error
-std::uint32_t random_bits();
-
 struct NodeIdRange {
   std::uint16_t least = 1;
   std::uint16_t most = 65534;

@@ -23,6 +23,7 @@
 #include "daemon/station/range_once.hpp"
 #include "daemon/station/repairing.hpp"
 #include "daemon/station/station.hpp"
+#include "loop/chance.hpp"
 #include "loop/clock.hpp"
 #include "swarmtalk/swarmtalk.hpp"
 
@@ -248,7 +249,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     if (frame_ != nullptr) return frame_->received_at;
     return pulled_at_ ? *pulled_at_ : loop::now();
   }
-  static std::uint32_t random(void*) { return random_bits(); }
+  static std::uint32_t random(void*) { return loop::random_bits(); }
 
   bool attach(Entry& entry) {
     // TTL 0: each message brings its own.

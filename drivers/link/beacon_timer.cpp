@@ -1,13 +1,12 @@
 #include "drivers/link/beacon_timer.hpp"
 
-#include <random>
-
+#include "loop/chance.hpp"
 #include "loop/clock.hpp"
 
 namespace swarmtalk::drivers {
 
 void BeaconTimer::set_interval(std::chrono::milliseconds interval) {
-  beacon_ = Beacon(interval, std::random_device{}());
+  beacon_ = Beacon(interval, loop::random_bits());
   beacon_.silence_begins(loop::now());
   timer_.cancel();
   if (has_started_ && beacon_.is_on()) arm();

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <random>
 #include <utility>
 
 #include "drivers/link/link_log.hpp"
+#include "loop/chance.hpp"
 #include "loop/clock.hpp"
 
 namespace swarmtalk::drivers {
@@ -43,7 +43,7 @@ SocketLink::SocketLink(boost::asio::io_context& io, frame::ProfileId profile,
                        std::size_t network_header_bytes)
     : watch_(io),
       max_packet_bytes_(max_packet_bytes),
-      pacer_(pacer, std::random_device{}()),
+      pacer_(pacer, loop::random_bits()),
       builder_(profile, max_packet_bytes),
       receiver_(profile),
       airtime_(network_header_bytes),
@@ -105,7 +105,7 @@ void SocketLink::wake() {
 }
 
 void SocketLink::set_pacing(const PacerConfig& pacing) {
-  pacer_ = Pacer(pacing, std::random_device{}());
+  pacer_ = Pacer(pacing, loop::random_bits());
   pacer_.suit(is_radio(settings().interface));
   timer_.cancel();  // the old pace's wait
   is_forward_wait_ = false;

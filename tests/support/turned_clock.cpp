@@ -1,9 +1,11 @@
 #include "tests/support/turned_clock.hpp"
 
 #include <algorithm>
+#include <random>
 #include <utility>
 #include <vector>
 
+#include "loop/chance.hpp"
 #include "loop/clock.hpp"
 #include "loop/loop.hpp"
 #include "loop/timer.hpp"
@@ -32,6 +34,7 @@ struct Due {
 constexpr Time kBegin{std::chrono::hours(1)};  // no time is before the clock began
 Time present = kBegin;                         // NOLINT: the one clock of the program
 std::vector<Due> waits;                        // NOLINT: by time, and in the order of their asking
+std::mt19937 chance(1);                        // NOLINT: the one source of the program
 
 void wait_until(Time time, Call call) {
   const auto is_later = [](Time at, const Due& due) { return at < due.time; };
@@ -65,6 +68,10 @@ bool turn_to_next(Time end) {
 
 }  // namespace
 
+void seed(std::uint64_t number) {
+  chance.seed(static_cast<std::mt19937::result_type>(number));
+}
+
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
   const Time end = present + duration;
   do {
@@ -95,6 +102,10 @@ std::chrono::steady_clock::time_point now() {
 std::chrono::system_clock::time_point wall_now() {
   constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
   return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin));
+}
+
+std::uint32_t random_bits() {
+  return static_cast<std::uint32_t>(test::chance());
 }
 
 Timer::Timer(boost::asio::io_context&, std::function<void()> on_time)

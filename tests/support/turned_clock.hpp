@@ -1,12 +1,17 @@
-// A clock that the test turns. In a program that links turned_clock (the library) the time of
-// loop/clock.hpp stands still, and every loop::Timer waits for it: nothing comes by load or chance.
+// A clock that the test turns, and chance that it seeds. In a program that links turned_clock (the
+// library) the time of loop/clock.hpp stands still, every loop::Timer waits for it, and what
+// loop/chance.hpp draws is the same each time: nothing comes by load or luck.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 
 namespace swarmtalk::test {
+
+/// What loop/chance.hpp draws from now on. The program begins with 1.
+void seed(std::uint64_t number);
 
 /// Lets the time pass: at each instant at which a timer is due it is called, in the order of their
 /// times, and `io` does what is ready then.

@@ -38,6 +38,22 @@ TEST_F(BeaconTimerTest, CallsAgainAndAgainWhileTheLinkIsSilent) {
   EXPECT_LE(sent_, 4001);
 }
 
+TEST_F(BeaconTimerTest, RobotsDrawDifferentSilencesAndASeedTheSameAgain) {
+  const auto first_silence = [this](std::uint64_t seed) {
+    test::seed(seed);
+    sent_ = 0;
+    const auto begin = loop::now();
+    timer_->set_interval(1h);
+    timer_->start();
+    EXPECT_TRUE(test::pass_until(
+        io_, [&] { return sent_ == 1; }, 1h));
+    return loop::now() - begin;
+  };
+  const auto silence = first_silence(7);
+  EXPECT_NE(first_silence(8), silence);
+  EXPECT_EQ(first_silence(7), silence);
+}
+
 TEST_F(BeaconTimerTest, CallsNothingBeforeItsStart) {
   timer_->set_interval(5ms);
   test::pass(io_, 1h);

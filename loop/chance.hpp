@@ -1,0 +1,13 @@
+// The source of chance of the daemon, its drivers and the bridge: node ids, epochs, jitter. A test
+// that turns the clock seeds it. What an attacker must not guess comes from libsodium
+// (frame/sealing.hpp).
+#pragma once
+
+#include <cstdint>
+
+namespace swarmtalk::loop {
+
+/// Random bits from the kernel. @throws std::runtime_error
+std::uint32_t random_bits();
+
+}  // namespace swarmtalk::loop
