@@ -38,6 +38,7 @@ import time
 import traceback
 import weakref
 from collections import deque, namedtuple
+from functools import partial
 
 __version__ = "0.1.0"
 DEFAULT_SOCKET = "/run/swarmtalk/swarmtalkd.sock"
@@ -93,6 +94,20 @@ if sys.version_info[0] == 2:
             self.release()
 else:
     _map, _filter, _RLock = map, filter, threading.RLock
+
+
+def _take_back(queue, last):
+    if queue and queue[-1] is last:
+        queue.pop()
+
+
+def _in_one(*steps):
+    """Calls partial()s of what is written in C one after another. No handler of a signal, and no
+    other thread, comes in between; before Python 3.10 it does between any two statements."""
+    deque(_map(_apply, steps), 0)
+
+
+_apply = partial.__call__
 
 
 # ---- Errors -------------------------------------------------------------------------------------
@@ -961,7 +976,7 @@ class Subscriber(_Handle):
         self._max_age_ms = (None if no_older_than is None
                             else _seconds(no_older_than, "no_older_than"))
         self._waiting = deque()
-        self._lost = Loss()
+        self._lost = None  # a Loss that the next message tells
         self._unreported_loss = 0
         self._futures = deque()
         self._is_fetched = receive is not None  # the program has looked for its messages
@@ -1032,14 +1047,22 @@ class Subscriber(_Handle):
         is_event = len(self._waiting) == before and self._receive is not None
         if is_event and len(self._client._events) >= _EVENTS_MAX:
             self._client._drop_oldest_message()
-        message.lost_before.add(self._lost)
-        none_lost = Loss()
+        lost, total = self._lost, len(incoming)
+        if lost is not None:
+            message.lost_before.add(lost)
         event, events, waiting = ("message", self), self._client._events, self._waiting
-        self._lost = none_lost
-        waiting += (message,)
-        if is_event:
-            events += (event,)
-        del incoming[:size]
+        try:
+            self._lost = None
+            waiting += (message,)
+            if is_event:
+                events += (event,)
+            del incoming[:size]
+        except BaseException:  # a handler's, before Python 3.10
+            if len(incoming) == total:  # it will be read once more
+                self._lost = lost
+                _take_back(waiting, message)
+                _take_back(events, event)
+            raise
         return is_event
 
     def _drop(self, index):
@@ -1047,14 +1070,15 @@ class Subscriber(_Handle):
         waiting, teller = self._waiting, Loss(client=1)
         is_last = index + 1 == len(waiting)
         teller.add(waiting[index].lost_before)
-        teller.add(self._lost if is_last else waiting[index + 1].lost_before)
-        if is_last:
-            self._lost = teller
-        else:
-            waiting[index + 1].lost_before = teller
-        del waiting[index]
-        self._unreported_loss += 1
-        self._client._has_unreported_loss = True
+        if not is_last:
+            teller.add(waiting[index + 1].lost_before)
+        elif self._lost is not None:
+            teller.add(self._lost)
+        _in_one(partial(setattr, self, "_lost", teller) if is_last
+                else partial(setattr, waiting[index + 1], "lost_before", teller),
+                partial(waiting.__delitem__, index),
+                partial(setattr, self, "_unreported_loss", self._unreported_loss + 1),
+                partial(setattr, self._client, "_has_unreported_loss", True))
 
     def _is_ready(self, index=0):
         """Whether a message waits at this place. It is not too old then, and on_gap has been told
@@ -1065,7 +1089,7 @@ class Subscriber(_Handle):
                 self._drop(index)
             elif message.lost_before and self._client.on_gap and not message._is_gap_told:
                 message._is_gap_told = True
-                self._client._call(self._client.on_gap, message)
+                self._client._hand_on(partial(self._client.on_gap, message))
             else:
                 return True
         return False
@@ -1180,6 +1204,7 @@ def _owned(method):
             _check_options(method, options)
         self._need_own_process()
         inside, me = self._inside, _thread_id()
+        self._forget_what_was_cut(me)
         if inside.is_cut_by(me):
             raise _bad("a signal came while this program was inside another call of this Client: "
                        "its handler may call send(), busy(), stop() and close() only; set a "
@@ -1202,13 +1227,16 @@ def _owned(method):
                 return method(self, *arguments, **options)
         finally:
             if taken:
-                inside.thread, inside.calling = None, False
-                self._owner.release()
+                self._leave()
                 if inside.closes:
                     self.close()
     guarded.__name__, guarded.__doc__ = method.__name__, method.__doc__
     guarded.__qualname__ = "Client." + method.__name__
+    _entrances.add(guarded.__code__)
     return guarded
+
+
+_entrances = set()  # the code of the calls that are noted in _Inside
 
 
 def _who_may_connect(path):
@@ -1297,15 +1325,42 @@ class _Session(object):
         if os.getpid() != self._pid:
             raise _bad("this Client belongs to the parent process; make one after the fork")
 
-    def _call(self, function, *arguments):
-        """A function of the program's."""
+    def _leave(self):
+        """The call of the thread that owns the Client is over."""
         inside = self._inside
+        _in_one(partial(setattr, inside, "processing", False),
+                partial(setattr, inside, "calling", False),
+                partial(setattr, inside, "thread", None), partial(self._owner.release))
+
+    def _stop_looking(self):
+        _in_one(partial(setattr, self._inside, "looker", None), partial(self._reading.release))
+
+    def _forget_what_was_cut(self, me):
+        """Before Python 3.10 a handler may raise where a call of this thread ends, and nothing of
+        that end is done: no frame of it is left then, beyond the one that asks."""
+        inside = self._inside
+        if me != inside.thread and me != inside.looker:
+            return
+        frame = sys._getframe(2)
+        while frame is not None:
+            if frame.f_code in _entrances and frame.f_locals.get("self") is self:
+                return
+            frame = frame.f_back
+        if me == inside.thread:
+            self._leave()
+        if me == inside.looker:
+            self._stop_looking()
+
+    def _hand_on(self, *steps):
+        """The last of them calls a function of the program's."""
+        inside = self._inside
+        into = partial(setattr, inside, "calling", True)
+        out_of = partial(setattr, inside, "calling", False)
         try:
-            inside.calling = True
-            function(*arguments)
+            _in_one(into, *steps + (out_of,))
         finally:
             inside.calling = False
-        self._need_own_process()
+        self._need_own_process()  # the function may have forked
 
     def _need_open(self):
         if not self._closed:
@@ -1339,8 +1394,7 @@ class _Session(object):
             return
         with self._gate:
             self._socket = connection
-            self._outgoing, self._gone = bytearray(), []
-            self._incoming, self._received = bytearray(), []
+            self._outgoing, self._incoming = bytearray(), bytearray()
             self._write_error = None
             self._wants_write = False
         self._phase = _GREETING
@@ -1388,7 +1442,7 @@ class _Session(object):
         with self._gate:
             self._socket.close()
             self._socket = None
-            self._outgoing, self._gone = bytearray(), []
+            self._outgoing = bytearray()
 
     def _drop(self, why):
         """Ends this connection; the next attempt is scheduled, all that waited is answered."""
@@ -1474,15 +1528,10 @@ class _Session(object):
 
     def _write(self):
         """As much as the socket takes. Any thread, inside the gate."""
-        outgoing, gone = self._outgoing, self._gone
-        while self._socket is not None:
-            if gone:
-                del outgoing[:gone[0]]
-                del gone[:]
-            if not outgoing:
-                return
-            try:
-                gone.extend(_map(self._socket.send, (outgoing,)))  # sent and counted in one call
+        outgoing = self._outgoing
+        while self._socket is not None and outgoing:
+            try:  # sent and taken away in one call
+                next(_map(outgoing.__delitem__, _map(slice, _map(self._socket.send, (outgoing,)))))
             except (OSError, IOError) as error:
                 if _is_of_a_handler():
                     raise
@@ -1522,10 +1571,10 @@ class _Session(object):
         """Reads once and handles what has come. Returns whether there may be more."""
         if self._phase == _DOWN:
             return False
-        received, incoming = self._received, self._incoming
-        try:
-            if not received:
-                received.extend(_map(self._socket.recv, (_READ_BYTES,)))  # kept in the same call
+        incoming = self._incoming
+        total = len(incoming)
+        try:  # read and kept in one call
+            next(_map(incoming.extend, _map(self._socket.recv, (_READ_BYTES,))))
         except (OSError, IOError) as error:
             if _is_of_a_handler():
                 raise
@@ -1535,15 +1584,13 @@ class _Session(object):
                 self._drop(Error("disconnected", "lost swarmtalkd: %s; reconnecting"
                                  % os.strerror(error.errno)))
             return False
-        if not received[0]:
+        count = len(incoming) - total
+        if not count:
             if self._take_frames(incoming):
                 self._drop(Error("disconnected",
                                  "lost swarmtalkd: it closed the connection; reconnecting"))
             return False
-        has_more = len(received[0]) == _READ_BYTES
-        incoming += received[0]
-        del received[:]
-        return self._take_frames(incoming) and (has_more or self._inside.ending)
+        return self._take_frames(incoming) and (count == _READ_BYTES or self._inside.ending)
 
     def _take_frames(self, incoming):
         """Handles the frames that are whole. Returns whether the connection goes on."""
@@ -1645,28 +1692,36 @@ class _Session(object):
             del incoming[:size]
             return
         with self._gate:
-            in_flight, events = publisher._in_flight, self._events
+            in_flight = publisher._in_flight
             if error is None and publisher._sent_every > 1:  # it has no callback
                 while in_flight and in_flight[0] <= number:
                     del in_flight[0]
                 del incoming[:size]
                 return
-            numbers = list(in_flight)
             future = publisher._futures.get(number)
             is_awaited = callable(publisher._sent) or future is not None
-            is_event = is_awaited or _is_failure(error)
-            event, left_out = ("sent", publisher, error, future), self._left_out
-            is_one_too_many = not is_awaited and self._is_full_of_failures()
-            index = numbers.index(number) if number in numbers else None
-            if index is not None:
-                if is_event and is_one_too_many:
-                    left_out[0], left_out[1] = left_out[0] + 1, error
+            is_event = number in in_flight and (is_awaited or _is_failure(error))
+            is_left_out = is_event and not is_awaited and self._is_full_of_failures()
+            event, events, total = ("sent", publisher, error, future), self._events, len(incoming)
+            index = list(in_flight).index(number) if number in in_flight else None
+            try:
+                if is_left_out:
+                    self._left_out = [self._left_out[0] + 1, error]
                 elif is_event and not self._closed:
                     events += (event,)
-                del in_flight[index]
-            del incoming[:size]
+                if index is not None:
+                    del in_flight[index]
+                del incoming[:size]
+            except BaseException:  # a handler's, before Python 3.10
+                if len(incoming) == total:  # it will be read once more
+                    _take_back(events, event)
+                    if index is not None and number not in in_flight:
+                        in_flight.rotate(-index)
+                        in_flight.appendleft(number)
+                        in_flight.rotate(index)
+                raise
             publisher._futures.pop(number, None)
-        if index is not None and is_event and not self._inside.processing:
+        if is_event and not self._inside.processing:
             self._ring()
 
     def _post(self, event):
@@ -1701,7 +1756,7 @@ class _Session(object):
                 return
 
     def _run_events(self):
-        events, inside = self._events, self._inside
+        events = self._events
         self._tell_left_out()
         while events:
             event = events[0]
@@ -1713,28 +1768,30 @@ class _Session(object):
                 if not is_due:
                     del events[0]
                     continue
-                message, receive = subscriber._waiting[0], subscriber._receive
-                try:
-                    inside.calling = True
-                    del events[0]
-                    del subscriber._waiting[0]
-                    receive(message)
-                finally:
-                    inside.calling = False
-                self._need_own_process()  # the function may have forked
+                self._hand_message_on(event, subscriber._waiting, subscriber._receive)
                 continue
             function, arguments = self._whom_to_tell(event)
-            try:
-                inside.calling = True
-                del events[0]
-                if function:
-                    function(*arguments)
-            finally:
-                inside.calling = False
-            self._need_own_process()
+            telling = [partial(function, *arguments)] if function else []
+            self._hand_on(partial(events.popleft), *telling)
         for handle in self._handles:
             if isinstance(handle, Subscriber) and handle._futures:
                 handle._serve_futures()
+
+    def _hand_message_on(self, event, waiting, receive):
+        """The first event's. It is taken, and the function called with it, in one call."""
+        inside, events, message = self._inside, self._events, waiting[0]
+        handing = _map(receive, iter(waiting.popleft, None))
+        try:
+            del events[0]
+            inside.calling = True
+            next(handing)
+        except BaseException:
+            if waiting and waiting[0] is message:  # not yet; a handler's, before Python 3.10
+                events.appendleft(event)
+            raise
+        finally:
+            inside.calling = False
+        self._need_own_process()  # the function may have forked
 
     def _whom_to_tell(self, event):
         """The function of the program's for what has happened, or None, and what it gets."""
@@ -2218,6 +2275,7 @@ class _Session(object):
     def _look_for_answers(self):
         """That messages have left may have been told, to a program that sends and never runs."""
         inside, me, taken = self._inside, _thread_id(), []
+        self._forget_what_was_cut(me)
         if me == inside.thread or me == inside.looker:
             return
         try:
@@ -2227,10 +2285,11 @@ class _Session(object):
                 self._read()
         finally:
             if taken:
-                inside.looker = None
-                self._reading.release()
+                self._stop_looking()
                 if inside.closes:
                     self.close()
+
+    _entrances.add(_look_for_answers.__code__)
 
     def _publish(self, publisher, payload, ttl, future):
         """Any thread, and any handler of a signal: all that is used here is behind the gate."""
@@ -2243,6 +2302,9 @@ class _Session(object):
         if self._thrown_away:
             self._tell_thrown_away()
         inside = self._inside.processing and self._inside.thread == _thread_id()
+        if inside:
+            self._forget_what_was_cut(_thread_id())
+            inside = self._inside.processing
         if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
         with self._gate:
@@ -2319,10 +2381,15 @@ class _Session(object):
                 or outgoing is not self._outgoing):
             return None
         publisher._publish_number = number
-        in_flight += (number,)
         if future is not None:
             futures[number] = future
-        outgoing += frame
+        try:
+            in_flight += (number,)
+            outgoing += frame
+        except BaseException:  # a handler's, before Python 3.10
+            if frame not in outgoing:
+                _take_back(in_flight, number)
+            raise
         return number
 
     def _note_refused(self, publisher, inside):
@@ -2414,8 +2481,7 @@ class Client(_Session):
         self._gate = _RLock()     # what send() of any thread shares with the owner
         self._phase = _DOWN
         self._socket = None
-        self._incoming, self._received = bytearray(), []  # frames, and what was read after them
-        self._outgoing, self._gone = bytearray(), []      # and how much of it has been sent
+        self._incoming, self._outgoing = bytearray(), bytearray()
         self._write_error = None
         self._wants_write = False
         self._started = self._was_up = self._is_reconnect = self._closed = False
@@ -2769,6 +2835,7 @@ class Client(_Session):
         if self._closed and not self._opened or os.getpid() != self._pid:
             return
         inside = self._inside
+        self._forget_what_was_cut(_thread_id())
         if inside.is_cut_by(_thread_id()):
             inside.closes = True
             self.stop()

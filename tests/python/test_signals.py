@@ -22,29 +22,43 @@ class Raised(OSError, ValueError):
 class Strike:
     """Calls a handler once, at the n-th place in the client's file where Python could: after a
     call of what is written in C, and where a function begins."""
+    watch = sys.setprofile
 
     def __init__(self, place, handler):
         self.left, self.handler, self.where = place, handler, ""
 
+    def is_place(self, frame, event):
+        return event in ("call", "c_return")
+
     def __call__(self, frame, event, _):
-        if event not in ("call", "c_return") or frame.f_globals is not vars(swarmtalk):
-            return
-        self.left -= 1
-        if self.left == 0:
-            sys.setprofile(None)
-            self.where = f"{frame.f_code.co_name}(), line {frame.f_lineno}, {event}"
-            self.handler()
+        if frame.f_globals is not vars(swarmtalk):
+            return None
+        if self.is_place(frame, event):
+            self.left -= 1
+            if self.left == 0:
+                self.watch(None)
+                self.where = f"{frame.f_code.co_name}(), line {frame.f_lineno}, {event}"
+                self.handler()
+        return self
 
     def during(self, scene):
         """Plays a scene. Whether the handler raised in it."""
-        sys.setprofile(self)
+        self.watch(self)
         try:
             scene()
         except Raised:
             return True
         finally:
-            sys.setprofile(None)
+            self.watch(None)
         return False
+
+
+class StrikeBetweenStatements(Strike):
+    """As a Python before 3.10 could, which lets a handler in between any two of them."""
+    watch = sys.settrace
+
+    def is_place(self, frame, event):
+        return event == "line"
 
 
 class Stage:
@@ -111,13 +125,13 @@ class Stage:
         assert not self.publisher._in_flight and not self.publisher.busy()
 
 
-def strike_all(tmp_path, monkeypatch, make, scene, handler, check):
+def strike_all(tmp_path, monkeypatch, make, scene, handler, check, kind=Strike):
     """Plays a scene again and again, and strikes one place later each time, until it is over
     before. Returns how many places there were."""
     for place in range(1, 100000):
         with monkeypatch.context() as patches:
             world = World(patches, tmp_path / "s")
-            strike = Strike(place, lambda: handler(stage))
+            strike = kind(place, lambda: handler(stage))
             try:
                 stage = make(world)
                 has_raised = strike.during(lambda: scene(stage))
@@ -141,13 +155,14 @@ def do_raise(_):
     raise Raised("by a handler")
 
 
-def test_what_a_handler_raises_loses_nothing_and_repeats_nothing(tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", [Strike, StrikeBetweenStatements])
+def test_what_a_handler_raises_loses_nothing_and_repeats_nothing(tmp_path, monkeypatch, kind):
     def check(stage, has_raised):
         assert has_raised
         stage.end()
         assert stage.world.heard == ["1", "2", "3"] and stage.world.told == []
         stage.check_what_was_sent()
-    places = strike_all(tmp_path, monkeypatch, with_callback, Stage.talk, do_raise, check)
+    places = strike_all(tmp_path, monkeypatch, with_callback, Stage.talk, do_raise, check, kind)
     assert places > 300
 
 
@@ -344,7 +359,8 @@ def test_a_client_that_was_closed_half_is_closed_by_the_next_close(tmp_path, mon
     strike_all(tmp_path, monkeypatch, make, lambda stage: stage.client.close(), do_raise, check)
 
 
-def test_each_message_that_was_dropped_is_counted_once(tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", [Strike, StrikeBetweenStatements])
+def test_each_message_that_was_dropped_is_counted_once(tmp_path, monkeypatch, kind):
     def fill(stage):
         stage.client.get_pose()
 
@@ -363,7 +379,7 @@ def test_each_message_that_was_dropped_is_counted_once(tmp_path, monkeypatch):
         for text in ("4", "5", "6"):
             world.daemon.deliver(world.daemon.newest_id(SUBSCRIBE), text)
         return stage
-    strike_all(tmp_path, monkeypatch, make, fill, do_raise, check)
+    strike_all(tmp_path, monkeypatch, make, fill, do_raise, check, kind)
 
 
 def test_asyncio_gets_each_message_once_when_a_handler_raises(tmp_path, monkeypatch):
