@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 namespace swarmtalk::cli::doctor {
 namespace {
@@ -14,6 +15,7 @@ struct Stranger {
   const char* id;
   const char* what;
   const char* remedy;
+  bool is_here = false;  // its command is for this robot's daemon
 };
 
 constexpr std::array<Stranger, 12> kStrangers{{
@@ -22,17 +24,18 @@ constexpr std::array<Stranger, 12> kStrangers{{
     {"frames_without_key", "other-key", "frames come without a seal, and this link has a swarm key",
      "give the other robots the key_file too, then `swarmtalk-cli reload` there"},
     {"frames_sealed", "other-key", "frames come that are sealed, and this link has no swarm key",
-     "set key_file of this link, then `swarmtalk-cli reload`"},
+     "set key_file of this link, then `swarmtalk-cli reload`", true},
     {"frames_not_authentic", "not-authentic", "frames come that are damaged or made up",
      "look who sends them: `swarmtalk-cli capture FILE`, then Wireshark; all robots need one "
-     "release"},
+     "release",
+     true},
     {"frames_not_fresh", "not-fresh", "sealed frames come that were recorded or held back",
      "somebody repeats frames, or a robot has check_freshness = false: remove that line there, "
      "or set it on all"},
     {"frames_replayed", "not-fresh", "sealed frames come a second time",
-     "somebody repeats frames: look with `swarmtalk-cli capture FILE`"},
+     "somebody repeats frames: look with `swarmtalk-cli capture FILE`", true},
     {"frames_too_old", "not-fresh", "sealed frames come too late",
-     "something holds frames back: try `swarmtalk-cli doctor --peer ROBOT`"},
+     "something holds frames back: try `swarmtalk-cli doctor --peer ROBOT`", true},
     {"frames_other_profile", "other-profile", "frames come whose packets are of another profile",
      "set the same profile for this link on all robots, then restart swarmtalkd"},
     {"frames_other_version", "other-version", "frames come of another version of the air frame",
@@ -216,8 +219,11 @@ void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& rep
     if (rise_of(link, each.counter) == 0) continue;
     if (std::find(told.begin(), told.end(), each.id) != told.end()) continue;
     told.push_back(each.id);
+    std::string remedy = each.remedy;
+    constexpr std::string_view kCli = "swarmtalk-cli";
+    if (each.is_here) remedy.replace(remedy.find(kCli), kCli.size(), daemon.words.cli);
     report.add({each.id, Severity::kError, subject,
-                std::string(each.what) + " (" + each.counter + ")", each.remedy});
+                std::string(each.what) + " (" + each.counter + ")", remedy});
   }
   const bool is_heard = std::any_of(daemon.neighbours.begin(), daemon.neighbours.end(),
                                     [&](const auto& each) { return each.link == link.name; });

@@ -128,15 +128,19 @@ void diagnose_silence(const PeerFacts& peer, const LinkFacts* link, const RadioF
     return;
   }
   if (peer.frames > 0) {
-    const bool is_known = peer.report.has_value();
-    report.add({is_known ? "one-way" : "peer-silent", Severity::kError, robot,
-                (is_known ? "it is heard, and does not hear this robot: "
-                          : "it is heard, and does not hear this robot or answers nobody: ") +
-                    std::to_string(peer.frames) + " frames came, and no answer to " +
-                    std::to_string(peer.asked) + " questions",
-                std::string(is_known ? "" : "start `swarmtalk-cli ping --answer` there; ") +
-                    (is_known ? "" : "if that runs, ") +
-                    "compare antennas and power of the two, and `swarmtalk-cli doctor` there"});
+    const std::string counts = ": " + std::to_string(peer.frames) +
+                               " frames came, and no answer to " + std::to_string(peer.asked) +
+                               " questions";
+    if (peer.report) {
+      report.add({"one-way", Severity::kError, robot,
+                  "it is heard, and does not hear this robot" + counts,
+                  "compare antennas and power of the two, and `swarmtalk-cli doctor` there"});
+    } else {
+      report.add({"peer-silent", Severity::kError, robot,
+                  "it is heard, and does not hear this robot or answers nobody" + counts,
+                  "start `swarmtalk-cli ping --answer` there; if that runs, compare antennas and "
+                  "power of the two, and `swarmtalk-cli doctor` there"});
+    }
     return;
   }
   // What it heard may be some seconds old, so what differs now comes first.

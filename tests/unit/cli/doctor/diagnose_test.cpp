@@ -258,6 +258,18 @@ TEST_F(Robot, CountersThatRiseAreNamed) {
   }
 }
 
+TEST_F(Robot, AFindingNamesTheCommandOfThisRobotsDaemon) {
+  use("managed");
+  for (const char* counter : {"frames_sealed", "frames_not_authentic", "frames_replayed"}) {
+    Facts seen = facts();
+    seen.daemon.words = words_for("/tmp/lab/1.sock");
+    seen.daemon.links[0].rises[counter] = 1;
+    EXPECT_NE(report(seen).findings.at(0).remedy.find("`swarmtalk-cli --socket /tmp/lab/1.sock "),
+              std::string::npos)
+        << counter;
+  }
+}
+
 TEST_F(Robot, AClockThatNobodyKeepsIsANote) {
   use("managed");
   Facts seen = facts();
