@@ -130,7 +130,7 @@ void Connection::close() {
 }
 
 Status Connection::flush() {
-  if (!loss_) return loss_;
+  if (!loss_ || !is_open()) return loss_;
   std::size_t written = 0;
   while (written < outgoing_.size()) {
     const ssize_t count =

@@ -32,7 +32,7 @@ class Connection {
   bool append(const ipc::Envelope& envelope) { return ipc::append_frame(envelope, outgoing_); }
   bool append(const ipc::PublishFrame& frame) { return ipc::append_frame(frame, outgoing_); }
 
-  /// Writes what the socket takes now. @return kOk, or kDisconnected
+  /// Writes what the socket takes now; without one, nothing. @return kOk, or kDisconnected
   Status flush();
   /// Writes all, waiting for the socket. @return whether nothing is left
   bool flush_until(std::chrono::steady_clock::time_point deadline);

@@ -44,9 +44,9 @@ Engine::Engine(std::string_view name, const ClientOptions& options)
         return connection_.append(envelope);
       }),
       handles_(gate_, requests_, deliveries_,
-               {[this] { keeper_.become_up(); }, [this] { flush_unless_gathering(); }}),
+               {[this] { keeper_.become_up(); }, [this] { write_requests(); }}),
       poses_(requests_, deliveries_,
-             {[this] { flush_unless_gathering(); }, [this] { keeper_.look(); }, print_hint}),
+             {[this] { write_requests(); }, [this] { keeper_.look(); }, print_hint}),
       sender_(gate_, connection_, reports_,
               {[this] { wakeup_.wake(); }, [this] { look_for_answers(); }}),
       silence_(requests_, wakeup_, [this](const std::string& text) { hints_.tell(text); }),
@@ -143,8 +143,14 @@ void Engine::report_losses() {
   if ((deliveries_.take_has_loss() || has_refused) && keeper_.is_up()) handles_.report_losses();
 }
 
-void Engine::flush_unless_gathering() {
-  if (!is_processing_) keeper_.flush();
+/// What a write inside process() meets is dealt with at its end.
+void Engine::write_requests() {
+  if (!is_processing_) {
+    keeper_.flush();
+    return;
+  }
+  const std::lock_guard lock(gate_);
+  static_cast<void>(connection_.flush());
 }
 
 Status Engine::process() {

@@ -85,7 +85,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
  private:
   ConnectionKeeper::Hooks keeper_hooks();
   Registration::Hooks registration_hooks();
-  void flush_unless_gathering();
+  void write_requests();
   Status process_inside();
   void look_for_answers();
   void read_ahead();
@@ -99,7 +99,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   Connection connection_;
   bool is_closed_ = false;
   bool is_loss_untold_ = false;  // of the connection: process() has not been called since
-  bool is_processing_ = false;   // inside process(): callbacks may run, writes are gathered
+  bool is_processing_ = false;   // inside process(): callbacks may run
   std::atomic<bool> is_stopped_{false};
 
   /// Guards what send() of any thread shares with the owner's: what changes of a PublisherState,

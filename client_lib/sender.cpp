@@ -89,8 +89,7 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
       status.code() != StatusCode::kTooLong && status.code() != StatusCode::kBadTtl;
   if (!is_silent) reports_.add(status);
   bool needs_owner = !is_silent;
-  // Inside a callback: one write for all, at its end.
-  if (status && !is_inside) {
+  if (status) {
     const bool is_written = connection_.flush().ok();
     needs_owner = !is_written || connection_.has_outgoing();
     if (!is_written) {
@@ -98,7 +97,7 @@ Status Sender::publish(PublisherState& publisher, std::string_view payload,
       status = Status(StatusCode::kDisconnected);
     }
   }
-  if (tells_refusals && !is_inside) {
+  if (tells_refusals) {
     needs_owner = !connection_.flush().ok() || connection_.has_outgoing();
   }
   lock.unlock();

@@ -31,7 +31,7 @@ class Sender {
   Sender(std::mutex& gate, Connection& connection, Reports& reports, Hooks hooks)
       : gate_(gate), connection_(connection), reports_(reports), hooks_(std::move(hooks)) {}
 
-  /// @param is_inside  in a callback: the owner writes for all at its end
+  /// @param is_inside  in a callback: its owner looks around at its end
   Status publish(PublisherState& publisher, std::string_view payload,
                  std::optional<std::uint32_t> ttl, bool is_inside);
   bool is_busy(const PublisherState& publisher);

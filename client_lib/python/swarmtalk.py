@@ -227,12 +227,13 @@ def _monotonic_of_libc():
 _monotonic = getattr(time, "monotonic", _monotonic_of_libc)
 
 
-def _open_timer():
-    """A descriptor that becomes readable at a time set with _set_timer()."""
-    fd = _libc.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | 0o2000000)
-    if fd < 0:
+def _open_timer(opened):
+    """Adds a descriptor that becomes readable at a time set with _set_timer(), in the same call."""
+    next(_map(opened.append, _map(_libc.timerfd_create, (_CLOCK_MONOTONIC,),
+                                  (os.O_NONBLOCK | 0o2000000,))))
+    if opened[-1] < 0:
+        del opened[-1]
         raise OSError(ctypes.get_errno(), "timerfd_create")
-    return fd
 
 
 def _set_timer(fd, seconds):
@@ -705,6 +706,8 @@ def _taking_one(function, what, argument):
             try:
                 inspect.signature(function).bind(None)
             except ValueError:  # of a built-in function nothing is known
+                if _is_of_a_handler():
+                    raise
                 return function
         else:  # Python 2, which can tell of its own functions only
             plain = getattr(function, "__func__", function)
@@ -1556,6 +1559,13 @@ class _Session(object):
                                select.EPOLLIN | (select.EPOLLOUT if wants_write else 0))
             self._wants_write = wants_write
 
+    def _write_request(self):
+        """What this meets inside process() is dealt with at its end."""
+        if not self._inside.processing:
+            return self._flush()
+        with self._gate:
+            self._write()
+
     def _read_last_words(self, why):
         """Nothing can be written any more, but why may wait to be read. Ends in _drop()."""
         inside = self._inside
@@ -2028,8 +2038,7 @@ class _Session(object):
             else:
                 del table[number]
         handle._failure, handle._id = Error("disconnected", "this handle was closed"), 0
-        if not self._inside.processing:
-            self._flush()
+        self._write_request()
         if handle in self._handles:
             self._handles.remove(handle)
 
@@ -2083,8 +2092,7 @@ class _Session(object):
         else:
             self._next_pose = None
             self._send_pose(body)
-            if not self._inside.processing:
-                self._flush()
+            self._write_request()
 
     def _unanswered_poses(self):
         return sum(done == self._pose_answered for done in self._pending.values())
@@ -2301,21 +2309,15 @@ class _Session(object):
             self._tell_not_running()
         if self._thrown_away:
             self._tell_thrown_away()
-        inside = self._inside.processing and self._inside.thread == _thread_id()
-        if inside:
-            self._forget_what_was_cut(_thread_id())
-            inside = self._inside.processing
         if publisher._no_room() is not None or len(publisher._in_flight) > _UNREAD_MAX:
             self._look_for_answers()
         with self._gate:
             number = None
             while number is None:
-                refused = self._refusal(publisher, payload, ttl, inside)
+                refused = self._refusal(publisher, payload, ttl)
                 if refused is not None:
                     return refused
                 number = self._take_message(publisher, payload, ttl, future)
-            if inside:
-                return True  # one write for all, at the end of the callback
             self._write()
             is_lost = self._write_error is not None
             if is_lost:
@@ -2327,7 +2329,7 @@ class _Session(object):
             self._ring()
         return Refused("disconnected", _NOT_CONNECTED) if is_lost else True
 
-    def _refusal(self, publisher, payload, ttl, inside):
+    def _refusal(self, publisher, payload, ttl):
         """Why a message is not taken, or None. Inside the gate."""
         if not publisher._id:
             failure = publisher._failure
@@ -2343,7 +2345,7 @@ class _Session(object):
         full = publisher._no_room()
         if full is None:
             return None
-        self._note_refused(publisher, inside)
+        self._note_refused(publisher)
         refused = Refused("busy", full)
         unseen = _Unseen(refused, self._thrown_away.append)
         unseen.publisher, unseen.text = publisher, full
@@ -2392,7 +2394,7 @@ class _Session(object):
             raise
         return number
 
-    def _note_refused(self, publisher, inside):
+    def _note_refused(self, publisher):
         """The daemon counts what is refused here: told in process(), and at most once a second
         here, for a program that only sends. Any thread, inside the gate."""
         publisher._unreported_refused += 1
@@ -2402,10 +2404,9 @@ class _Session(object):
             return
         publisher._refused_reported_at = now
         self._report_refused(publisher)
-        if not inside:
-            self._write()
-            if self._outgoing or self._write_error is not None:
-                self._ring()
+        self._write()
+        if self._outgoing or self._write_error is not None:
+            self._ring()
 
     def _report_refused(self, publisher):
         with self._gate:
@@ -2535,11 +2536,10 @@ class Client(_Session):
                         "monkey_patch(select=False), instead")
         try:
             self._epoll = select.epoll()
-            self._timer = _open_timer()
-            self._opened.append(self._timer)
-            self._wake_read, self._wake_write = pipe = os.pipe()
-            self._opened.extend(pipe)
-            for fd in pipe:
+            _open_timer(self._opened)
+            next(_map(self._opened.extend, iter(os.pipe, None)))  # made and noted in one call
+            self._timer, self._wake_read, self._wake_write = self._opened[1:]
+            for fd in self._opened[2:]:
                 _libc.fcntl(fd, 4, os.O_NONBLOCK)  # F_SETFL
                 _libc.fcntl(fd, 2, 1)              # F_SETFD, FD_CLOEXEC
             self._epoll.register(self._timer, select.EPOLLIN)

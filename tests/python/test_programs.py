@@ -6,8 +6,8 @@ import pytest
 
 import swarmtalk
 from local_frames import field
-from scripted_daemon import (ADVERTISE, FAILURE, GREETING, HELLO, PUBLISH, SENT, SUBSCRIBE,
-                             SUBSCRIBED, UNSUBSCRIBE, advertised)
+from scripted_daemon import (ADVERTISE, FAILURE, GREETING, HELLO, PUBLISH, SENT, SET_POSE,
+                             SUBSCRIBE, SUBSCRIBED, UNSUBSCRIBE, advertised)
 
 pytestmark = pytest.mark.logic
 PATIENCE_S = 60
@@ -115,21 +115,22 @@ def test_a_callback_that_raises_leaves_the_rest_for_the_next_call(world):
     assert world.heard == ["one", "two"]
 
 
-def test_what_is_sent_inside_a_callback_leaves_at_its_end(world):
+def test_what_a_callback_says_leaves_at_once(world):
     publisher = world.client.advertise("a")
     during = []
 
     def receive(_):
         assert publisher.send("x") and publisher.send("y")
+        world.client.set_pose(1, 0, 0)
         world.daemon.serve()
-        during.append(len(world.daemon.of(PUBLISH)))
+        during.append([len(world.daemon.of(each)) for each in (PUBLISH, SET_POSE)])
     world.daemon.answers[ADVERTISE] = advertised()
     publisher = world.client.advertise("a")
     _, id_ = subscribed(world, "b", receive)
     world.daemon.deliver(id_, "x")
     world.client.process()
     world.settle()
-    assert during == [0] and [each[3] for each in world.daemon.of(PUBLISH)] == [b"x", b"y"]
+    assert during == [[2, 1]] and [each[3] for each in world.daemon.of(PUBLISH)] == [b"x", b"y"]
 
 
 def test_send_refuses_what_the_channel_does_not_carry(world):

@@ -360,6 +360,23 @@ def test_a_client_that_was_closed_half_is_closed_by_the_next_close(tmp_path, mon
 
 
 @pytest.mark.parametrize("kind", [Strike, StrikeBetweenStatements])
+def test_a_client_that_is_not_made_because_a_handler_raised_leaves_no_descriptor(tmp_path,
+                                                                                 monkeypatch, kind):
+    def make(stage):
+        stage.asked.append(swarmtalk.Client("other", stage.world.daemon.path, connect=False))
+
+    def check(stage, has_raised):
+        assert has_raised and not stage.asked
+        assert len(os.listdir("/proc/self/fd")) == stage.descriptors
+
+    def begin(world):
+        stage = with_callback(world)
+        stage.descriptors = len(os.listdir("/proc/self/fd"))
+        return stage
+    assert strike_all(tmp_path, monkeypatch, begin, make, do_raise, check, kind) > 20
+
+
+@pytest.mark.parametrize("kind", [Strike, StrikeBetweenStatements])
 def test_each_message_that_was_dropped_is_counted_once(tmp_path, monkeypatch, kind):
     def fill(stage):
         stage.client.get_pose()
