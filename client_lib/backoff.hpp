@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <random>
 
+#include "loop/chance.hpp"
+
 namespace swarmtalk::client {
 
 class Backoff {
  public:
   Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
-      : first_(first), longest_(longest), present_(first), jitter_(std::random_device{}()) {}
+      : first_(first), longest_(longest), present_(first), jitter_(loop::random_bits()) {}
 
   /// Half to all of the present wait; the next one is twice as long, up to the longest.
   std::chrono::microseconds next() {

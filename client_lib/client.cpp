@@ -6,6 +6,7 @@
 #include "client_lib/engine.hpp"
 #include "client_lib/program_end.hpp"
 #include "client_lib/state.hpp"
+#include "loop/clock.hpp"
 #include "text/utf8.hpp"
 
 namespace swarmtalk {
@@ -15,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 /// Now and `duration`, without overflow.
 Clock::time_point after(std::chrono::nanoseconds duration) {
-  const auto now = Clock::now();
+  const auto now = loop::now();
   return duration > Clock::time_point::max() - now ? Clock::time_point::max() : now + duration;
 }
 

@@ -14,6 +14,7 @@
 #include <cstring>
 
 #include "client_lib/descriptors.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -151,8 +152,7 @@ Status Connection::flush() {
 bool Connection::flush_until(std::chrono::steady_clock::time_point deadline) {
   using std::chrono::milliseconds;
   while (fd_ >= 0 && flush() && has_outgoing()) {
-    const auto left =
-        std::chrono::ceil<milliseconds>(deadline - std::chrono::steady_clock::now()).count();
+    const auto left = std::chrono::ceil<milliseconds>(deadline - loop::now()).count();
     if (left <= 0) break;
     pollfd descriptor{fd_, POLLOUT, 0};
     ::poll(&descriptor, 1, static_cast<int>(left));

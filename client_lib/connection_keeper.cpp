@@ -4,6 +4,7 @@
 
 #include "client_lib/greeting.hpp"
 #include "client_lib/scope.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 
@@ -40,7 +41,7 @@ Status ConnectionKeeper::attempt() {
     return last_failure_;
   }
   phase_ = Phase::kGreeting;
-  wakeup_.set_timer(Wakeup::Clock::now() + timeout_);
+  wakeup_.set_timer(loop::now() + timeout_);
   ipc::Envelope greeting;
   fill_hello(*greeting.mutable_hello(), name_);
   {
@@ -55,7 +56,7 @@ void ConnectionKeeper::attempt_in_background() {
 }
 
 void ConnectionKeeper::schedule_attempt() {
-  wakeup_.set_timer(Wakeup::Clock::now() + backoff_.next());
+  wakeup_.set_timer(loop::now() + backoff_.next());
 }
 
 void ConnectionKeeper::on_timer() {
@@ -99,7 +100,7 @@ void ConnectionKeeper::become_up() {
 
 Status ConnectionKeeper::connect() {
   if (phase_ == Phase::kUp) return Status();
-  const auto deadline = Wakeup::Clock::now() + timeout_;
+  const auto deadline = loop::now() + timeout_;
   const Scope<bool> quiet(is_connecting_,
                           true);  // the caller gets the failure, on_failure does not
   if (phase_ == Phase::kDown) static_cast<void>(attempt());
@@ -191,7 +192,7 @@ bool ConnectionKeeper::wait_until(Deadline deadline, const std::function<bool()>
     read(enough);
     flush();
     const bool is_enough = enough();
-    if (is_enough || Wakeup::Clock::now() >= deadline) {
+    if (is_enough || loop::now() >= deadline) {
       wakeup_.wake();  // envelopes may be left in the buffer, where no poll sees them
       return is_enough;
     }

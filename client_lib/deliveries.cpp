@@ -10,6 +10,7 @@
 
 #include "client_lib/convert.hpp"
 #include "client_lib/wakeup.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -20,7 +21,7 @@ constexpr std::size_t kSparePayloadBytes = 1024;  // a larger one gives its memo
 
 bool is_too_old(const SubscriberState& subscriber, const Message& message) {
   if (!subscriber.policy.max_age || !message.received_at) return false;
-  const auto age = Wakeup::Clock::now() - *message.received_at +
+  const auto age = loop::now() - *message.received_at +
                    message.buffering_delay.value_or(std::chrono::microseconds(0));
   return age > *subscriber.policy.max_age;
 }
@@ -184,8 +185,8 @@ void Deliveries::run_message(SubscriberState& subscriber) {
 void Deliveries::hand_over(SubscriberState& subscriber, Message& message) {
   if (subscriber.lost) message.lost_before += std::exchange(subscriber.lost, {});
   if (message.buffering_delay && message.received_at) {
-    *message.buffering_delay += std::chrono::duration_cast<std::chrono::microseconds>(
-        Wakeup::Clock::now() - *message.received_at);
+    *message.buffering_delay +=
+        std::chrono::duration_cast<std::chrono::microseconds>(loop::now() - *message.received_at);
   }
   if (message.lost_before && callbacks_.on_gap) {
     const auto callback = callbacks_.on_gap;  // it may replace itself
@@ -259,7 +260,7 @@ void Deliveries::set_default_callbacks() {
   callbacks_.on_reconnect = [] { print("connected to swarmtalkd again"); };
   // At most one line a second for each cause. Shared: callbacks are copied before they run.
   callbacks_.on_error = [told = told_](const Status& status) {
-    const Wakeup::Clock::time_point now = Wakeup::Clock::now();
+    const Wakeup::Clock::time_point now = loop::now();
     const auto [found, is_first] = told->try_emplace(status.code());
     Told& cause = found->second;
     cause.text = status.text();

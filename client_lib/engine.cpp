@@ -6,6 +6,7 @@
 #include "client_lib/protobuf_log.hpp"
 #include "client_lib/scope.hpp"
 #include "client_lib/unread.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -117,7 +118,7 @@ void Engine::close() {
 void Engine::end_with_program() {
   if (!entrance_.is_own_process() || entrance_.try_alone([this] { close(); })) return;
   const std::unique_lock lock(gate_, std::try_to_lock);
-  if (!lock || connection_.flush_until(Wakeup::Clock::now() + request_timeout_)) return;
+  if (!lock || connection_.flush_until(loop::now() + request_timeout_)) return;
   print_hint("this program ended before swarmtalkd had read its last messages; they are lost");
 }
 
@@ -200,7 +201,7 @@ Status Engine::run_until(Wakeup::Clock::time_point deadline) {
       process_inside();
       if (is_stopped_.exchange(false) || is_closed_) return Status();
       do {
-        if (Wakeup::Clock::now() >= deadline) return Status();
+        if (loop::now() >= deadline) return Status();
       } while (!wakeup_.wait(deadline));
     }
   });
@@ -282,8 +283,7 @@ Status Engine::publish(PublisherState& publisher, std::string_view payload,
 
 void Engine::tell_unread(const std::string& channel, const std::string& why, bool is_unread) {
   const LockingCall locking;
-  const std::optional<Status> report =
-      refusals_.note(channel, why, is_unread, Wakeup::Clock::now());
+  const std::optional<Status> report = refusals_.note(channel, why, is_unread, loop::now());
   if (!report) return;
   reports_.add(*report);
   wakeup_.wake();

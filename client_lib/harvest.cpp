@@ -1,8 +1,8 @@
 #include "swarmtalk/client/harvest.hpp"
 
 #include <algorithm>
-#include <random>
 
+#include "loop/chance.hpp"
 #include "report/harvest_text.hpp"
 
 namespace swarmtalk {
@@ -59,9 +59,8 @@ void Harvest::remove(std::string_view key) {
 }
 
 Status Harvest::ask(std::string_view prefix, Callback found, std::uint32_t ttl) {
-  static thread_local std::mt19937 random{std::random_device{}()};
   do {
-    question_ = static_cast<std::uint32_t>(random());
+    question_ = loop::random_bits();
   } while (question_ == 0);
   found_ = std::move(found);
   const auto answer_ttl = static_cast<std::uint8_t>(std::min<std::uint32_t>(ttl, UINT8_MAX));

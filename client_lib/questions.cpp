@@ -1,11 +1,12 @@
 #include "client_lib/questions.hpp"
 
 #include "client_lib/convert.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 
 bool Questions::wait(const std::function<bool()>& enough) {
-  return hooks_.wait_until(Wakeup::Clock::now() + timeout_, enough);
+  return hooks_.wait_until(loop::now() + timeout_, enough);
 }
 
 /// Sends what requests_.make() was filled with, and waits for its answer.

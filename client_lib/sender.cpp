@@ -1,6 +1,7 @@
 #include "client_lib/sender.hpp"
 
 #include "client_lib/wakeup.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -113,7 +114,7 @@ Status Sender::append_publication(PublisherState& publisher, std::string_view pa
   frame.payload = payload;
   frame.ttl = ttl;
   if (publisher.tells_time) {
-    const auto now = Wakeup::Clock::now().time_since_epoch();
+    const auto now = loop::now().time_since_epoch();
     frame.sent_at_ns = static_cast<std::uint64_t>(
         std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
   }
@@ -128,7 +129,7 @@ Status Sender::append_publication(PublisherState& publisher, std::string_view pa
 /// for a program that only sends. @return whether that waits to be written
 bool Sender::note_refusal(PublisherState& publisher) {
   ++publisher.untold_refusals;
-  const auto now = Wakeup::Clock::now();
+  const auto now = loop::now();
   const bool is_early =
       publisher.refusals_told_at && now - *publisher.refusals_told_at < std::chrono::seconds(1);
   if (is_early || connection_.outgoing_bytes() > kOutgoingMaxBytes) {

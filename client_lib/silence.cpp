@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "loop/clock.hpp"
 #include "text/nearest.hpp"
 
 namespace swarmtalk::client {
@@ -19,7 +20,7 @@ void Silence::expect(std::shared_ptr<const SubscriberState> subscriber) {
 
 void Silence::watch() {
   if (is_over_ || expected_.empty()) return;
-  const auto now = Wakeup::Clock::now();
+  const auto now = loop::now();
   if (!deadline_) {
     deadline_ = now + patience_;
     wakeup_.set_timer(*deadline_);  // which nothing else uses while there is a connection

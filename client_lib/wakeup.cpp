@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "client_lib/descriptors.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -23,7 +24,7 @@ using std::chrono::nanoseconds;
 constexpr std::chrono::hours kLongestWait{1};  // fits every time_t; callers loop
 
 nanoseconds left_until(Wakeup::Clock::time_point deadline) {
-  return std::clamp<nanoseconds>(deadline - Wakeup::Clock::now(), nanoseconds(0), kLongestWait);
+  return std::clamp<nanoseconds>(deadline - loop::now(), nanoseconds(0), kLongestWait);
 }
 
 /// @return false: none is ready
@@ -120,7 +121,7 @@ void Wakeup::clear_timer() {
 }
 
 bool Wakeup::take_timer() {
-  if (!is_timer_set_ || Clock::now() < timer_deadline_) return false;
+  if (!is_timer_set_ || loop::now() < timer_deadline_) return false;
   clear_timer();
   return true;
 }

@@ -1,6 +1,6 @@
-// The source of chance of the daemon, its drivers and the bridge: node ids, epochs, jitter. A test
-// that turns the clock seeds it. What an attacker must not guess comes from libsodium
-// (frame/sealing.hpp).
+// The source of chance of the daemon, its drivers, the bridge and the client library: node ids,
+// epochs, jitter, numbers of questions. A test that turns the clock seeds it. What an attacker must
+// not guess comes from libsodium (frame/sealing.hpp).
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// The two clocks of the daemon, its drivers and the bridge; nothing else in them asks for the time,
-// and Timer is all that waits for it. A test that turns the time itself links its own clock and
-// timer in place of these.
+// The two clocks of the daemon, its drivers, the bridge and the client library: nothing else in
+// them asks for the time. A test that turns the time itself links its own clock in place of this,
+// and its own timer.
 #pragma once
 
 #include <chrono>

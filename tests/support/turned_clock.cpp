@@ -80,6 +80,11 @@ void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
   present = end;
 }
 
+void pass(std::chrono::nanoseconds duration) {
+  boost::asio::io_context io;
+  pass(io, duration);
+}
+
 bool pass_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
                 std::chrono::nanoseconds limit) {
   const Time end = present + limit;

@@ -17,6 +17,9 @@ void seed(std::uint64_t number);
 /// times, and `io` does what is ready then.
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration);
 
+/// The same where nothing has a loop.
+void pass(std::chrono::nanoseconds duration);
+
 /// The same until `is_done`, asked when nothing is ready. @return false: it was not within `limit`
 bool pass_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
                 std::chrono::nanoseconds limit = std::chrono::minutes(1));

@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "loop/clock.hpp"
+#include "tests/support/turned_clock.hpp"
+
 namespace swarmtalk::client {
 namespace {
 
@@ -155,6 +158,41 @@ TEST_F(DeliveriesAlone, HandOverOrTellAsLostEachMessageOnce) {
     EXPECT_GT(handed_over, 500u);
     EXPECT_EQ(told_lost > 0, policy.keep_last || policy.max_age || policy.latest_of_each);
   }
+}
+
+TEST_F(DeliveriesAlone, DropWhatIsOlderThanAskedWhenItIsItsTurn) {
+  subscriber_->policy.max_age = std::chrono::milliseconds(100);
+  for (const std::uint32_t buffered_us : {0u, 60'000u}) {
+    ipc::DeliverFrame frame;
+    frame.payload = buffered_us > 0 ? "late" : "fresh";
+    frame.received_at_ns = static_cast<std::uint64_t>(loop::now().time_since_epoch().count());
+    if (buffered_us > 0) frame.buffering_delay_us = buffered_us;
+    deliveries_.deliver(subscriber_, frame, false);
+  }
+  test::pass(std::chrono::milliseconds(100));
+  deliveries_.run();
+  EXPECT_EQ(told_, std::vector<std::string>{"fresh"});
+  EXPECT_EQ(subscriber_->unreported_loss, 1u);
+}
+
+TEST_F(DeliveriesAlone, PrintALineASecondForEachCauseAndCountTheRest) {
+  Reports reports;
+  Deliveries quiet(reports, [] {});
+  const auto fail = [&](StatusCode code, const char* text) {
+    quiet.report(Status(code, text));
+    quiet.run();
+  };
+  testing::internal::CaptureStderr();
+  fail(StatusCode::kRate, "too fast");
+  fail(StatusCode::kRate, "too fast");
+  fail(StatusCode::kTooLong, "too long");
+  test::pass(std::chrono::milliseconds(999));
+  fail(StatusCode::kRate, "too fast");
+  test::pass(std::chrono::milliseconds(1));
+  fail(StatusCode::kRate, "too fast");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "swarmtalk: too fast\nswarmtalk: too long\n"
+            "swarmtalk: too fast (3 times since the last line)\n");
 }
 
 TEST_F(DeliveriesAlone, TellNothingOnceClosed) {

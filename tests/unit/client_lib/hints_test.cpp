@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
+
+#include "tests/unit/client_lib/client_fixture.hpp"
 
 namespace swarmtalk::client {
 namespace {
@@ -73,6 +76,37 @@ TEST(Hint, IsALineOnStderr) {
   testing::internal::CaptureStderr();
   print_hint("keep what subscribe() returns");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "swarmtalk: keep what subscribe() returns\n");
+}
+
+class Listener : public test::ClientTest {};
+
+TEST_F(Listener, OfAWildcardIsToldThatThereAreNone) {
+  test::FakeDaemon daemon(path);
+  Client plain("plain", options());
+  ASSERT_TRUE(plain.connect());
+  testing::internal::CaptureStderr();
+  const auto all = plain.subscribe("#", [](const Message&) {});
+  const auto more = plain.subscribe("robots/+", [](const Message&) {});
+  const auto own = plain.subscribe("robots", [](const Message&) {});
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+  EXPECT_NE(told.find("'#' is the name of one channel: there are no wildcards"), std::string::npos)
+      << told;
+  static_cast<void>(plain.process());
+}
+
+TEST_F(Listener, OfDigitsInQuotesIsToldThatTheyAreAName) {
+  test::FakeDaemon daemon(path);
+  Client plain("plain", options());
+  ASSERT_TRUE(plain.connect());
+  testing::internal::CaptureStderr();
+  const auto name = plain.advertise("5");
+  const auto number = plain.channel(5).publisher();
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(
+      told,
+      "swarmtalk: channel \"5\" is a name here, and not channel number 5; for the number leave "
+      "out the quotes\n");
 }
 
 }  // namespace

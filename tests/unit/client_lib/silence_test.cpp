@@ -5,13 +5,22 @@
 
 #include <vector>
 
-#include "tests/unit/client_lib/client_fixture.hpp"
+#include "client_lib/wakeup.hpp"
+#include "tests/support/turned_clock.hpp"
 
 namespace swarmtalk::client {
 namespace {
 
 class SilenceAlone : public testing::Test {
  protected:
+  static constexpr std::chrono::seconds kPatience{3};
+  /// As a program that runs when its timer has gone off.
+  void watch_to_the_end() {
+    silence_.watch();
+    test::pass(kPatience);
+    silence_.watch();
+  }
+
   /// The program subscribes by name; without one, by a number.
   std::shared_ptr<SubscriberState> expect(const std::string& name) {
     auto key = std::make_shared<ChannelKey>();
@@ -62,14 +71,25 @@ class SilenceAlone : public testing::Test {
   Wakeup wakeup_;
   std::vector<std::string> told_;
   Silence silence_{requests_, wakeup_, [this](const std::string& text) { told_.push_back(text); },
-                   std::chrono::milliseconds(0)};
+                   kPatience};
 };
+
+TEST_F(SilenceAlone, IsLookedIntoWhenThePatienceIsOver) {
+  const auto hello = expect("hello");
+  silence_.watch();
+  test::pass(kPatience - std::chrono::nanoseconds(1));
+  silence_.watch();
+  EXPECT_TRUE(written_.empty());
+  test::pass(std::chrono::nanoseconds(1));
+  silence_.watch();
+  EXPECT_EQ(written_.size(), 1u);
+}
 
 TEST_F(SilenceAlone, IsToldOnceWhenNobodyIsAround) {
   silence_.watch();
   EXPECT_TRUE(written_.empty()) << "a program that does not listen expects nothing";
   const auto hello = expect("hello");
-  silence_.watch();
+  watch_to_the_end();
   answer_status({}, {"hello"});
   answer_around({true});
   silence_.watch();
@@ -81,7 +101,7 @@ TEST_F(SilenceAlone, IsToldOnceWhenNobodyIsAround) {
 
 TEST_F(SilenceAlone, IsNotToldWhereARobotIsAround) {
   const auto hello = expect("hello");
-  silence_.watch();
+  watch_to_the_end();
   answer_status({}, {"hello"});
   answer_around({true, false});
   EXPECT_TRUE(told_.empty());
@@ -89,7 +109,7 @@ TEST_F(SilenceAlone, IsNotToldWhereARobotIsAround) {
 
 TEST_F(SilenceAlone, IsNotToldWhenAMessageComesMeanwhile) {
   const auto hello = expect("hello");
-  silence_.watch();
+  watch_to_the_end();
   answer_status({}, {"hello"});
   hello->has_heard = true;
   answer_around({});
@@ -98,7 +118,7 @@ TEST_F(SilenceAlone, IsNotToldWhenAMessageComesMeanwhile) {
 
 TEST_F(SilenceAlone, IsNotToldWhenSomethingElseHasSaidWhy) {
   const auto hello = expect("hello");
-  silence_.watch();
+  watch_to_the_end();
   silence_.end();
   answer_status({"hallo"}, {"hello"});
   EXPECT_TRUE(told_.empty());
@@ -110,7 +130,7 @@ TEST_F(SilenceAlone, NamesTheChannelThatAMisspeltOneMayHaveBeen) {
   heard->has_heard = true;
   const auto number = expect("");
   const auto misspelt = expect("chater");
-  silence_.watch();
+  watch_to_the_end();
   answer_status({"alarm", "chatter"}, {"chater"});
   ASSERT_EQ(told_.size(), 1u) << "also where others are heard";
   EXPECT_EQ(told_[0],
@@ -124,7 +144,7 @@ TEST_F(SilenceAlone, NamesNoChannelThatIsPublishedOrThatTheProgramHasAnyway) {
   heard->has_heard = true;
   const auto silent = expect("lift");
   const auto rare = expect("alarm");
-  silence_.watch();
+  watch_to_the_end();
   answer_status({"left", "alarm", "alarms"}, {"lift"});
   answer_around({});
   EXPECT_TRUE(told_.empty()) << told_[0];
@@ -135,49 +155,17 @@ TEST_F(SilenceAlone, AsksNobodyWhereAllIsHeard) {
   hello->has_heard = true;
   const auto gone = expect("hallo");
   gone->is_closed = true;
-  silence_.watch();
+  watch_to_the_end();
   EXPECT_TRUE(written_.empty());
 }
 
 TEST_F(SilenceAlone, BeginsAnewWithTheNextConnection) {
-  Silence patient(
-      requests_, wakeup_, [](const std::string&) {}, std::chrono::hours(1));
-  patient.expect(expect("hello"));
-  patient.watch();
-  patient.forget();
-  patient.watch();
-  EXPECT_TRUE(written_.empty());
-}
-
-class Listener : public test::ClientTest {};
-
-TEST_F(Listener, OfAWildcardIsToldThatThereAreNone) {
-  test::FakeDaemon daemon(path);
-  Client plain("plain", options());
-  ASSERT_TRUE(plain.connect());
-  testing::internal::CaptureStderr();
-  const auto all = plain.subscribe("#", [](const Message&) {});
-  const auto more = plain.subscribe("robots/+", [](const Message&) {});
-  const auto own = plain.subscribe("robots", [](const Message&) {});
-  const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
-  EXPECT_NE(told.find("'#' is the name of one channel: there are no wildcards"), std::string::npos)
-      << told;
-  static_cast<void>(plain.process());
-}
-
-TEST_F(Listener, OfDigitsInQuotesIsToldThatTheyAreAName) {
-  test::FakeDaemon daemon(path);
-  Client plain("plain", options());
-  ASSERT_TRUE(plain.connect());
-  testing::internal::CaptureStderr();
-  const auto name = plain.advertise("5");
-  const auto number = plain.channel(5).publisher();
-  const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_EQ(
-      told,
-      "swarmtalk: channel \"5\" is a name here, and not channel number 5; for the number leave "
-      "out the quotes\n");
+  const auto hello = expect("hello");
+  silence_.watch();
+  test::pass(kPatience - std::chrono::nanoseconds(1));
+  silence_.forget();
+  watch_to_the_end();
+  EXPECT_EQ(written_.size(), 1u) << "after the whole patience once more";
 }
 
 }  // namespace
