@@ -82,11 +82,12 @@ TEST_F(CliEndings, PlayTellsWhatIsOutOfOrderAndWhereItWillBeSilent) {
     std::filesystem::remove(file);
     recording::Recorder recorder;
     EXPECT_EQ(recorder.open(file, "test", true), "");
+    const auto begin = recording::Recorder::Clock::now();
     for (const seconds time : times) {
       Message message;
       message.channel = 7;
       message.payload = "x";
-      recorder.heard("7", message, recording::Recorder::Clock::now() + time);
+      recorder.heard("7", message, begin + time);
     }
     EXPECT_TRUE(recorder.finish());
   };
@@ -97,8 +98,12 @@ TEST_F(CliEndings, PlayTellsWhatIsOutOfOrderAndWhereItWillBeSilent) {
   EXPECT_NE(played.error.find("1 message is not in the order of time"), std::string::npos);
   record({seconds(0), kYears50});
   Program program(with_socket({"play", file}));
-  EXPECT_NE(program.read_error_line().find(std::to_string(kYears50.count() - 1)),
-            std::string::npos);
+  const std::string line = program.read_error_line();
+  const std::size_t number = line.find_first_of("0123456789");
+  ASSERT_NE(number, std::string::npos) << line;
+  const long long left_s = std::stoll(line.substr(number));
+  EXPECT_LT(left_s, kYears50.count()) << line;
+  EXPECT_GT(left_s, kYears50.count() - 60) << line;  // of a busy machine
   program.signal(SIGHUP);
   EXPECT_EQ(program.finish().exit_code, 128 + SIGHUP);
   EXPECT_EQ(daemon.count(is_publish), 5);
