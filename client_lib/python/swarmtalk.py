@@ -1361,6 +1361,8 @@ class _Session(object):
         out_of = partial(setattr, inside, "calling", False)
         try:
             _in_one(into, *steps + (out_of,))
+            if inside.calling:  # deque() takes it for the end of its steps
+                raise StopIteration
         finally:
             inside.calling = False
         self._need_own_process()  # the function may have forked

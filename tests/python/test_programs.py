@@ -115,6 +115,22 @@ def test_a_callback_that_raises_leaves_the_rest_for_the_next_call(world):
     assert world.heard == ["one", "two"]
 
 
+def test_stop_iteration_in_a_callback_comes_out_as_any_exception(world):
+    world.daemon.answers[ADVERTISE] = advertised()
+    texts = iter(())
+    publisher = world.client.advertise("a", sent=lambda _: publisher.send(next(texts)))
+    publisher.send("x")
+    world.daemon.serve()
+    world.daemon.tell(field(SENT, field(1, world.daemon.newest_id(ADVERTISE)) + field(2, 1)))
+    with pytest.raises(StopIteration):
+        world.client.process()
+    _, id_ = subscribed(world, "b", lambda _: next(texts))
+    world.daemon.deliver(id_, "x")
+    with pytest.raises(StopIteration):
+        world.client.process()
+    assert world.client.process()
+
+
 def test_what_a_callback_says_leaves_at_once(world):
     publisher = world.client.advertise("a")
     during = []
