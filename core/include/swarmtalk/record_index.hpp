@@ -15,7 +15,9 @@ namespace core {
 /// Chains. From a key to its bucket: the upper bits of a product with a large odd number depend on
 /// all bits. Where keys are wide enough for an attacker to choose many of one bucket, the numbers
 /// are secret, one for each part of the key (multiply-add-shift hashing: whatever keys are chosen
-/// beforehand, two share a bucket about as seldom as if buckets were drawn).
+/// beforehand, two share a bucket about as seldom as if buckets were drawn). A sender's numbers
+/// follow each other, and the multiples of some factors meet in few buckets: a second product, of
+/// a number that is known to spread them, parts what the drawn one has put side by side.
 template <class P, bool kScan>
 class RecordIndex {
  public:
@@ -24,7 +26,7 @@ class RecordIndex {
   static constexpr Index kNone = P::kRecords;
 
   void start(Entry* records) {
-    factor_ = UINT64_C(0x9E3779B97F4A7C15);  // 2^64 / golden ratio
+    factor_ = kGolden;
     epoch_factor_ = UINT64_C(0xD1B54A32D192ED03);
     clear(records);
   }
@@ -91,9 +93,11 @@ class RecordIndex {
     return upper << 32 | port.random(port.context);
   }
   uint16_t bucket(const RecordKey<P>& key) const {
-    return static_cast<uint16_t>((key.hashed() * factor_ + key.get() * epoch_factor_) >>
-                                 (64 - bits_for(P::kBuckets - 1u)));
+    uint64_t mixed = key.hashed() * factor_ + key.get() * epoch_factor_;
+    mixed ^= mixed >> 32;
+    return static_cast<uint16_t>((mixed * kGolden) >> (64 - bits_for(P::kBuckets - 1u)));
   }
+  static constexpr uint64_t kGolden = UINT64_C(0x9E3779B97F4A7C15);  // 2^64 / golden ratio
 
   uint64_t factor_;
   uint64_t epoch_factor_;

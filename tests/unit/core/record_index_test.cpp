@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <vector>
 
 #include "swarmtalk/profiles/kilobot.hpp"
@@ -78,6 +79,31 @@ TEST(RecordIndex, GivesEachRecordOfAStreamOnce) {
     EXPECT_EQ(records[i].flags, i % 4 == 2 && i != 6 ? 1 : 0) << i;
   }
   sut.for_stream(records.data(), key<FewBuckets>(9, 0, 1), [](auto&) { FAIL(); });
+}
+
+uint32_t drawn(void* state) {
+  return static_cast<uint32_t>((*static_cast<std::mt19937*>(state))());
+}
+/// Its numbers follow each other. Whatever secret is drawn, each meets half a record in its bucket
+/// when the table is filled by them, as if buckets were drawn.
+TEST(RecordIndex, SpreadsTheMessagesOfOneSenderWithEverySecret) {
+  std::vector<Record<Wifi>> records(Wifi::kRecords);
+  std::mt19937 chance(1);
+  core::Port port = {};
+  port.context = &chance;
+  port.random = drawn;
+  for (int draw = 0; draw < 300; ++draw) {
+    RecordIndex<Wifi, false> sut;
+    sut.start(records.data());
+    sut.draw_secret(port);
+    uint32_t looks = 0;
+    for (uint32_t i = 0; i < records.size(); ++i) {
+      records[i].key = key<Wifi>(5, i, 1, 0x1234);
+      sut.for_stream(records.data(), records[i].key, [&](auto&) { ++looks; });
+      sut.link(records.data(), &records[i]);
+    }
+    EXPECT_LT(looks, 2 * records.size() / 3) << draw;
+  }
 }
 
 TEST(RecordIndex, WithoutATableLooksAtAllRecords) {
