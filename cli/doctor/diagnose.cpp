@@ -238,6 +238,14 @@ bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link,
                         const DaemonWords& words, Report& report) {
   const std::string& name = interface.name;
   const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
+  if (interface.index == 0 && link != nullptr && link->is_up) {
+    report.add({"interface-renamed", Severity::kWarning, name,
+                "the interface has another name now: link " + link->name + " is " + link->state,
+                "write the name that it has now into `interface` in [links." + link->name +
+                    "]: with the old one the link will not come up at the next start"});
+    report.not_looked_at.push_back({"interface " + name, "it has another name now"});
+    return true;
+  }
   if (interface.index == 0) {
     report.add({"interface-missing", severity, name, "there is no such interface",
                 "`ip link` lists those there are; " +

@@ -25,7 +25,7 @@ constexpr std::size_t kNodeAt = 8;  // in an air frame, docs/wire-format.md
 constexpr std::chrono::seconds kFlushPeriod(1);
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
 
-/// The capture and, beside it, a list of what was dropped.
+/// The capture and, beside a file, a list of what was dropped.
 class CaptureFiles {
  public:
   explicit CaptureFiles(Unsealer& unseal) : unseal_(unseal) {}
@@ -38,6 +38,7 @@ class CaptureFiles {
       return problem;
     }
     if (std::string problem = capture_.take_place(); !problem.empty()) return problem;
+    if (capture_.is_stream()) return {};
     list_ = path + ".dropped";
     dropped_.reset(std::fopen(list_.c_str(), "we"));
     if (!dropped_) return "cannot write " + list_ + ": " + std::strerror(errno);
@@ -65,12 +66,16 @@ class CaptureFiles {
   /// @return empty, or what went wrong, now or before
   std::string flush() {
     if (std::string problem = capture_.flush(); !problem.empty()) return problem;
+    if (!dropped_) return {};
     if (std::fflush(dropped_.get()) == 0 && std::ferror(dropped_.get()) == 0) return {};
     return "cannot write " + list_ + ": " + std::strerror(errno);
   }
 
   std::uint64_t frames() const { return frames_; }
-  std::uint64_t drops() const { return drops_; }
+  std::string told_drops() const {
+    if (!dropped_) return text::counted(drops_, "drop") + ", not listed";
+    return list_ + ": " + text::counted(lines_, "line");
+  }
 
  private:
   /// Broadcast, from a local address with the node id in it, EtherType 0x88B5.
@@ -82,7 +87,9 @@ class CaptureFiles {
   }
 
   void note(const ipc::Captured& captured, const std::string& cause, std::uint64_t count) {
-    ++drops_;
+    drops_ += count;
+    if (!dropped_) return;
+    ++lines_;
     const auto seconds = static_cast<std::time_t>(captured.time_ns() / kNsPerS);
     std::tm utc{};
     gmtime_r(&seconds, &utc);
@@ -101,7 +108,8 @@ class CaptureFiles {
   std::string list_;
   std::unique_ptr<std::FILE, FileCloser> dropped_;
   std::uint64_t frames_ = 0;
-  std::uint64_t drops_ = 0;
+  std::uint64_t lines_ = 0;
+  std::uint64_t drops_ = 0;  // as the counters have them
 };
 
 /// Once, at the start: the frames that come are the end of the silence.
@@ -162,9 +170,8 @@ int capture(const Common& common, const CaptureArguments& arguments) {
   }
   if (problem.empty()) problem = files.flush();
   if (!problem.empty()) return fail(problem + "; the files are readable up to there");
-  const int printed =
-      unseal.tell(arguments.file + ": " + text::counted(files.frames(), "frame") + "; " +
-                  arguments.file + ".dropped: " + text::counted(files.drops(), "line"));
+  const int printed = unseal.tell(
+      arguments.file, text::counted(files.frames(), "frame") + "; " + files.told_drops());
   if (exit_code == kExitOk && caught_signal() != 0) exit_code = kExitSignal + caught_signal();
   return exit_code != kExitOk ? exit_code : printed;
 }

@@ -18,11 +18,11 @@ std::string CaptureWriter::open(const std::string& path, bool replaces, pcap_t* 
   path_ = path;
   struct stat old {};
   const bool is_there = path == "-" || ::stat(path.c_str(), &old) == 0;
-  const bool is_stream = path == "-" || (is_there && !S_ISREG(old.st_mode));
+  is_stream_ = path == "-" || (is_there && !S_ISREG(old.st_mode));
   int fd = -1;
   if (path == "-") {
     fd = ::dup(STDOUT_FILENO);
-  } else if (is_stream) {
+  } else if (is_stream_) {
     fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     if (is_there && replaces) {

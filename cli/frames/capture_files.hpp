@@ -40,6 +40,9 @@ class CaptureWriter {
   /// The new file is where the old one was. @return empty, or what went wrong
   std::string take_place();
 
+  /// A pipe or device, standard output too: it has no folder to put something else beside it.
+  bool is_stream() const { return is_stream_; }
+
   void write(const pcap_pkthdr& header, std::string_view bytes);
 
   /// What was written is in the file. @return empty, or what went wrong, now or before
@@ -51,6 +54,7 @@ class CaptureWriter {
   std::string path_;
   std::string new_path_;  // empty: the file is in its place
   std::unique_ptr<pcap_dumper_t, FileCloser> dumper_;
+  bool is_stream_ = false;
   int error_ = 0;  // the first
 };
 

@@ -18,6 +18,7 @@
 #include "cli/text/hex.hpp"
 #include "text/counted.hpp"
 #include "text/encoding.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -64,12 +65,14 @@ std::string Unsealer::operator()(std::string_view frame) {
   return {plain.begin(), plain.end()};
 }
 
-int Unsealer::tell(const std::string& written) const {
-  if (!opener_) return print(written + "\n");
-  const std::string text = written + "; " + text::counted(opened_, "frame") + " unsealed, " +
-                           std::to_string(left_sealed_) +
-                           " left sealed (of another key, or damaged)";
-  return opened_ == 0 && left_sealed_ > 0 ? fail(text) : print(text + "\n");
+int Unsealer::tell(const std::string& path, const std::string& written) const {
+  std::string text = path == "-" ? written : path + ": " + written;
+  if (opener_) {
+    text += "; " + text::counted(opened_, "frame") + " unsealed, " + std::to_string(left_sealed_) +
+            " left sealed (of another key, or damaged)";
+  }
+  if (opener_ && opened_ == 0 && left_sealed_ > 0) return fail(text);
+  return path == "-" ? fail(text, kExitOk) : print(text::plain(text) + "\n");
 }
 
 namespace {
@@ -129,7 +132,7 @@ int copy_capture(const CaptureArguments& arguments, Unsealer& unseal) {
     return fail(from + " is cut off or damaged: " + pcap_geterr(source.get()));
   }
   if (problem = target.take_place(); !problem.empty()) return fail(problem);
-  return unseal.tell(to + ": " + text::counted(frames, "frame"));
+  return unseal.tell(to, text::counted(frames, "frame"));
 }
 
 }  // namespace swarmtalk::cli

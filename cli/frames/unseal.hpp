@@ -23,8 +23,10 @@ class Unsealer {
   std::string operator()(std::string_view frame);
 
   /// Prints what was written, and with a key "; 7 frames unsealed, 1 left sealed". A key that opens
-  /// none of the sealed frames is the wrong one. @return the exit code
-  int tell(const std::string& written) const;
+  /// none of the sealed frames is the wrong one.
+  /// @param path  "-": standard output holds the frames, so the line goes to standard error
+  /// @return the exit code
+  int tell(const std::string& path, const std::string& written) const;
 
  private:
   std::optional<frame::Opener> opener_;

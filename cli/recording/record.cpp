@@ -21,6 +21,7 @@
 #include "cli/text/format.hpp"
 #include "recording/recorder.hpp"
 #include "text/counted.hpp"
+#include "text/plain.hpp"
 
 namespace swarmtalk::cli {
 namespace {
@@ -103,14 +104,14 @@ class Output {
       return fail(recorder_->problem() +
                   "; the recording is readable up to its last whole chunk, " +
                   text::counted(writer.messages(), "record") + ", and " +
-                  std::to_string(writer.lost_messages()) + " behind it are lost");
+                  std::to_string(writer.lost_messages()) + " after it are lost");
     }
     std::string slow;  // meanwhile nothing is read from the daemon
     const auto longest = std::chrono::round<std::chrono::seconds>(writer.longest_write());
     if (longest.count() > 0)
       slow = "; the disk took " + std::to_string(longest.count()) + " s once";
-    return print(path + ": " + summary + ", " + std::to_string(writer.size_bytes()) + " bytes" +
-                 slow + "\n");
+    return print(text::plain(path) + ": " + summary + ", " + std::to_string(writer.size_bytes()) +
+                 " bytes" + slow + "\n");
   }
 
  private:

@@ -117,7 +117,7 @@ TEST_F(CabledRobot, DoesNotBlameAntennasForAnAddressThatBothHave) {
   EXPECT_EQ(ids(), "one-way");
 }
 
-TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffOrUnplugged) {
+TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffUnpluggedOrRenamed) {
   daemon_.links[0].is_up = false;
   facts_.interfaces[0].has_carrier = false;
   EXPECT_EQ(only("no-carrier").subject, "a0");
@@ -127,6 +127,9 @@ TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffOrUnplugged) {
   EXPECT_FALSE(off.fix);
   facts_.interfaces[0].index = 0;
   EXPECT_EQ(only("interface-missing").subject, "a0");
+  daemon_.links[0].is_up = true;  // it follows the interface, whatever that is called now
+  EXPECT_EQ(only("interface-renamed").severity, Severity::kWarning);
+  EXPECT_EQ(report().not_looked_at.at(0).what, "interface a0");
 }
 
 TEST_F(CabledRobot, HasABridgeOverItsInterface) {
