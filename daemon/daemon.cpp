@@ -2,171 +2,56 @@
 
 #include <malloc.h>
 
-#include <chrono>
 #include <csignal>
-#include <limits>
 #include <utility>
 
 #include "daemon/common/logging.hpp"
-#include "daemon/common/monotonic_ns.hpp"
-#include "daemon/config/config_gateways.hpp"
 #include "daemon/config/file_access.hpp"
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/host/privileges.hpp"
-#include "daemon/operator/prometheus.hpp"
-#include "daemon/station/station_factory.hpp"
-#include "loop/clock.hpp"
 #include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
 
-constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
-
-const NodeConfig& resolved(ParsedConfig& parsed) {
+// For good: links whose packets have no room for it need ids of their own.
+const ParsedConfig& resolved(ParsedConfig& parsed) {
   resolve_node_id(parsed.config.node, parsed.lines);
-  return parsed.config.node;
+  return parsed;
 }
 
 }  // namespace
 
 // The socket is taken first: a second daemon must not disturb the first one's links.
 Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
-    : parsed_(std::move(parsed)),
-      signals_(io_, SIGTERM, SIGINT, SIGHUP),
-      // Resolved for good: links whose packets have no room for it need ids of their own.
-      identity_(resolved(parsed_).id),
-      poses_(parsed_.config.node),
-      names_(parsed_.config.channels),
-      hub_(names_, parsed_.config.limits, counters_, identity_),
-      status_(hub_, poses_, identity_, counters_, parsed_.lines.file()),
-      socket_(ListeningSocket::open(parsed_.config.socket, parsed_.lines)),
-      clients_(io_, hub_, poses_, parsed_.config.limits, counters_, status_),
-      metrics_(io_,
-               [this] {
-                 ipc::Status status;
-                 status_.fill_status(status);
-                 return prometheus_text(status);
-               }),
-      capture_(hub_),
-      operator_({parsed_, load_keys(parsed_.config, parsed_.lines), hub_, poses_, names_, status_,
-                 metrics_, capture_},
-                std::move(load)),
-      service_manager_(io_, [this] { return status_line(); }),
-      link_timer_(io_,
-                  [this] {
-                    if (hub_.give_up_on_dead_links()) watch_links();
-                  }),
-      copy_timer_(io_, [this] { hub_.send_copies(loop::now()); }),
-      report_timer_(io_, [this] { answerer_->report(loop::now()); }) {
-  status_.set_clients(clients_);
-  status_.set_node_id_source(parsed_.config.node.id_source);
-  clients_.operations = &operator_;
-  open_stations();
-  if (parsed_.config.reserved.report) start_answering();
-  const std::string& pose_socket = parsed_.config.node.pose_socket;
+    : signals_(io_, SIGTERM, SIGINT, SIGHUP),
+      socket_(ListeningSocket::open(resolved(parsed).config.socket, parsed.lines)),
+      robot_(io_, std::move(parsed), std::move(load)),
+      service_manager_(io_, [this] { return robot_.status_line(); }) {
+  const std::string& pose_socket = this->parsed().config.node.pose_socket;
   if (pose_socket.empty()) return;
-  pose_socket_.emplace(io_, pose_socket, parsed_.config.socket, parsed_.lines, poses_, counters_);
-}
-
-void Daemon::open_stations() {
-  hub_.set_reserved(parsed_.config.reserved, how_to_change(parsed_));
-  for (const LinkConfig& link : parsed_.config.links) {
-    stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
-    if (auto key = operator_.key_of(link.name)) {
-      stations_.back()->link().set_freshness(link.checks_freshness);
-      stations_.back()->link().set_also_key(operator_.also_key_of(link.name));
-      stations_.back()->link().set_key(key);
-    }
-    hub_.add(*stations_.back());
-    if (link.type == LinkType::kKilobot) add_kilobots(link, *stations_.back());
-  }
-  expect_one_to_start(stations_, parsed_.lines);
-  if (const auto refusal = hub_.set_gateways(parsed_.config.gateways)) {
-    throw parsed_.lines.error("gateway", refusal->text);
-  }
-}
-
-void Daemon::add_kilobots(const LinkConfig& link, Station& station) {
-  auto& kilobots = dynamic_cast<kilobot_bridge::KilobotLink&>(station.link());
-  kilobots_.add(link.name, kilobots);
-  clients_.kilobots = &kilobots_;
-  if (!link.kilobot.is_text) return;
-  kilobots.set_text_hook([this, &station, channel = link.kilobot.text_channel,
-                          number = std::uint32_t{0}](const std::string& line) mutable {
-    MessageHead head;
-    head.channel = channel;
-    head.sender = station.identity().id();
-    head.epoch = identity_.epoch() & 0xFFFFu;
-    head.number = ++number;
-    head.distance_m = head.bearing_rad = std::numeric_limits<float>::quiet_NaN();
-    head.received_at_ns = monotonic_ns();
-    hub_.on_message(station, head,
-                    {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
-  });
-}
-
-void Daemon::start_answering() {
-  answerer_.emplace(hub_, identity_, poses_, counters_, [this] {
-    google::protobuf::RepeatedPtrField<ipc::ClientStatus> clients;
-    clients_.fill(clients);
-    std::vector<std::string> names;
-    for (const ipc::ClientStatus& client : clients) names.push_back(client.name());
-    return names;
-  });
-  answerer_->set_name(parsed_.config.node.name);
-  answerer_->set_hook([this](Answerer::Time at) { wait_for_report(at); });
-  if (const auto refusal = answerer_->start()) {
-    log_of("daemon")->info("this robot reports to nobody (report under [reserved]): {}",
-                           refusal->text);
-  }
-  ping_answerer_.emplace(hub_, identity_, counters_);
-  pings_.emplace(loop::Loop::of(io_), [this] { ping_answerer_->answer(); });
-  ping_answerer_->set_hook([this] { pings_->at_end(); });
-  if (const auto refusal = ping_answerer_->start()) {
-    log_of("daemon")->info("this robot answers no ping (report under [reserved]): {}",
-                           refusal->text);
-  }
-}
-
-NodeIdentity& Daemon::identity_for(const LinkConfig& link) {
-  const auto own = own_ids(parsed_.config, link);
-  if (!own && !link.node_id) return identity_;
-  const NodeIdRange range = own ? NodeIdRange{own->least, own->most} : NodeIdRange{};
-  link_identities_.push_back(
-      std::make_unique<NodeIdentity>(link.node_id, range, identity_.epoch()));
-  return *link_identities_.back();
-}
-
-Daemon::~Daemon() {
-  clients_.close_all("swarmtalkd ends");
+  pose_socket_.emplace(io_, pose_socket, this->parsed().config.socket, this->parsed().lines,
+                       robot_.poses(), robot_.counters());
 }
 
 void Daemon::run() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   drop_privileges();
-  if (operator_.has_keys()) forbid_dumps();
+  if (robot_.operations().has_keys()) forbid_dumps();
   const std::string made_socket = socket_.is_from_systemd() ? "" : socket_.path();
   for (const std::string& trouble :
-       later_troubles(parsed_.config, parsed_.lines.file(), made_socket)) {
+       later_troubles(parsed().config, parsed().lines.file(), made_socket)) {
     log_of("daemon")->warn("{}", trouble);
   }
-  for (const auto& station : stations_) {
-    station->start();
-    log_of("link")->debug("link {}: {} on {}, {}", station->name(), station->link().type(),
-                          station->link().device(), station->link().state());
-  }
-  clients_.listen(socket_.descriptor());
+  robot_.start();
+  robot_.clients().listen(socket_.descriptor());
   if (pose_socket_) pose_socket_->start();
   socket_watch_.emplace(io_, socket_.path(), [this] { return restore_socket(); });
-  metrics_.configure(parsed_.config.metrics);
   wait_signal();
-  hub_.set_waiting_hook([this] { watch_links(); });
-  hub_.set_copy_hook([this](Hub::Time at) { wait_for_copy(at); });
   log_of("daemon")->info("swarmtalkd {} serves {} as node {} ({})", SWARMTALK_VERSION,
                          socket_.is_from_systemd() ? "the socket of systemd" : socket_.path(),
-                         identity_.id(), parsed_.config.node.id_source);
+                         robot_.identity().id(), parsed().config.node.id_source);
   if (socket_.is_from_systemd() && socket_.is_awaited()) {
     log_of("daemon")->info(
         "a program waits at swarmtalkd.socket, which starts swarmtalkd whenever one connects; to "
@@ -186,30 +71,17 @@ void Daemon::wait_signal() {
 void Daemon::on_signal(int signal) {
   if (signal == SIGHUP) {
     service_manager_.reloading();
-    operator_.reload_on_signal();
+    robot_.operations().reload_on_signal();
     service_manager_.ready();
     return wait_signal();
   }
-  const std::size_t lost = hub_.waiting_messages();
+  const std::size_t lost = robot_.hub().waiting_messages();
   log_of("daemon")->info(
       "{}: ending{}", signal == SIGTERM ? "SIGTERM" : "SIGINT",
       lost == 0 ? "" : "; messages that have not left and are given up: " + std::to_string(lost));
   service_manager_.stopping();
-  clients_.close_all("swarmtalkd ends");
+  robot_.clients().close_all("swarmtalkd ends");
   io_.stop();
-}
-
-// Runs only while messages wait: an idle daemon does not wake up.
-void Daemon::watch_links() {
-  if (!link_timer_.is_armed()) link_timer_.after(kLinkWatchPeriod);
-}
-
-void Daemon::wait_for_copy(Hub::Time at) {
-  copy_timer_.at(at);
-}
-
-void Daemon::wait_for_report(Answerer::Time at) {
-  report_timer_.at(at);
 }
 
 // Says each thing once, however often it is tried.
@@ -225,7 +97,7 @@ bool Daemon::restore_socket() {
     return false;
   }
   try {
-    socket_.restore(parsed_.config.socket, parsed_.lines);
+    socket_.restore(parsed().config.socket, parsed().lines);
   } catch (const std::exception& error) {
     if (is_first) {
       log_of("client")->error("the socket file was deleted, so no program can connect: {}",
@@ -234,18 +106,9 @@ bool Daemon::restore_socket() {
     return false;
   }
   is_socket_gone_ = false;
-  clients_.listen(socket_.descriptor());
+  robot_.clients().listen(socket_.descriptor());
   log_of("client")->warn("the socket file {} was deleted and has been made again", socket_.path());
   return true;
-}
-
-std::string Daemon::status_line() const {
-  std::string text = "node " + std::to_string(identity_.id());
-  for (const auto& station : stations_) {
-    text += ", link " + station->name() + " " + (station->is_up() ? "up" : station->link().state());
-  }
-  const std::size_t clients = clients_.size();
-  return text + ", " + std::to_string(clients) + (clients == 1 ? " client" : " clients");
 }
 
 }  // namespace swarmtalk::daemon
