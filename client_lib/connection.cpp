@@ -14,6 +14,7 @@
 #include <cstring>
 
 #include "client_lib/descriptors.hpp"
+#include "ipc/stream.hpp"
 #include "loop/clock.hpp"
 
 namespace swarmtalk::client {
@@ -99,24 +100,17 @@ std::string socket_path(const std::string& configured) {
 
 Status Connection::open(const std::string& path) {
   close();
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof(address.sun_path)) {
+  if (path.size() >= sizeof(sockaddr_un::sun_path)) {
     return Status(StatusCode::kBadArgument, "socket path longer than " +
-                                                std::to_string(sizeof(address.sun_path) - 1) +
+                                                std::to_string(sizeof(sockaddr_un::sun_path) - 1) +
                                                 " bytes: " + path);
   }
-  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   fd_ = above_standard_streams(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (fd_ < 0) {
     return Status(StatusCode::kSystem, std::string("cannot open a socket: ") + strerror(errno));
   }
-  int result = 0;
-  do {
-    result = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
-  } while (result < 0 && errno == EINTR);
-  if (result == 0) return Status();
-  int error = errno;
+  int error = ipc::connect_stream(fd_, path);
+  if (error == 0) return Status();
   close();
   if (error == ECONNREFUSED && is_other_file(path)) error = ENOTSOCK;
   return connect_error(error, path);
@@ -134,16 +128,12 @@ Status Connection::flush() {
   if (!loss_ || !is_open()) return loss_;
   std::size_t written = 0;
   while (written < outgoing_.size()) {
-    const ssize_t count =
-        ::send(fd_, outgoing_.data() + written, outgoing_.size() - written, MSG_NOSIGNAL);
-    if (count >= 0) {
-      written += static_cast<std::size_t>(count);
-    } else if (errno == EAGAIN) {
-      break;
-    } else if (errno != EINTR) {
-      loss_ = lost(std::strerror(errno));
+    const ssize_t count = ipc::write_stream(fd_, std::string_view(outgoing_).substr(written));
+    if (count < 0) {
+      if (errno != EAGAIN) loss_ = lost(std::strerror(errno));
       break;
     }
+    written += static_cast<std::size_t>(count);
   }
   outgoing_.erase(0, written);
   return loss_;
@@ -161,18 +151,13 @@ bool Connection::flush_until(std::chrono::steady_clock::time_point deadline) {
 }
 
 Status Connection::receive() {
-  for (;;) {
-    const auto room = reader_.prepare(kReadBytes);
-    const ssize_t count = ::recv(fd_, room.data(), room.size(), 0);
-    may_have_more_ = count == static_cast<ssize_t>(room.size());
-    if (count > 0) {
-      reader_.commit(static_cast<std::size_t>(count));
-      return Status();
-    }
-    if (count == 0) return lost("it closed the connection");
-    if (errno == EAGAIN) return Status();
-    if (errno != EINTR) return lost(std::strerror(errno));
-  }
+  const auto room = reader_.prepare(kReadBytes);
+  const ssize_t count = ipc::read_stream(fd_, room);
+  may_have_more_ = count == static_cast<ssize_t>(room.size());
+  if (count == 0) return lost("it closed the connection");
+  if (count < 0) return errno == EAGAIN ? Status() : lost(std::strerror(errno));
+  reader_.commit(static_cast<std::size_t>(count));
+  return Status();
 }
 
 }  // namespace swarmtalk::client

@@ -8,6 +8,7 @@
 
 #include "daemon/session/session.hpp"
 #include "ipc/message_frames.hpp"
+#include "ipc/stream.hpp"
 #include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
@@ -20,10 +21,6 @@ constexpr int kRequestsPerTurn = 256;  // messages, of which a request counts as
 constexpr const char* kNoFrame =
     "these bytes are not a frame of the local protocol: each is a u32 little-endian length, at "
     "most 65536, and one Envelope";
-
-bool would_block(int error) {
-  return error == EAGAIN || error == EWOULDBLOCK;
-}
 
 }  // namespace
 
@@ -122,17 +119,14 @@ void Session::read_turn() {
 
 Session::Read Session::read_once() {
   const std::span<std::uint8_t> room = reader_.prepare(kReadBytes);
-  ssize_t got = 0;
-  do {
-    got = recv(socket_.fd(), room.data(), room.size(), 0);
-  } while (got < 0 && errno == EINTR);
+  const ssize_t got = ipc::read_stream(socket_.fd(), room);
   if (got == 0) {
     write_last_answers();
     close(kHungUp);
     return Read::kNothing;
   }
   if (got < 0) {
-    if (!would_block(errno)) close(std::strerror(errno));
+    if (errno != EAGAIN) close(std::strerror(errno));
     return Read::kNothing;
   }
   reader_.commit(static_cast<std::size_t>(got));
@@ -196,11 +190,11 @@ void Session::read_last_words(const std::string& reason) {
 
 // After the end of our side; Clients closes a client that does not hang up.
 void Session::discard_input() {
-  std::array<char, 4096> bytes;
+  std::array<std::uint8_t, 4096> bytes;
   for (int i = 0; i < kReadsPerTurn; ++i) {
-    const ssize_t got = recv(socket_.fd(), bytes.data(), bytes.size(), 0);
-    if (got < 0 && would_block(errno)) break;
-    if (got <= 0 && !(got < 0 && errno == EINTR)) return close(doom_);
+    const ssize_t got = ipc::read_stream(socket_.fd(), bytes);
+    if (got < 0 && errno == EAGAIN) break;
+    if (got <= 0) return close(doom_);
   }
   is_discarding_ = true;
   watch();

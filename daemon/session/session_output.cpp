@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "daemon/session/session.hpp"
+#include "ipc/stream.hpp"
 
 namespace swarmtalk::daemon {
 namespace {
@@ -52,13 +53,12 @@ void Session::write_all() {
 
 bool Session::write_once() {
   const std::string_view bytes = output_.unwritten();
-  const ssize_t sent = send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  const ssize_t sent = ipc::write_stream(socket_.fd(), bytes);
   if (sent >= 0) {
     output_.advance(static_cast<std::size_t>(sent));
     return true;
   }
-  if (errno == EINTR) return true;
-  if (errno != EAGAIN && errno != EWOULDBLOCK) {
+  if (errno != EAGAIN) {
     read_last_words(errno == EPIPE ? kHungUp : std::strerror(errno));
   } else if (closes_when_written_) {
     close(doom_, is_malformed_);  // it does not read what was wrong either
@@ -73,9 +73,7 @@ void Session::write_last_answers() {
   output_.put_answers_ahead();
   if (output_.unwritten().empty()) output_.refill();
   const std::string_view bytes = output_.unwritten();
-  if (!bytes.empty()) {
-    (void)send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  }
+  if (!bytes.empty()) (void)ipc::write_stream(socket_.fd(), bytes);
 }
 
 void Session::wait_writable() {
