@@ -9,6 +9,7 @@
 #include "daemon/config/file_access.hpp"
 #include "daemon/config/node_id_rule.hpp"
 #include "daemon/host/privileges.hpp"
+#include "daemon/station/link_factory.hpp"
 #include "loop/loop.hpp"
 
 namespace swarmtalk::daemon {
@@ -26,7 +27,7 @@ const ParsedConfig& resolved(ParsedConfig& parsed) {
 Daemon::Daemon(ParsedConfig parsed, std::function<ParsedConfig()> load)
     : signals_(io_, SIGTERM, SIGINT, SIGHUP),
       socket_(ListeningSocket::open(resolved(parsed).config.socket, parsed.lines)),
-      robot_(io_, std::move(parsed), std::move(load)),
+      robot_(io_, std::move(parsed), std::move(load), open_link),
       service_manager_(io_, [this] { return robot_.status_line(); }) {
   const std::string& pose_socket = this->parsed().config.node.pose_socket;
   if (pose_socket.empty()) return;

@@ -8,7 +8,6 @@
 #include "daemon/common/monotonic_ns.hpp"
 #include "daemon/config/config_gateways.hpp"
 #include "daemon/operator/prometheus.hpp"
-#include "daemon/station/station_factory.hpp"
 #include "loop/clock.hpp"
 
 namespace swarmtalk::daemon {
@@ -18,7 +17,8 @@ constexpr auto kLinkWatchPeriod = std::chrono::seconds(1);
 
 }  // namespace
 
-Robot::Robot(boost::asio::io_context& io, ParsedConfig parsed, std::function<ParsedConfig()> load)
+Robot::Robot(boost::asio::io_context& io, ParsedConfig parsed, std::function<ParsedConfig()> load,
+             const LinkOpener& open)
     : io_(io),
       parsed_(std::move(parsed)),
       identity_(parsed_.config.node.id),
@@ -46,7 +46,7 @@ Robot::Robot(boost::asio::io_context& io, ParsedConfig parsed, std::function<Par
   status_.set_clients(clients_);
   status_.set_node_id_source(parsed_.config.node.id_source);
   clients_.operations = &operator_;
-  open_stations();
+  open_stations(open);
   if (parsed_.config.reserved.report) start_answering();
 }
 
@@ -65,10 +65,11 @@ void Robot::start() {
   hub_.set_copy_hook([this](Hub::Time at) { copy_timer_.at(at); });
 }
 
-void Robot::open_stations() {
+void Robot::open_stations(const LinkOpener& open) {
   hub_.set_reserved(parsed_.config.reserved, how_to_change(parsed_));
   for (const LinkConfig& link : parsed_.config.links) {
-    stations_.push_back(make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_));
+    stations_.push_back(
+        make_station(io_, link, parsed_.lines, identity_for(link), poses_, hub_, open));
     if (auto key = operator_.key_of(link.name)) {
       stations_.back()->link().set_freshness(link.checks_freshness);
       stations_.back()->link().set_also_key(operator_.also_key_of(link.name));

@@ -21,6 +21,7 @@
 #include "daemon/operator/status_report.hpp"
 #include "daemon/session/clients.hpp"
 #include "daemon/station/station.hpp"
+#include "daemon/station/station_factory.hpp"
 #include "loop/loop.hpp"
 #include "loop/timer.hpp"
 
@@ -31,8 +32,10 @@ class Robot {
   /// Opens every link.
   /// @param parsed  its node id is resolved (resolve_node_id())
   /// @param load    reads the configuration again; throws ConfigError
+  /// @param open    called during the call
   /// @throws ConfigError  one line with the remedy
-  Robot(boost::asio::io_context& io, ParsedConfig parsed, std::function<ParsedConfig()> load);
+  Robot(boost::asio::io_context& io, ParsedConfig parsed, std::function<ParsedConfig()> load,
+        const LinkOpener& open);
   ~Robot();
 
   /// The links send and receive from now on.
@@ -49,7 +52,7 @@ class Robot {
   Operator& operations() { return operator_; }
 
  private:
-  void open_stations();
+  void open_stations(const LinkOpener& open);
   void add_kilobots(const LinkConfig& link, Station& station);
   NodeIdentity& identity_for(const LinkConfig& link);
   void watch_links();

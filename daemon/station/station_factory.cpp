@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/station/link_factory.hpp"
 #include "daemon/station/node_station.hpp"
 
 namespace swarmtalk::daemon {
 
 std::unique_ptr<Station> make_station(boost::asio::io_context& io, const LinkConfig& config,
                                       const KeyLines& lines, NodeIdentity& identity,
-                                      const PoseKeeper& poses, StationUser& user) {
+                                      const PoseKeeper& poses, StationUser& user,
+                                      const LinkOpener& open) {
   const ProfileEntry& profile = profile_entry(config.profile);
   std::unique_ptr<drivers::Link> link =
-      open_link(io, config, lines, profile.name.id, profile.limits.max_packet_bytes);
+      open(io, config, lines, profile.name.id, profile.limits.max_packet_bytes);
   const auto make = [&]<class P>() -> std::unique_ptr<Station> {
     auto station = std::make_unique<NodeStation<P>>(config.name, profile.name, std::move(link),
                                                     identity, poses, user);
