@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <grp.h>
-#include <poll.h>
 #include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -14,6 +13,7 @@
 #include <cstring>
 
 #include "client_lib/descriptors.hpp"
+#include "client_lib/waiting.hpp"
 #include "ipc/stream.hpp"
 #include "loop/clock.hpp"
 
@@ -140,12 +140,9 @@ Status Connection::flush() {
 }
 
 bool Connection::flush_until(std::chrono::steady_clock::time_point deadline) {
-  using std::chrono::milliseconds;
-  while (fd_ >= 0 && flush() && has_outgoing()) {
-    const auto left = std::chrono::ceil<milliseconds>(deadline - loop::now()).count();
-    if (left <= 0) break;
+  while (fd_ >= 0 && flush() && has_outgoing() && loop::now() < deadline) {
     pollfd descriptor{fd_, POLLOUT, 0};
-    ::poll(&descriptor, 1, static_cast<int>(left));
+    wait_for({&descriptor, 1}, deadline);
   }
   return !has_outgoing();
 }

@@ -39,6 +39,8 @@ class Wakeup {
   void wait_for_socket(Clock::time_point deadline) const;
 
  private:
+  void close_all();
+
   int epoll_fd_ = -1;
   int timer_fd_ = -1;
   int wake_fd_ = -1;
