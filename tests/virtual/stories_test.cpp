@@ -1,0 +1,145 @@
+// Stories of whole swarms, in virtual time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "tests/virtual/swarm.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+TEST(VirtualSwarm, CarriesAMessageAsFarAsItsHops) {
+  Swarm swarm;
+  swarm.air().set_range(1.5);
+  for (int n = 1; n <= 4; ++n) swarm.add(n, {1.0 * n, 0}).program("ear").subscribe("alarm");
+  swarm.robot(1).program("mouth").send("alarm", "near", 0);
+  swarm.robot(1).program("mouth").send("alarm", "far", 1);
+  swarm.advance(1s);
+  EXPECT_THAT(swarm.robot(1).program("ear").heard(), ElementsAre("near", "far"));
+  EXPECT_THAT(swarm.robot(2).program("ear").heard(), ElementsAre("near", "far"));
+  EXPECT_THAT(swarm.robot(3).program("ear").heard(), ElementsAre("far"));
+  EXPECT_THAT(swarm.robot(4).program("ear").heard(), IsEmpty());
+  EXPECT_EQ(swarm.robot(1).program("mouth").sent(), 2);
+}
+
+/// A program finds the daemon again that was away for a minute, and loses nothing that it sends
+/// after.
+TEST(VirtualSwarm, GoesOnAfterADaemonHasStartedAgain) {
+  Swarm swarm;
+  swarm.add(1).program("mouth").send("alarm", "before");
+  VirtualProgram& ear = swarm.add(2).program("ear");
+  ear.client().on_disconnect({});
+  ear.client().on_reconnect({});
+  ear.subscribe("alarm");
+  swarm.robot(1).program("mouth").send("alarm", "first");
+  swarm.advance(1s);
+  swarm.robot(2).stop();
+  swarm.advance(60s);
+  EXPECT_FALSE(ear.client().is_connected());
+  swarm.robot(2).start();
+  swarm.advance(5s);
+  ASSERT_TRUE(ear.client().is_connected());
+  swarm.robot(1).program("mouth").send("alarm", "second");
+  swarm.advance(1s);
+  EXPECT_THAT(ear.heard(), ElementsAre("first", "second"));
+}
+
+/// Wherever the streams between programs and daemons are cut, what arrives is what was sent.
+TEST(VirtualSwarm, TakesStreamsInPiecesOfAnySize) {
+  for (const std::size_t longest : {1u, 2u, 7u, 50u}) {
+    Swarm swarm(longest);
+    swarm.cut_streams(longest);
+    swarm.add(2).program("ear").subscribe("c", Policy::last(64));
+    VirtualProgram& mouth = swarm.add(1).program("mouth");
+    std::vector<std::string> said;
+    for (int i = 0; i < 40; ++i) {
+      said.push_back(std::to_string(i) + std::string(static_cast<std::size_t>(i * i), 'x'));
+      mouth.send("c", said.back());
+      swarm.advance(10ms);
+    }
+    swarm.advance(1s);
+    EXPECT_EQ(swarm.robot(2).program("ear").heard(), said) << longest;
+    EXPECT_EQ(mouth.sent(), 40) << longest;
+  }
+}
+
+struct Course {
+  std::vector<std::string> heard;
+  std::uint64_t frames = 0;
+  bool operator==(const Course&) const = default;
+};
+
+/// Ten robots on an air that loses a third, each with beacons, messages over two hops, a restart.
+Course course_of(std::uint64_t seed) {
+  Swarm swarm(seed);
+  swarm.air().set_range(2.5);
+  swarm.air().set_loss(1.0 / 3);
+  for (int n = 1; n <= 10; ++n) {
+    swarm.add(n, {1.0 * n, 0}, "beacon_ms = 500\n").program("p").subscribe("c");
+    swarm.robot(n).program("p").client().on_disconnect({});
+    swarm.robot(n).program("p").client().on_reconnect({});
+  }
+  for (int second = 0; second < 20; ++second) {
+    if (second == 7) swarm.robot(4).stop();
+    if (second == 11) swarm.robot(4).start();
+    for (int n = 1; n <= 10; ++n) {
+      if (n == 4) continue;
+      swarm.robot(n).program("p").send("c", std::to_string(n) + "." + std::to_string(second), 2);
+    }
+    swarm.advance(1s);
+  }
+  Course course;
+  for (int n = 1; n <= 10; ++n) {
+    const auto& heard = swarm.robot(n).program("p").heard();
+    course.heard.insert(course.heard.end(), heard.begin(), heard.end());
+  }
+  course.frames = swarm.air().frames_sent();
+  return course;
+}
+
+TEST(VirtualSwarm, TakesTheSameCourseWithTheSameSeed) {
+  const Course first = course_of(7);
+  EXPECT_GT(first.heard.size(), 800u);
+  EXPECT_EQ(first, course_of(7));
+  EXPECT_NE(first, course_of(8));
+}
+
+/// What does not arrive is told, and the accounts add up: one sender, one hearer, one frame of two
+/// lost; the last one's fate is known by the beacon after it.
+TEST(VirtualSwarm, TellsEachLossOnTheAir) {
+  Swarm swarm(3);
+  swarm.air().set_loss(0.5);
+  VirtualProgram& mouth = swarm.add(1, {}, "beacon_ms = 200\n").program("mouth");
+  VirtualProgram& ear = swarm.add(2).program("ear");
+  ear.subscribe("c");
+  mouth.send("c", "0");
+  swarm.advance(2s);  // until the hearer knows the channel's count
+  for (int i = 1; i <= 100; ++i) {
+    mouth.send("c", std::to_string(i));
+    swarm.advance(100ms);
+  }
+  swarm.air().set_loss(0);
+  mouth.send("c", "end");
+  swarm.advance(1s);
+  int heard = 0;
+  int lost = 0;
+  for (const std::string& each : ear.heard()) {
+    if (each.starts_with("lost ")) {
+      lost += std::stoi(each.substr(5));
+    } else {
+      ++heard;
+    }
+  }
+  EXPECT_EQ(heard + lost, 101 + (ear.heard().front() == "0" ? 1 : 0));
+  EXPECT_GT(lost, 30);
+}
+
+}  // namespace
+}  // namespace swarmtalk::test

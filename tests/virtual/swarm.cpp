@@ -1,0 +1,153 @@
+#include "tests/virtual/swarm.hpp"
+
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "daemon/config/node_id_rule.hpp"
+#include "loop/clock.hpp"
+#include "tests/support/turned_clock.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+Swarm* the_swarm = nullptr;  // NOLINT: streams and waits are functions
+
+ClientOptions options_for(const std::string& socket) {
+  ClientOptions options;
+  options.socket_path = socket;
+  return options;
+}
+
+}  // namespace
+
+VirtualProgram::VirtualProgram(int programs, const std::string& name, const std::string& socket)
+    : client_(name, options_for(socket)) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.ptr = this;
+  ::epoll_ctl(programs, EPOLL_CTL_ADD, client_.fd(), &event);
+}
+
+void VirtualProgram::subscribe(const std::string& channel, const Policy& policy) {
+  subscribers_.push_back(client_.subscribe(channel, policy, [this](const Message& message) {
+    if (const std::uint64_t lost = message.lost_before.total(); lost > 0) {
+      heard_.push_back("lost " + std::to_string(lost));
+    }
+    heard_.emplace_back(message.text());
+  }));
+}
+
+void VirtualProgram::send(const std::string& channel, const std::string& text,
+                          std::optional<std::uint32_t> ttl) {
+  auto found = publishers_.find(channel);
+  if (found == publishers_.end()) {
+    found = publishers_
+                .emplace(channel, client_.advertise(channel, {},
+                                                    [this](const Status& status) {
+                                                      ++(status ? sent_ : failed_);
+                                                    }))
+                .first;
+  }
+  if (const Status status = found->second.send(text, ttl); !status) throw Error(status);
+}
+
+VirtualRobot::VirtualRobot(Swarm& swarm, int number, std::string configuration)
+    : swarm_(swarm), number_(number), configuration_(std::move(configuration)) {
+  start();
+}
+
+std::string VirtualRobot::socket_path() const {
+  return "/virtual/" + std::to_string(number_);
+}
+
+VirtualProgram& VirtualRobot::program(const std::string& name) {
+  std::unique_ptr<VirtualProgram>& made = programs_[name];
+  if (made == nullptr)
+    made = std::make_unique<VirtualProgram>(swarm_.programs(), name, socket_path());
+  return *made;
+}
+
+void VirtualRobot::start() {
+  const auto load = [this] {
+    const std::string text = "[node]\nid = " + std::to_string(number_) +
+                             "\n[links.air]\ntype = \"udp\"\n" + configuration_;
+    daemon::ConfigOptions options;
+    options.socket_path = socket_path();
+    return daemon::parse_config(text, "virtual.toml", options);
+  };
+  daemon::ParsedConfig parsed = load();
+  daemon::resolve_node_id(parsed.config.node, parsed.lines);
+  robot_ = std::make_unique<daemon::Robot>(
+      swarm_.io(), std::move(parsed), load,
+      [this](boost::asio::io_context&, const daemon::LinkConfig& config, const daemon::KeyLines&,
+             frame::ProfileId profile, std::size_t max_packet_bytes) {
+        return swarm_.air().open(number_, config, profile, max_packet_bytes);
+      });
+  robot_->start();
+}
+
+Swarm::Swarm(std::uint64_t seed)
+    : programs_(::epoll_create1(EPOLL_CLOEXEC)),
+      chance_(static_cast<std::mt19937::result_type>(seed)),
+      air_(io_, seed) {
+  test::seed(seed);
+  the_swarm = this;
+}
+
+Swarm::~Swarm() {
+  robots_.clear();
+  ::close(programs_);
+  the_swarm = nullptr;
+}
+
+VirtualRobot& Swarm::add(int number, Place place, const std::string& configuration) {
+  air_.put(number, place);
+  return *robots_.emplace(number, std::make_unique<VirtualRobot>(*this, number, configuration))
+              .first->second;
+}
+
+void Swarm::advance(std::chrono::nanoseconds duration) {
+  const auto end = loop::now() + duration;
+  while (pass_until(
+      io_, [this] { return run_program(); }, end - loop::now())) {
+  }
+  pass(io_, end - loop::now());
+}
+
+/// One that has something to do. @return false: none has
+bool Swarm::run_program() {
+  epoll_event event;
+  if (::epoll_wait(programs_, &event, 1, 0) <= 0) return false;
+  static_cast<VirtualProgram*>(event.data.ptr)->client().process();
+  return true;
+}
+
+Swarm* Swarm::present() {
+  return the_swarm;
+}
+
+int Swarm::connect(int fd, const std::string& path) {
+  const auto found = std::find_if(robots_.begin(), robots_.end(), [&](const auto& each) {
+    return each.second->socket_path() == path && each.second->is_running();
+  });
+  if (found == robots_.end()) return ECONNREFUSED;
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0) return errno;
+  ::dup3(ends[0], fd, O_CLOEXEC);
+  ::close(ends[0]);
+  found->second->parts().clients().add(ends[1]);
+  return 0;
+}
+
+std::size_t Swarm::piece_of(std::size_t bytes) {
+  if (longest_piece_ == SIZE_MAX || bytes == 0) return bytes;
+  const std::size_t piece = 1 + chance_() % longest_piece_;
+  return std::min(bytes, piece);
+}
+
+}  // namespace swarmtalk::test

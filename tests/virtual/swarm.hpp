@@ -1,0 +1,121 @@
+// A swarm of whole robots in one process, on a clock that the test turns: each has the daemon's
+// parts (configuration, hub, stations, sessions), and programs with the client library. Nothing
+// waits for the machine's time, and one seed gives one course of things. See docs/testing.md.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <swarmtalk/client.hpp>
+
+#include "daemon/robot.hpp"
+#include "tests/virtual/air.hpp"
+
+namespace swarmtalk::test {
+
+/// A program of a robot. While time passes the swarm runs its client whenever that has something to
+/// do; while one of its calls waits, the daemons run, and no program.
+class VirtualProgram {
+ public:
+  VirtualProgram(int programs, const std::string& name, const std::string& socket);
+
+  /// What comes on this channel is kept in heard(), from now on.
+  void subscribe(const std::string& channel, const Policy& policy = {});
+  /// @throws Error  it was refused
+  void send(const std::string& channel, const std::string& text,
+            std::optional<std::uint32_t> ttl = {});
+
+  /// "TEXT" of each message, in the order of their coming; "lost N" before one where N are missing.
+  const std::vector<std::string>& heard() const { return heard_; }
+  /// What the daemon has said of messages sent: how many have left, and how many never will.
+  int sent() const { return sent_; }
+  int failed() const { return failed_; }
+  Client& client() { return client_; }
+
+ private:
+  Client client_;
+  std::vector<Subscriber> subscribers_;
+  std::map<std::string, Publisher> publishers_;
+  std::vector<std::string> heard_;
+  int sent_ = 0;
+  int failed_ = 0;
+};
+
+class Swarm;
+
+class VirtualRobot {
+ public:
+  VirtualRobot(Swarm& swarm, int number, std::string configuration);
+
+  /// Made when it is asked for first.
+  VirtualProgram& program(const std::string& name);
+  /// The program ends: its client says farewell.
+  void end_program(const std::string& name) { programs_.erase(name); }
+
+  /// The daemon ends, and starts.
+  void stop() { robot_.reset(); }
+  void start();
+  /// REQUIRES that it runs
+  daemon::Robot& parts() { return *robot_; }
+  bool is_running() const { return robot_ != nullptr; }
+  std::string socket_path() const;
+
+ private:
+  Swarm& swarm_;
+  int number_;
+  std::string configuration_;
+  std::unique_ptr<daemon::Robot> robot_;
+  std::map<std::string, std::unique_ptr<VirtualProgram>> programs_;
+};
+
+/// One at a time in a process.
+class Swarm {
+ public:
+  /// @param seed  of all chance: the robots', the air's and that of cut streams
+  explicit Swarm(std::uint64_t seed = 1);
+  ~Swarm();
+  Swarm(const Swarm&) = delete;
+  Swarm& operator=(const Swarm&) = delete;
+
+  /// Adds a robot with node id `number`, one link "air", and starts it.
+  /// @param configuration  sections besides, and keys of [links.air] before the first of them
+  VirtualRobot& add(int number, Place place = {}, const std::string& configuration = "");
+  VirtualRobot& robot(int number) { return *robots_.at(number); }
+
+  /// Lets the time pass.
+  void advance(std::chrono::nanoseconds duration);
+
+  /// From now on each read and write of a program's stream ends after 1 to `bytes`, drawn for each.
+  void cut_streams(std::size_t bytes) { longest_piece_ = bytes; }
+
+  Air& air() { return air_; }
+  boost::asio::io_context& io() { return io_; }
+  /// An epoll instance, of all clients.
+  int programs() const { return programs_; }
+
+  /// The one that there is; null: none.
+  static Swarm* present();
+  /// For ipc/stream.hpp: @return 0, or an errno of connect()
+  int connect(int fd, const std::string& path);
+  /// @return how many of them are read or written
+  std::size_t piece_of(std::size_t bytes);
+
+ private:
+  bool run_program();
+
+  boost::asio::io_context io_;
+  int programs_;
+  std::mt19937 chance_;
+  std::size_t longest_piece_ = SIZE_MAX;
+  Air air_;
+  std::map<int, std::unique_ptr<VirtualRobot>> robots_;
+};
+
+}  // namespace swarmtalk::test
