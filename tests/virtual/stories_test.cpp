@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,21 @@ TEST(VirtualSwarm, CarriesAMessageAsFarAsItsHops) {
   EXPECT_THAT(swarm.robot(3).program("ear").heard(), ElementsAre("far"));
   EXPECT_THAT(swarm.robot(4).program("ear").heard(), IsEmpty());
   EXPECT_EQ(swarm.robot(1).program("mouth").sent(), 2);
+}
+
+/// A daemon passes on what it hears though its robot runs nothing, and the hearer is told the way.
+TEST(VirtualSwarm, PassesMessagesOnOverARobotWithoutPrograms) {
+  Swarm swarm;
+  swarm.air().set_range(1.5);
+  for (int n = 1; n <= 3; ++n) swarm.add(n, {1.0 * n, 0});
+  std::vector<std::uint32_t> way;
+  const Subscriber ear =
+      swarm.robot(3).program("ear").client().subscribe("relay", [&](const Message& message) {
+        way.insert(way.end(), {message.sender, message.transmitter, message.hops});
+      });
+  swarm.robot(1).program("mouth").send("relay", "over the hill", 3);
+  swarm.advance(1s);
+  EXPECT_THAT(way, ElementsAre(1, 2, 1));
 }
 
 /// A program finds the daemon again that was away for a minute, and loses nothing that it sends
@@ -109,6 +125,31 @@ TEST(VirtualSwarm, TakesTheSameCourseWithTheSameSeed) {
   EXPECT_GT(first.heard.size(), 800u);
   EXPECT_EQ(first, course_of(7));
   EXPECT_NE(first, course_of(8));
+}
+
+/// A hundred robots on a grid, ten neighbours each (12 inside, fewer at the edge), a message a
+/// second: each is heard by every neighbour once, and not by its own program.
+/// SWARMTALK_VIRTUAL_SECONDS: for so long, for its cost.
+TEST(VirtualSwarm, CarriesTheMessagesOfAHundred) {
+  constexpr int kSide = 10;
+  constexpr int kNeighbours = 1004;  // of all robots, on such a grid
+  const char* const asked = std::getenv("SWARMTALK_VIRTUAL_SECONDS");
+  const int seconds = asked == nullptr ? 5 : std::atoi(asked);
+  Swarm swarm;
+  swarm.air().set_range(2.0);
+  for (int n = 1; n <= kSide * kSide; ++n) {
+    swarm.add(n, {1.0 * (n % kSide), 1.0 * ((n - 1) / kSide)}, "beacon_ms = 1000\n");
+    swarm.robot(n).program("p").subscribe("c", Policy::last(64));
+  }
+  for (int second = 0; second < seconds; ++second) {
+    for (int n = 1; n <= kSide * kSide; ++n) {
+      swarm.robot(n).program("p").send("c", "message of twenty B.", 0);
+    }
+    swarm.advance(1s);
+  }
+  std::size_t heard = 0;
+  for (int n = 1; n <= kSide * kSide; ++n) heard += swarm.robot(n).program("p").heard().size();
+  EXPECT_EQ(heard, static_cast<std::size_t>(seconds) * kNeighbours);
 }
 
 /// What does not arrive is told, and the accounts add up: one sender, one hearer, one frame of two

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <stdexcept>
 #include <utility>
 
 #include "daemon/config/node_id_rule.hpp"
@@ -42,18 +43,15 @@ void VirtualProgram::subscribe(const std::string& channel, const Policy& policy)
   }));
 }
 
+void VirtualProgram::advertise(const std::string& channel, const Sending& sending) {
+  publishers_[channel] = client_.advertise(
+      channel, sending, [this](const Status& status) { ++(status ? sent_ : failed_); });
+}
+
 void VirtualProgram::send(const std::string& channel, const std::string& text,
                           std::optional<std::uint32_t> ttl) {
-  auto found = publishers_.find(channel);
-  if (found == publishers_.end()) {
-    found = publishers_
-                .emplace(channel, client_.advertise(channel, {},
-                                                    [this](const Status& status) {
-                                                      ++(status ? sent_ : failed_);
-                                                    }))
-                .first;
-  }
-  if (const Status status = found->second.send(text, ttl); !status) throw Error(status);
+  if (!publishers_.contains(channel)) advertise(channel);
+  if (const Status status = publishers_[channel].send(text, ttl); !status) throw Error(status);
 }
 
 VirtualRobot::VirtualRobot(Swarm& swarm, int number, std::string configuration)
@@ -70,6 +68,17 @@ VirtualProgram& VirtualRobot::program(const std::string& name) {
   if (made == nullptr)
     made = std::make_unique<VirtualProgram>(swarm_.programs(), name, socket_path());
   return *made;
+}
+
+std::uint64_t VirtualRobot::counter(const std::string& name) {
+  DaemonStatus status;
+  if (const Status asked = program("observer").client().get_status(status); !asked) {
+    throw Error(asked);
+  }
+  for (const Counter& each : status.links.at(0).counters) {
+    if (each.name == name) return each.value;
+  }
+  throw std::out_of_range("no counter " + name);
 }
 
 void VirtualRobot::start() {

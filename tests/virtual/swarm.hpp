@@ -28,6 +28,8 @@ class VirtualProgram {
 
   /// What comes on this channel is kept in heard(), from now on.
   void subscribe(const std::string& channel, const Policy& policy = {});
+  /// How this channel's messages are sent; by default as advertise() does.
+  void advertise(const std::string& channel, const Sending& sending = {});
   /// @throws Error  it was refused
   void send(const std::string& channel, const std::string& text,
             std::optional<std::uint32_t> ttl = {});
@@ -58,6 +60,9 @@ class VirtualRobot {
   VirtualProgram& program(const std::string& name);
   /// The program ends: its client says farewell.
   void end_program(const std::string& name) { programs_.erase(name); }
+
+  /// Of the link, as a program asks for it: "frames_sent".
+  std::uint64_t counter(const std::string& name);
 
   /// The daemon ends, and starts.
   void stop() { robot_.reset(); }
