@@ -234,26 +234,38 @@ void diagnose_link(const LinkFacts& link, const DaemonFacts& daemon, Report& rep
   }
 }
 
-bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link,
-                        const DaemonWords& words, Report& report) {
-  const std::string& name = interface.name;
-  const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
-  if (interface.index == 0 && link != nullptr && link->is_up) {
-    report.add({"interface-renamed", Severity::kWarning, name,
-                "the interface has another name now: link " + link->name + " is " + link->state,
-                "write the name that it has now into `interface` in [links." + link->name +
-                    "]: with the old one the link will not come up at the next start"});
-    report.not_looked_at.push_back({"interface " + name, "it has another name now"});
-    return true;
-  }
-  if (interface.index == 0) {
-    report.add({"interface-missing", severity, name, "there is no such interface",
+// An interface that is not where doctor looks: gone, renamed, or in the daemon's own namespace.
+bool diagnose_absent(const std::string& name, const LinkFacts* link, const DaemonWords& words,
+                     Report& report) {
+  const auto says = [&](const char* part) { return link->state.find(part) != std::string::npos; };
+  if (link == nullptr || says("is gone") || says("waiting for interface")) {
+    report.add({"interface-missing", link != nullptr ? Severity::kError : Severity::kNote, name,
+                "there is no such interface",
                 "`ip link` lists those there are; " +
                     (link == nullptr ? std::string("plug the radio in, or name another")
                                      : "plug the radio in; or correct `interface` in [links." +
                                            link->name + "], then " + words.restart)});
     return true;
   }
+  const bool is_renamed = says("(renamed to '");
+  if (is_renamed) {
+    report.add({"interface-renamed", Severity::kWarning, name,
+                "the interface has another name now: link " + link->name + " is " + link->state,
+                "write the name that it has now into `interface` in [links." + link->name +
+                    "]: with the old one the link will not come up at the next start"});
+  }
+  report.not_looked_at.push_back(
+      {"interface " + name, is_renamed
+                                ? "it has another name now"
+                                : "it is in the daemon's network namespace: run doctor in that"});
+  return link->is_up;
+}
+
+bool diagnose_interface(const InterfaceFacts& interface, const LinkFacts* link,
+                        const DaemonWords& words, Report& report) {
+  const std::string& name = interface.name;
+  const Severity severity = link != nullptr ? Severity::kError : Severity::kNote;
+  if (interface.index == 0) return diagnose_absent(name, link, words, report);
   report.looked_at.push_back("interface " + name);
   if (interface.block != RadioBlock::kNone) {
     const bool is_soft = interface.block == RadioBlock::kSoft;

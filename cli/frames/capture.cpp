@@ -169,7 +169,7 @@ int capture(const Common& common, const CaptureArguments& arguments) {
     files.write(envelope.captured());
   }
   if (problem.empty()) problem = files.flush();
-  if (!problem.empty()) return fail(problem + "; the files are readable up to there");
+  if (!problem.empty()) return fail(problem + "; what was written is readable up to there");
   const int printed = unseal.tell(
       arguments.file, text::counted(files.frames(), "frame") + "; " + files.told_drops());
   if (exit_code == kExitOk && caught_signal() != 0) exit_code = kExitSignal + caught_signal();

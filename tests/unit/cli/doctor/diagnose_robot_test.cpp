@@ -52,10 +52,24 @@ class CabledRobot : public testing::Test {
   /// The finding there is; with another id, or none, what there are.
   Finding only(const std::string& id) {
     const Report made = report();
-    std::string all;
-    for (const Finding& each : made.findings) all += each.id + " ";
-    EXPECT_EQ(all, id + " ");
+    EXPECT_EQ(ids_in(made), id);
     return made.findings.empty() ? Finding{} : made.findings[0];
+  }
+  void is_without_daemon(State state) {
+    daemon_.state = state;
+    daemon_.is_config_compared = false;
+    daemon_.links.clear();
+    facts_.interfaces.clear();
+  }
+  std::string of_peer(const PeerFacts& peer) {
+    Report made;
+    diagnose_peer(peer, facts_, made);
+    return ids_in(made);
+  }
+  static std::string ids_in(const Report& made) {
+    std::string all;
+    for (const Finding& each : made.findings) all += (all.empty() ? "" : " ") + each.id;
+    return all;
   }
   bool is_repaired(const std::function<std::string()>& reload = {}) {
     Report made = report();
@@ -101,35 +115,35 @@ TEST_F(CabledRobot, DoesNotBlameAntennasForAnAddressThatBothHave) {
   peer.robot = 2;
   peer.asked = 75;
   peer.frames = 30;
-  const auto ids = [&] {
-    Report made;
-    diagnose_peer(peer, facts_, made);
-    std::string all;
-    for (const Finding& each : made.findings) all += each.id;
-    return all;
-  };
-  EXPECT_EQ(ids(), "peer-silent");
+  EXPECT_EQ(of_peer(peer), "peer-silent");
   facts_.interfaces[0].mac = {2, 0, 0, 0, 2, 0};
-  EXPECT_EQ(ids(), "");
+  EXPECT_EQ(of_peer(peer), "");
   peer.answered = peer.heard_there = 10;
-  EXPECT_EQ(ids(), "");
+  EXPECT_EQ(of_peer(peer), "");
   peer.robot = 3;
-  EXPECT_EQ(ids(), "one-way");
+  EXPECT_EQ(of_peer(peer), "one-way");
 }
 
-TEST_F(CabledRobot, HasAnInterfaceThatIsGoneOffUnpluggedOrRenamed) {
-  daemon_.links[0].is_up = false;
-  facts_.interfaces[0].has_carrier = false;
+TEST_F(CabledRobot, HasAnInterfaceThatIsOffUnpluggedOrElsewhere) {
+  LinkFacts& link = daemon_.links[0];
+  link.is_up = facts_.interfaces[0].has_carrier = false;
   EXPECT_EQ(only("no-carrier").subject, "a0");
   facts_.interfaces[0].is_switched_on = false;
-  const Finding off = only("interface-down");
-  EXPECT_NE(off.remedy.find("ip link set a0 up"), std::string::npos);
-  EXPECT_FALSE(off.fix);
+  EXPECT_EQ(only("interface-down").remedy, "sudo ip link set a0 up");
   facts_.interfaces[0].index = 0;
+  link.state = "down: interface 'a0' is gone";
   EXPECT_EQ(only("interface-missing").subject, "a0");
-  daemon_.links[0].is_up = true;  // it follows the interface, whatever that is called now
-  EXPECT_EQ(only("interface-renamed").severity, Severity::kWarning);
+  link.state = "down: waiting for interface 'a0'";
+  EXPECT_EQ(only("interface-missing").subject, "a0");
+  link.state = "down: interface 'a0' is switched off";  // so it is where the daemon runs
+  EXPECT_EQ(only("link-down").what, link.state);
+  link.is_up = true;
+  link.state = "up, MTU 1500 bytes";
+  EXPECT_TRUE(report().findings.empty());
   EXPECT_EQ(report().not_looked_at.at(0).what, "interface a0");
+  link.state = "up (renamed to 'b0'), MTU 1500 bytes";
+  EXPECT_EQ(only("interface-renamed").severity, Severity::kWarning);
+  EXPECT_EQ(report().not_looked_at.at(0).why, "it has another name now");
 }
 
 TEST_F(CabledRobot, HasABridgeOverItsInterface) {
@@ -179,9 +193,9 @@ TEST_F(CabledRobot, HasARadioThatIsBlocked) {
 TEST_F(CabledRobot, HasASmallMtu) {
   facts_.interfaces[0].mtu_bytes = 600;
   daemon_.links[0].packet_limit_bytes = 500;
-  const Finding small = only("mtu-small");
-  EXPECT_NE(small.what.find("600 bytes"), std::string::npos);
-  EXPECT_NE(small.what.find("500 of 1400"), std::string::npos);
+  const std::string small = only("mtu-small").what;
+  EXPECT_NE(small.find("600 bytes"), std::string::npos);
+  EXPECT_NE(small.find("500 of 1400"), std::string::npos);
 }
 
 TEST_F(CabledRobot, IsToldOfAnMtuThatOthersMayExceed) {
@@ -224,17 +238,13 @@ TEST_F(CabledRobot, HearsTooLittleOfAnother) {
 }
 
 TEST_F(CabledRobot, HasAnotherMtuThanThePeerByItsReport) {
-  PeerFacts peer;
-  peer.robot = 2;
-  peer.asked = peer.heard_there = peer.answered = 75;
   const auto ids = [&](std::size_t ours, std::uint32_t theirs) {
+    PeerFacts peer;
+    peer.robot = 2;
+    peer.asked = peer.heard_there = peer.answered = 75;
     facts_.interfaces[0].mtu_bytes = ours;
     peer.report.emplace().mtu_bytes = theirs;
-    Report made;
-    diagnose_peer(peer, facts_, made);
-    std::string all;
-    for (const Finding& each : made.findings) all += each.id;
-    return all;
+    return of_peer(peer);
   };
   EXPECT_EQ(ids(1500, 1468), "mtu-differs");
   EXPECT_EQ(ids(600, 1500), "mtu-differs");
@@ -258,15 +268,12 @@ TEST_F(CabledRobot, SharesASerialDevice) {
 
 TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
   daemon_.trouble = "what connecting said";
-  daemon_.is_config_compared = false;
   for (const auto& [state, id] :
        std::map<State, std::string>{{State::kAbsent, "daemon-absent"},
                                     {State::kDead, "daemon-dead"},
                                     {State::kOther, "daemon-silent"},
                                     {State::kNoPermission, "socket-permission"}}) {
-    daemon_.state = state;
-    daemon_.links.clear();
-    facts_.interfaces.clear();
+    is_without_daemon(state);
     const Finding found = only(id);
     EXPECT_EQ(found.what, "what connecting said");
     EXPECT_EQ(found.severity, Severity::kError);
@@ -275,11 +282,8 @@ TEST_F(CabledRobot, HasADaemonThatDoesNotServe) {
 
 TEST_F(CabledRobot, HasADaemonThatIsNoServiceAndHasEnded) {
   daemon_.words = words_for("/run/my lab/1.sock");
-  daemon_.state = State::kDead;
+  is_without_daemon(State::kDead);
   daemon_.trouble = "nobody listens; start swarmtalkd for that socket";
-  daemon_.is_config_compared = false;
-  daemon_.links.clear();
-  facts_.interfaces.clear();
   const Finding found = only("daemon-dead");
   EXPECT_EQ(found.what, "nobody listens") << "there is one remedy";
   EXPECT_EQ(found.remedy.find("systemctl"), std::string::npos) << found.remedy;
@@ -288,11 +292,8 @@ TEST_F(CabledRobot, HasADaemonThatIsNoServiceAndHasEnded) {
 }
 
 TEST_F(CabledRobot, HasASocketThatItMayNotUseAndTheOneRemedyThatConnectingNamed) {
-  daemon_.state = State::kNoPermission;
+  is_without_daemon(State::kNoPermission);
   daemon_.trouble = "no permission for /run/s; it is for ada alone: run the program as ada, or so";
-  daemon_.is_config_compared = false;
-  daemon_.links.clear();
-  facts_.interfaces.clear();
   const Finding found = only("socket-permission");
   EXPECT_EQ(found.what, "no permission for /run/s");
   EXPECT_EQ(found.remedy, "it is for ada alone: run the program as ada, or so");
