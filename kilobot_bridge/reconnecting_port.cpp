@@ -23,7 +23,7 @@ constexpr std::size_t kReadBytes = 1024;
 ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig config, PortUser& user)
     : config_(std::move(config)),
       user_(user),
-      watched_(io),
+      watched_(loop::Loop::of(io), [this](std::uint32_t) { on_readable(); }),
       retry_timer_(io, [this] { attempt(); }),
       failing_(loop::Loop::of(io), [this] { fail(std::strerror(error_)); }) {
   const OpenProblem problem = device_.open(config_.path, config_.baud);
@@ -35,11 +35,6 @@ ReconnectingPort::ReconnectingPort(boost::asio::io_context& io, PortConfig confi
   problem_ = problem.text;
   if (problem.kind == OpenProblem::Kind::kAbsent) return;
   throw std::runtime_error("serial device '" + config_.path + "': " + problem.text);
-}
-
-ReconnectingPort::~ReconnectingPort() {
-  boost::system::error_code ignored;
-  watched_.close(ignored);
 }
 
 void ReconnectingPort::start() {
@@ -59,8 +54,7 @@ std::size_t ReconnectingPort::write(std::span<const std::uint8_t> bytes) {
 void ReconnectingPort::fail(const std::string& reason) {
   if (!device_.is_open()) return;
   is_failing_ = false;
-  boost::system::error_code ignored;
-  watched_.close(ignored);
+  watched_.close();
   device_.discard_output();
   device_.close();
   ++losses_;
@@ -93,18 +87,9 @@ void ReconnectingPort::on_open() {
   attempts_ = 0;
   const int duplicate = ::fcntl(device_.descriptor(), F_DUPFD_CLOEXEC, 0);
   if (duplicate < 0) throw std::runtime_error(std::string("serial device: ") + strerror(errno));
-  watched_.assign(duplicate);
+  watched_.own(duplicate);
   user_.on_port_open(*this);
-  wait_readable();
-}
-
-void ReconnectingPort::wait_readable() {
-  watched_.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        on_readable();
-      });
+  if (device_.is_open()) watched_.watch(EPOLLIN);
 }
 
 void ReconnectingPort::on_readable() {
@@ -116,7 +101,6 @@ void ReconnectingPort::on_readable() {
     user_.on_port_bytes(
         *this, std::span<const std::uint8_t>(bytes).first(static_cast<std::size_t>(count)));
   }
-  if (device_.is_open()) wait_readable();
 }
 
 // Not at once: the caller is in the middle of something that on_port_lost() would undo.

@@ -5,9 +5,7 @@
 
 #include <array>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <chrono>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,7 +41,6 @@ class ReconnectingPort {
   /// Opens the device; one that is not there is waited for from start() on.
   /// @throws std::runtime_error  one line: no permission, in use, no serial device
   ReconnectingPort(boost::asio::io_context& io, PortConfig config, PortUser& user);
-  ~ReconnectingPort();
 
   void start();
 
@@ -65,7 +62,6 @@ class ReconnectingPort {
  private:
   void look_for_others();
   void on_open();
-  void wait_readable();
   void on_readable();
   void fail_later(int error);
   void schedule_attempt();
@@ -74,7 +70,7 @@ class ReconnectingPort {
   PortConfig config_;
   PortUser& user_;
   SerialDevice device_;
-  boost::asio::posix::stream_descriptor watched_;  // a duplicate: readiness only
+  loop::Descriptor watched_;  // a duplicate: readiness only
   loop::Timer retry_timer_;
   std::string problem_;
   std::vector<serial::Holder> others_;
@@ -83,7 +79,6 @@ class ReconnectingPort {
   bool is_failing_ = false;
   int error_ = 0;           // with which it fails
   loop::Deferred failing_;  // fail(), at the end of a turn
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace swarmtalk::kilobot_bridge

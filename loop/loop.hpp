@@ -113,7 +113,7 @@ class Descriptor {
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
 
-  /// Takes over an open descriptor, the first and only one.
+  /// Takes over an open descriptor, the only one until close().
   void own(int descriptor) { fd_ = descriptor; }
   int fd() const { return fd_; }
 

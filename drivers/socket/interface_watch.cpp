@@ -13,35 +13,29 @@
 namespace swarmtalk::drivers {
 
 InterfaceWatch::InterfaceWatch(boost::asio::io_context& io)
-    : descriptor_(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR)),
-      socket_(io, descriptor_),
-      later_(io, [this] { on_change_(); }) {}
+    : socket_(loop::Loop::of(io),
+              [this](std::uint32_t) {
+                drain();
+                on_change_();
+              }),
+      later_(io, [this] { on_change_(); }) {
+  socket_.own(open_route_socket(RTMGRP_LINK | RTMGRP_IPV4_IFADDR));
+}
 
 void InterfaceWatch::start(std::function<void()> on_change) {
   on_change_ = std::move(on_change);
-  wait();
+  socket_.watch(EPOLLIN);
 }
 
 void InterfaceWatch::look_later() {
   if (on_change_ && !later_.is_armed()) later_.after(std::chrono::seconds(2));
 }
 
-void InterfaceWatch::wait() {
-  socket_.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, alive = std::weak_ptr<bool>(alive_)](const boost::system::error_code& error) {
-        if (alive.expired() || error) return;
-        drain();
-        on_change_();
-        wait();
-      });
-}
-
 void InterfaceWatch::drain() {
   std::array<char, 8192> bytes;
   // ENOBUFS says that messages were lost, which is news as well; whatever else is no reason to
   // stop.
-  while (recv(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT) >= 0 || errno == ENOBUFS ||
+  while (recv(socket_.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT) >= 0 || errno == ENOBUFS ||
          errno == EINTR) {
   }
 }

@@ -5,13 +5,12 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 
 #include "interface/interface_info.hpp"
+#include "loop/loop.hpp"
 #include "loop/timer.hpp"
 
 namespace swarmtalk::drivers {
@@ -49,15 +48,12 @@ class InterfaceWatch {
   static std::string names();
 
  private:
-  void wait();
   void drain();
 
   InterfaceAsker asker_;
-  int descriptor_;  // of socket_, for calls that only read
-  boost::asio::posix::stream_descriptor socket_;
+  loop::Descriptor socket_;
   loop::Timer later_;
   std::function<void()> on_change_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers outlive the watch
 };
 
 }  // namespace swarmtalk::drivers
