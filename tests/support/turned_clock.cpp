@@ -68,8 +68,10 @@ bool turn_to_next(Time end) {
 
 }  // namespace
 
-void seed(std::uint64_t number) {
-  chance.seed(static_cast<std::mt19937::result_type>(number));
+void begin(std::uint64_t seed) {
+  waits.clear();
+  present = kBegin;
+  chance.seed(static_cast<std::mt19937::result_type>(seed));
 }
 
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {

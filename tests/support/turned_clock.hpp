@@ -10,8 +10,9 @@
 
 namespace swarmtalk::test {
 
-/// What loop/chance.hpp draws from now on. The program begins with 1.
-void seed(std::uint64_t number);
+/// The time is at its beginning again, and loop/chance.hpp draws by this seed. The program begins
+/// so with 1. REQUIRES that nothing waits
+void begin(std::uint64_t seed);
 
 /// Lets the time pass: at each instant at which a timer is due it is called, in the order of their
 /// times, and `io` does what is ready then.

@@ -4,14 +4,17 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 
 #include "daemon/station/link_factory.hpp"
 #include "drivers/socket/socket_link.hpp"
+#include "loop/clock.hpp"
 
 namespace swarmtalk::test {
 namespace {
@@ -106,11 +109,18 @@ void Air::hear(Antenna& from) {
       return from.socket.watch(0);
     }
     ++frames_sent_;
+    course_.add(static_cast<std::uint64_t>(loop::now().time_since_epoch().count()));
+    course_.add({bytes.data(), static_cast<std::size_t>(size)});
     for (const auto& [address, to] : antennas_) {
       if (!reaches(from, *to)) continue;
       const ssize_t sent = ::send(to->socket.fd(), bytes.data(), static_cast<std::size_t>(size),
                                   MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (sent == size) ++frames_heard_;
+      if (sent == size) {
+        ++frames_heard_;
+      } else if (errno == EAGAIN) {
+        throw std::logic_error("virtual robot " + std::to_string(to->robot) +
+                               ": more frames at one instant than its socket holds");
+      }
     }
   }
 }

@@ -12,6 +12,7 @@
 #include "daemon/config/config.hpp"
 #include "drivers/link/link.hpp"
 #include "loop/loop.hpp"
+#include "tests/virtual/course.hpp"
 
 namespace swarmtalk::test {
 
@@ -22,7 +23,9 @@ struct Place {
 
 class Air {
  public:
-  Air(boost::asio::io_context& io, std::uint64_t seed) : io_(io), chance_(seed) {}
+  /// @param course  each frame, with its time
+  Air(boost::asio::io_context& io, std::uint64_t seed, Course& course)
+      : io_(io), course_(course), chance_(static_cast<std::mt19937::result_type>(seed)) {}
   ~Air();
 
   void put(int robot, Place place) { places_[robot] = place; }
@@ -45,6 +48,7 @@ class Air {
   bool reaches(const Antenna& from, const Antenna& to);
 
   boost::asio::io_context& io_;
+  Course& course_;
   std::mt19937 chance_;
   std::map<int, Place> places_;
   std::map<std::uint64_t, std::unique_ptr<Antenna>> antennas_;  // by their links' addresses

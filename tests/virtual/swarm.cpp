@@ -12,6 +12,7 @@
 #include "daemon/config/node_id_rule.hpp"
 #include "loop/clock.hpp"
 #include "tests/support/turned_clock.hpp"
+#include "tests/virtual/seeded_nonces.hpp"
 
 namespace swarmtalk::test {
 namespace {
@@ -103,8 +104,9 @@ void VirtualRobot::start() {
 Swarm::Swarm(std::uint64_t seed)
     : programs_(::epoll_create1(EPOLL_CLOEXEC)),
       chance_(static_cast<std::mt19937::result_type>(seed)),
-      air_(io_, seed) {
-  test::seed(seed);
+      air_(io_, seed, course_) {
+  begin(seed);
+  seed_nonces();
   the_swarm = this;
 }
 

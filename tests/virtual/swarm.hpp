@@ -17,6 +17,8 @@
 
 #include "daemon/robot.hpp"
 #include "tests/virtual/air.hpp"
+#include "tests/virtual/course.hpp"
+#include "tests/virtual/virtual_log.hpp"
 
 namespace swarmtalk::test {
 
@@ -101,6 +103,8 @@ class Swarm {
   void cut_streams(std::size_t bytes) { longest_piece_ = bytes; }
 
   Air& air() { return air_; }
+  /// All frames and all lines of the log until now, as a number.
+  std::uint64_t course() const { return course_.value(); }
   boost::asio::io_context& io() { return io_; }
   /// An epoll instance, of all clients.
   int programs() const { return programs_; }
@@ -116,6 +120,8 @@ class Swarm {
   bool run_program();
 
   boost::asio::io_context io_;
+  Course course_;
+  VirtualLog log_{course_};
   int programs_;
   std::mt19937 chance_;
   std::size_t longest_piece_ = SIZE_MAX;

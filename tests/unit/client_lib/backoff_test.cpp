@@ -14,7 +14,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 std::vector<microseconds> waits(std::uint64_t seed) {
-  test::seed(seed);
+  test::begin(seed);
   Backoff backoff(milliseconds(20), milliseconds(250));
   std::vector<microseconds> waits;
   for (int i = 0; i < 8; ++i) waits.push_back(backoff.next());

@@ -40,7 +40,7 @@ TEST_F(BeaconTimerTest, CallsAgainAndAgainWhileTheLinkIsSilent) {
 
 TEST_F(BeaconTimerTest, RobotsDrawDifferentSilencesAndASeedTheSameAgain) {
   const auto first_silence = [this](std::uint64_t seed) {
-    test::seed(seed);
+    test::begin(seed);
     sent_ = 0;
     const auto begin = loop::now();
     timer_->set_interval(1h);
