@@ -1,5 +1,7 @@
 #include "daemon/hub/delivery.hpp"
 
+#include <algorithm>
+
 namespace swarmtalk::daemon {
 
 void Delivery::note_losses(Channel& channel, std::size_t station, const MessageHead& head) {
@@ -32,7 +34,12 @@ void Delivery::add_loss(Channel& channel, const Loss& lost) {
   counters_.messages_lost_kernel += lost.kernel;
   counters_.messages_lost_memory += lost.daemon;
   counters_.messages_late += lost.late;
-  for (Subscription* subscription : channel.subscriptions) subscription->lost += lost;
+  for (Subscription* subscription : channel.subscriptions) {
+    Loss told = lost;
+    told.late = std::min(lost.late, subscription->missing);  // else it was lost before it was there
+    subscription->missing += told.air + told.kernel + told.daemon - told.late;
+    subscription->lost += told;
+  }
 }
 
 void Delivery::deliver(Channel& channel, const MessageHead& head,

@@ -62,7 +62,8 @@ struct Subscription {
   // Set by the hub.
   std::uint16_t channel = 0;
   std::string held_name;
-  Loss lost;  // before the next on_message(), which takes it
+  Loss lost;                  // before the next on_message(), which takes it
+  std::uint64_t missing = 0;  // told as lost to this one, and not late yet
 };
 
 struct Publisher {

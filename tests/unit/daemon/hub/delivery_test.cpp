@@ -64,6 +64,21 @@ TEST_F(DeliveryAlone, PutsAGapDownToWhatItsStationDropped) {
   EXPECT_EQ(counters_.messages_lost_kernel, 1u);
 }
 
+TEST_F(DeliveryAlone, TellsWhatComesLateToThoseWhoWereToldThatItWasLost) {
+  Subscription newer;
+  newer.client = &second_;
+  delivery_.note_losses(channel_, 0, head(1));
+  delivery_.note_losses(channel_, 0, head(5));
+  channel_.subscriptions.push_back(&newer);
+  delivery_.note_losses(channel_, 0, head(3));
+  delivery_.note_losses(channel_, 0, head(7));
+  delivery_.note_losses(channel_, 0, head(6));
+  EXPECT_EQ(any_.lost, (Loss{4, 0, 0, 2}));
+  EXPECT_EQ(newer.lost, (Loss{1, 0, 0, 1})) << "3 was lost before it was there";
+  EXPECT_EQ(channel_.lost, (Loss{4, 0, 0, 2}));
+  EXPECT_EQ(counters_.messages_late, 2u);
+}
+
 TEST_F(DeliveryAlone, CountsWhatAStationDroppedOnce) {
   for (const std::uint32_t number : {1u, 2u, 6u}) {
     MessageHead message = head(number);
