@@ -33,6 +33,7 @@ struct Due {
 
 constexpr Time kBegin{std::chrono::hours(1)};  // no time is before the clock began
 Time present = kBegin;                         // NOLINT: the one clock of the program
+std::chrono::nanoseconds wall_step{};          // NOLINT: by which the wall clock was set
 std::vector<Due> waits;                        // NOLINT: by time, and in the order of their asking
 std::mt19937 chance(1);                        // NOLINT: the one source of the program
 
@@ -71,7 +72,12 @@ bool turn_to_next(Time end) {
 void begin(std::uint64_t seed) {
   waits.clear();
   present = kBegin;
+  wall_step = std::chrono::nanoseconds(0);
   chance.seed(static_cast<std::mt19937::result_type>(seed));
+}
+
+void step_wall(std::chrono::nanoseconds step) {
+  wall_step += step;
 }
 
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
@@ -108,7 +114,8 @@ std::chrono::steady_clock::time_point now() {
 
 std::chrono::system_clock::time_point wall_now() {
   constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
-  return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin));
+  return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin) +
+                                               test::wall_step);
 }
 
 std::uint32_t random_bits() {

@@ -14,6 +14,9 @@ namespace swarmtalk::test {
 /// so with 1. REQUIRES that nothing waits
 void begin(std::uint64_t seed);
 
+/// Somebody sets the wall clock, forward or back. begin() sets it right.
+void step_wall(std::chrono::nanoseconds step);
+
 /// Lets the time pass: at each instant at which a timer is due it is called, in the order of their
 /// times, and `io` does what is ready then.
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration);

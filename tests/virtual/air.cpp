@@ -6,22 +6,35 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <deque>
+#include <functional>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "daemon/station/link_factory.hpp"
 #include "drivers/socket/socket_link.hpp"
 #include "loop/clock.hpp"
+#include "loop/timer.hpp"
 
 namespace swarmtalk::test {
+
+/// What a link and the air know of each other.
+struct Air::Plug {
+  std::function<void()> refresh;  // the link looks again; empty: it has ended
+  bool is_up = true;
+};
+
 namespace {
 
 constexpr std::size_t kAddressBytes = 6;  // before each frame
 constexpr std::size_t kFrameBytes = 1500;
 constexpr std::size_t kDatagramBytes = 2048;
+constexpr std::uint64_t kFirstAddress = 0x020000000000;
+constexpr int kTransmitBytes = 32768;  // of frames that the medium has not taken
 
 std::uint64_t address_of(std::span<const std::uint8_t> datagram) {
   std::uint64_t address = 0;
@@ -34,8 +47,11 @@ std::uint64_t address_of(std::span<const std::uint8_t> datagram) {
 class AirLink final : public drivers::SocketLink {
  public:
   AirLink(boost::asio::io_context& io, int socket, std::uint64_t address,
-          const daemon::LinkConfig& config, frame::ProfileId profile, std::size_t max_packet_bytes)
-      : SocketLink(io, profile, max_packet_bytes, daemon::pacing_of(config)) {
+          std::shared_ptr<Air::Plug> plug, const daemon::LinkConfig& config,
+          frame::ProfileId profile, std::size_t max_packet_bytes)
+      : SocketLink(io, profile, max_packet_bytes, daemon::pacing_of(config)),
+        plug_(std::move(plug)) {
+    plug_->refresh = [this] { refresh(); };
     use_receive_socket(socket);
     set_limits(kFrameBytes, kDatagramBytes);
     std::array<std::uint8_t, kAddressBytes> header{};
@@ -46,6 +62,8 @@ class AirLink final : public drivers::SocketLink {
     transmit_queue().set_medium_header(header);
     set_own_hardware(address_of(header));
   }
+  ~AirLink() override { plug_->refresh = {}; }
+  void refresh() override { set_state(plug_->is_up, plug_->is_up ? "up" : "down: switched off"); }
   std::string type() const override { return "virtual"; }
   std::string device() const override { return "air"; }
 
@@ -58,21 +76,49 @@ class AirLink final : public drivers::SocketLink {
     return address_of(datagram.bytes);
   }
   std::size_t medium_header_bytes() const override { return kAddressBytes; }
-  void refresh() override { set_state(true, "up"); }
   std::uint64_t kernel_drops() const override { return 0; }
+
+ private:
+  std::shared_ptr<Air::Plug> plug_;
 };
 
 }  // namespace
 
 struct Air::Antenna {
-  Antenna(boost::asio::io_context& io, int its_robot, Air& air)
+  Antenna(boost::asio::io_context& io, int its_robot, std::uint64_t its_number, Air& air)
       : robot(its_robot),
-        socket(loop::Loop::of(io), [this, &air](std::uint32_t) { air.hear(*this); }) {}
+        number(its_number),
+        socket(loop::Loop::of(io), [this, &air](std::uint32_t events) {
+          if ((events & EPOLLOUT) != 0) air.flush(*this);
+          if ((events & ~std::uint32_t{EPOLLOUT}) != 0) air.hear(*this);
+        }) {}
+
+  bool is_heard() const { return plug->refresh && plug->is_up; }
 
   int robot;
+  std::uint64_t number;
   bool is_gone = false;
+  std::shared_ptr<Plug> plug = std::make_shared<Plug>();
+  bool is_busy = false;
+  std::deque<std::vector<std::uint8_t>> waiting;  // what its robot's socket has no room for yet
+  Frames frames;
   loop::Descriptor socket;
 };
+
+/// A frame that comes later.
+struct Air::Delayed {
+  Delayed(Air& air, std::uint64_t antenna, Frame its_frame)
+      : frame(its_frame.begin(), its_frame.end()), timer(air.io_, [this, &air, antenna] {
+          const auto to = air.antennas_.find(antenna);
+          if (to != air.antennas_.end() && to->second->is_heard()) air.deliver(*to->second, frame);
+        }) {}
+
+  std::vector<std::uint8_t> frame;
+  loop::Timer timer;
+};
+
+Air::Air(boost::asio::io_context& io, std::uint64_t seed, Course& course)
+    : io_(io), course_(course), chance_(static_cast<std::mt19937::result_type>(seed)) {}
 
 Air::~Air() = default;
 
@@ -83,20 +129,64 @@ std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& co
     throw std::system_error(errno, std::system_category(), "the air of a virtual swarm");
   }
   std::erase_if(antennas_, [](const auto& each) { return each.second->is_gone; });
-  const std::uint64_t address = next_address_++;
+  const std::uint64_t number = next_antenna_++;
+  const std::uint64_t address = kFirstAddress + static_cast<std::uint64_t>(robot);
   Antenna& antenna =
-      *antennas_.emplace(address, std::make_unique<Antenna>(io_, robot, *this)).first->second;
+      *antennas_.emplace(number, std::make_unique<Antenna>(io_, robot, number, *this))
+           .first->second;
+  ::setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &kTransmitBytes, sizeof kTransmitBytes);
   antenna.socket.own(ends[0]);
-  antenna.socket.watch(EPOLLIN);
-  return std::make_unique<AirLink>(io_, ends[1], address, config, profile, max_packet_bytes);
+  antenna.plug->is_up = !down_.contains(robot);
+  antenna.is_busy = busy_.contains(robot);
+  watch(antenna);
+  return std::make_unique<AirLink>(io_, ends[1], address, antenna.plug, config, profile,
+                                   max_packet_bytes);
+}
+
+void Air::set_link(int robot, bool is_up) {
+  if (is_up) {
+    down_.erase(robot);
+  } else {
+    down_.insert(robot);
+  }
+  for (const auto& [number, antenna] : antennas_) {
+    if (antenna->robot != robot || !antenna->plug->refresh) continue;
+    antenna->plug->is_up = is_up;
+    antenna->plug->refresh();
+  }
+}
+
+void Air::set_busy(int robot, bool is_busy) {
+  if (is_busy) {
+    busy_.insert(robot);
+  } else {
+    busy_.erase(robot);
+  }
+  for (const auto& [number, antenna] : antennas_) {
+    if (antenna->robot != robot) continue;
+    antenna->is_busy = is_busy;
+    watch(*antenna);
+  }
+}
+
+void Air::watch(Antenna& antenna) {
+  if (antenna.is_gone) return antenna.socket.watch(0);
+  antenna.socket.watch((antenna.is_busy ? 0u : std::uint32_t{EPOLLIN}) |
+                       (antenna.waiting.empty() ? 0u : std::uint32_t{EPOLLOUT}));
+}
+
+Air::Frames Air::frames_of(int robot) const {
+  for (const auto& [number, antenna] : antennas_) {
+    if (antenna->robot == robot && antenna->plug->refresh) return antenna->frames;
+  }
+  return {};
 }
 
 bool Air::reaches(const Antenna& from, const Antenna& to) {
-  if (&from == &to || to.is_gone) return false;
+  if (from.robot == to.robot || !to.is_heard()) return false;
   const Place a = places_[from.robot];
   const Place b = places_[to.robot];
-  if (std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) > range_m_) return false;
-  return loss_ == 0 || std::uniform_real_distribution<>()(chance_) >= loss_;
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) <= range_m_;
 }
 
 void Air::hear(Antenna& from) {
@@ -106,23 +196,54 @@ void Air::hear(Antenna& from) {
     if (size < 0) return;
     if (size == 0) {  // its robot has ended
       from.is_gone = true;
-      return from.socket.watch(0);
+      return watch(from);
     }
+    const Frame frame(bytes.data(), static_cast<std::size_t>(size));
     ++frames_sent_;
+    ++from.frames.sent;
     course_.add(static_cast<std::uint64_t>(loop::now().time_since_epoch().count()));
-    course_.add({bytes.data(), static_cast<std::size_t>(size)});
-    for (const auto& [address, to] : antennas_) {
+    course_.add(frame);
+    for (const auto& [number, to] : antennas_) {
       if (!reaches(from, *to)) continue;
-      const ssize_t sent = ::send(to->socket.fd(), bytes.data(), static_cast<std::size_t>(size),
-                                  MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (sent == size) {
-        ++frames_heard_;
-      } else if (errno == EAGAIN) {
-        throw std::logic_error("virtual robot " + std::to_string(to->robot) +
-                               ": more frames at one instant than its socket holds");
-      }
+      carry(*to, frame);
+      if (!draw(duplicates_)) continue;
+      ++to->frames.twice;
+      carry(*to, frame);
     }
   }
+}
+
+/// What chance does to a frame on its way.
+void Air::carry(Antenna& to, Frame frame) {
+  if (draw(loss_)) {
+    ++to.frames.lost;
+    return;
+  }
+  if (!draw(delays_)) return deliver(to, frame);
+  ++to.frames.delayed;
+  delayed_.remove_if([](const Delayed& each) { return !each.timer.is_armed(); });
+  const auto delay =
+      std::uniform_int_distribution<std::int64_t>(0, longest_delay_.count())(chance_);
+  delayed_.emplace_back(*this, to.number, frame).timer.after(std::chrono::nanoseconds(delay));
+}
+
+void Air::deliver(Antenna& to, Frame frame) {
+  to.waiting.emplace_back(frame.begin(), frame.end());
+  if (to.waiting.size() == 1) flush(to);
+}
+
+void Air::flush(Antenna& to) {
+  while (!to.waiting.empty()) {
+    const std::vector<std::uint8_t>& frame = to.waiting.front();
+    if (::send(to.socket.fd(), frame.data(), frame.size(), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
+      ++frames_heard_;
+      ++to.frames.heard;
+    } else if (errno == EAGAIN) {
+      break;
+    }
+    to.waiting.pop_front();
+  }
+  watch(to);
 }
 
 }  // namespace swarmtalk::test

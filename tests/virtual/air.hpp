@@ -4,14 +4,17 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
 #include <random>
+#include <set>
+#include <span>
 
 #include "daemon/config/config.hpp"
 #include "drivers/link/link.hpp"
-#include "loop/loop.hpp"
 #include "tests/virtual/course.hpp"
 
 namespace swarmtalk::test {
@@ -24,14 +27,24 @@ struct Place {
 class Air {
  public:
   /// @param course  each frame, with its time
-  Air(boost::asio::io_context& io, std::uint64_t seed, Course& course)
-      : io_(io), course_(course), chance_(static_cast<std::mt19937::result_type>(seed)) {}
+  Air(boost::asio::io_context& io, std::uint64_t seed, Course& course);
   ~Air();
 
   void put(int robot, Place place) { places_[robot] = place; }
   void set_range(double range_m) { range_m_ = range_m; }
   /// Share of the frames that each receiver misses, drawn for each.
   void set_loss(double share) { loss_ = share; }
+  /// Share of the frames that each receiver hears twice.
+  void set_duplicates(double share) { duplicates_ = share; }
+  /// Share of the frames that come to a receiver up to `longest` later, others before them.
+  void set_delays(double share, std::chrono::nanoseconds longest) {
+    delays_ = share;
+    longest_delay_ = longest;
+  }
+  /// Whether this robot's link is up.
+  void set_link(int robot, bool is_up);
+  /// Whether the medium takes frames of this robot. While not they wait with it.
+  void set_busy(int robot, bool is_busy);
 
   /// As daemon::open_link(), for a link of this robot.
   std::unique_ptr<drivers::Link> open(int robot, const daemon::LinkConfig& config,
@@ -41,20 +54,47 @@ class Air {
   /// Deliveries of a frame to a robot.
   std::uint64_t frames_heard() const { return frames_heard_; }
 
+  struct Plug;
+
+  struct Frames {
+    std::uint64_t sent = 0;
+    std::uint64_t heard = 0;
+    std::uint64_t lost = 0;  // on the way to this robot
+    std::uint64_t twice = 0;
+    std::uint64_t delayed = 0;
+  };
+  /// Of this robot, since its daemon's start.
+  Frames frames_of(int robot) const;
+
  private:
   struct Antenna;
+  struct Delayed;
+  using Frame = std::span<const std::uint8_t>;
 
   void hear(Antenna& from);
   bool reaches(const Antenna& from, const Antenna& to);
+  bool draw(double share) {
+    return share > 0 && std::uniform_real_distribution<>()(chance_) < share;
+  }
+  void carry(Antenna& to, Frame frame);
+  void deliver(Antenna& to, Frame frame);
+  void flush(Antenna& to);
+  void watch(Antenna& antenna);
 
   boost::asio::io_context& io_;
   Course& course_;
   std::mt19937 chance_;
   std::map<int, Place> places_;
-  std::map<std::uint64_t, std::unique_ptr<Antenna>> antennas_;  // by their links' addresses
-  std::uint64_t next_address_ = 0x020000000001;
+  std::map<std::uint64_t, std::unique_ptr<Antenna>> antennas_;  // in the order of their coming
+  std::uint64_t next_antenna_ = 0;
   double range_m_ = 1e9;
   double loss_ = 0;
+  double duplicates_ = 0;
+  double delays_ = 0;
+  std::chrono::nanoseconds longest_delay_{};
+  std::set<int> down_;
+  std::set<int> busy_;
+  std::list<Delayed> delayed_;
   std::uint64_t frames_sent_ = 0;
   std::uint64_t frames_heard_ = 0;
 };

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <string>
 #include <system_error>
 
@@ -14,9 +15,13 @@ namespace swarmtalk::test {
 class KeyFile {
  public:
   /// @param number  of the key: each has another
-  explicit KeyFile(unsigned number = 1) : descriptor_(::memfd_create("key", MFD_CLOEXEC)) {
+  explicit KeyFile(std::uint32_t number = 1) : descriptor_(::memfd_create("key", MFD_CLOEXEC)) {
     std::string key;
-    for (unsigned i = 0; i < 64; ++i) key += "0123456789abcdef"[(i * i + i / 16 + number) % 16];
+    std::uint32_t bits = number;
+    for (int i = 0; i < 64; ++i) {
+      bits = bits * 1664525 + 1013904223;
+      key += "0123456789abcdef"[bits >> 28];
+    }
     if (descriptor_ < 0 || ::fchmod(descriptor_, 0600) != 0 ||
         ::write(descriptor_, key.data(), key.size()) < 0) {
       throw std::system_error(errno, std::system_category(), "the file of a swarm key");

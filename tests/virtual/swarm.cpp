@@ -28,11 +28,15 @@ ClientOptions options_for(const std::string& socket) {
 }  // namespace
 
 VirtualProgram::VirtualProgram(int programs, const std::string& name, const std::string& socket)
-    : client_(name, options_for(socket)) {
+    : programs_(programs), client_(name, options_for(socket)) {
+  set_running(true);
+}
+
+void VirtualProgram::set_running(bool is_running) {
   epoll_event event{};
   event.events = EPOLLIN;
   event.data.ptr = this;
-  ::epoll_ctl(programs, EPOLL_CTL_ADD, client_.fd(), &event);
+  ::epoll_ctl(programs_, is_running ? EPOLL_CTL_ADD : EPOLL_CTL_DEL, client_.fd(), &event);
 }
 
 void VirtualProgram::subscribe(const std::string& channel, const Policy& policy) {
@@ -67,8 +71,17 @@ std::string VirtualRobot::socket_path() const {
 VirtualProgram& VirtualRobot::program(const std::string& name) {
   std::unique_ptr<VirtualProgram>& made = programs_[name];
   if (made == nullptr)
-    made = std::make_unique<VirtualProgram>(swarm_.programs(), name, socket_path());
+    made = std::make_unique<VirtualProgram>(swarm_.programs(), name, socket_path() + "/" + name);
   return *made;
+}
+
+void VirtualRobot::kill_program(const std::string& name) {
+  const auto killed = programs_.find(name);
+  if (killed == programs_.end()) return;
+  if (killed->second->client().is_connected()) swarm_.cut_off(socket_path() + "/" + name);
+  killed->second->set_running(false);
+  killed_.push_back(std::move(killed->second));
+  programs_.erase(killed);
 }
 
 std::uint64_t VirtualRobot::counter(const std::string& name) {
@@ -144,15 +157,21 @@ Swarm* Swarm::present() {
 
 int Swarm::connect(int fd, const std::string& path) {
   const auto found = std::find_if(robots_.begin(), robots_.end(), [&](const auto& each) {
-    return each.second->socket_path() == path && each.second->is_running();
+    return path.starts_with(each.second->socket_path() + "/") && each.second->is_running();
   });
   if (found == robots_.end()) return ECONNREFUSED;
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0) return errno;
   ::dup3(ends[0], fd, O_CLOEXEC);
   ::close(ends[0]);
+  streams_[path] = fd;
   found->second->parts().clients().add(ends[1]);
   return 0;
+}
+
+void Swarm::cut_off(const std::string& path) {
+  const auto stream = streams_.find(path);
+  if (stream != streams_.end()) ::shutdown(stream->second, SHUT_RDWR);
 }
 
 std::size_t Swarm::piece_of(std::size_t bytes) {

@@ -27,6 +27,8 @@ namespace swarmtalk::test {
 class VirtualProgram {
  public:
   VirtualProgram(int programs, const std::string& name, const std::string& socket);
+  VirtualProgram(const VirtualProgram&) = delete;
+  VirtualProgram& operator=(const VirtualProgram&) = delete;
 
   /// What comes on this channel is kept in heard(), from now on.
   void subscribe(const std::string& channel, const Policy& policy = {});
@@ -43,7 +45,11 @@ class VirtualProgram {
   int failed() const { return failed_; }
   Client& client() { return client_; }
 
+  /// Whether it runs: a program that does not reads nothing, as in a long computation.
+  void set_running(bool is_running);
+
  private:
+  int programs_;
   Client client_;
   std::vector<Subscriber> subscribers_;
   std::map<std::string, Publisher> publishers_;
@@ -60,8 +66,11 @@ class VirtualRobot {
 
   /// Made when it is asked for first.
   VirtualProgram& program(const std::string& name);
+  bool has_program(const std::string& name) const { return programs_.contains(name); }
   /// The program ends: its client says farewell.
   void end_program(const std::string& name) { programs_.erase(name); }
+  /// It ends as by SIGKILL: what its socket has taken is there, and nothing more comes.
+  void kill_program(const std::string& name);
 
   /// Of the link, as a program asks for it: "frames_sent".
   std::uint64_t counter(const std::string& name);
@@ -69,6 +78,8 @@ class VirtualRobot {
   /// The daemon ends, and starts.
   void stop() { robot_.reset(); }
   void start();
+  /// What stands in its file from now on: it is read at the next start or reload.
+  void configure(const std::string& configuration) { configuration_ = configuration; }
   /// REQUIRES that it runs
   daemon::Robot& parts() { return *robot_; }
   bool is_running() const { return robot_ != nullptr; }
@@ -80,6 +91,7 @@ class VirtualRobot {
   std::string configuration_;
   std::unique_ptr<daemon::Robot> robot_;
   std::map<std::string, std::unique_ptr<VirtualProgram>> programs_;
+  std::vector<std::unique_ptr<VirtualProgram>> killed_;  // until the swarm ends: they do nothing
 };
 
 /// One at a time in a process.
@@ -113,6 +125,8 @@ class Swarm {
   static Swarm* present();
   /// For ipc/stream.hpp: @return 0, or an errno of connect()
   int connect(int fd, const std::string& path);
+  /// The stream that was connected last with this path breaks off.
+  void cut_off(const std::string& path);
   /// @return how many of them are read or written
   std::size_t piece_of(std::size_t bytes);
 
@@ -127,6 +141,7 @@ class Swarm {
   std::size_t longest_piece_ = SIZE_MAX;
   Air air_;
   std::map<int, std::unique_ptr<VirtualRobot>> robots_;
+  std::map<std::string, int> streams_;  // the programs' ends, by path
 };
 
 }  // namespace swarmtalk::test

@@ -1,0 +1,336 @@
+#include "tests/virtual/check/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace swarmtalk::test {
+namespace {
+
+/// Whose count of messages: robot, channel, and the run of its daemon.
+using Source = std::tuple<std::uint32_t, int, std::uint32_t>;
+
+/// So many missing messages are believed at once, however slow their sender was (decision 0062).
+constexpr std::uint32_t kBelieved = 16;
+constexpr std::uint64_t kMissingOfHeard = 9;  // for each that was heard, the same decision
+
+class Judge {
+ public:
+  Judge(const Story& story, const Record& record) : story_(story), record_(record) {}
+
+  Verdict run() {
+    for (const std::string& each : record_.broken) break_promise(Promise::kAlive, each);
+    find_flushes();
+    for (const Hearing& each : record_.hearings) look_at(each);
+    look_for_twice();
+    for (const Publishing& each : record_.publishings) {
+      decide(Promise::kAnswered);
+      if (each.answered > each.accepted || (each.is_open && each.answered < each.accepted)) {
+        break_promise(Promise::kAnswered, where(each.robot, each.program, each.channel) + " sent " +
+                                              std::to_string(each.accepted) + " and was answered " +
+                                              std::to_string(each.answered));
+      }
+    }
+    look_for_last_words();
+    for (const FrameAccount& each : record_.frames) look_at(each);
+    for (const Leftovers& each : record_.leftovers) look_at(each);
+    return std::move(verdict_);
+  }
+
+ private:
+  struct Span {
+    std::uint32_t first = 0;  // in time
+    std::uint32_t last = 0;
+    std::set<std::uint32_t> numbers;
+  };
+
+  /// A source is followed from the first message on that was sent since the subscription began:
+  /// those before may have come before it.
+  static void note(const HeardMessage& heard, const Hearing& hearing,
+                   std::map<Source, Span>& spans) {
+    const Source source{heard.sender, hearing.channel, heard.epoch};
+    if (heard.sent < static_cast<int>(hearing.sent_before) && !spans.contains(source)) return;
+    Span& span = spans[source];
+    if (span.numbers.empty()) span.first = heard.number;
+    span.last = std::max(span.last, heard.number);
+    span.numbers.insert(heard.number);
+  }
+
+  /// Of the numbers since the first that was heard.
+  static std::uint64_t missing_in(const Span& span) {
+    const auto heard = std::distance(span.numbers.lower_bound(span.first), span.numbers.end());
+    return span.last - span.first + 1 - static_cast<std::uint64_t>(heard);
+  }
+
+  /// Whether all that is missing is believed, whatever its sender's pace.
+  static bool is_believed(const Span& span) {
+    std::uint32_t before = span.first;
+    std::uint32_t longest = span.last - *span.numbers.rbegin();
+    for (auto at = span.numbers.lower_bound(span.first); at != span.numbers.end(); ++at) {
+      longest = std::max(longest, *at == span.first ? 0 : *at - before - 1);
+      before = *at;
+    }
+    return longest <= kBelieved && missing_in(span) <= kMissingOfHeard * span.numbers.size();
+  }
+
+  static std::string where(int robot, int program, int channel) {
+    return "robot " + std::to_string(robot) + " program " + std::to_string(program) + " channel " +
+           std::to_string(channel);
+  }
+  static std::string where(const Hearing& hearing) {
+    return where(hearing.robot, hearing.program, hearing.channel);
+  }
+  void decide(Promise promise) { ++verdict_.decided[static_cast<std::size_t>(promise)]; }
+  void break_promise(Promise promise, const std::string& text) {
+    verdict_.violations.push_back({promise, text});
+  }
+  int key_of(int robot) const { return story_.robots[static_cast<std::size_t>(robot - 1)].key; }
+
+  /// Where each source stood when it flushed.
+  void find_flushes() {
+    for (const Hearing& hearing : record_.hearings) {
+      for (const HeardMessage& heard : hearing.heard) {
+        if (heard.number == 0) continue;
+        if (heard.sent < 0 || !record_.sent[static_cast<std::size_t>(heard.sent)].is_flush)
+          continue;
+        const Source source{heard.sender, hearing.channel, heard.epoch};
+        auto& before = last_before_flush_.emplace(source, heard.number - 1).first->second;
+        before = std::min(before, heard.number - 1);
+      }
+    }
+  }
+
+  void look_at(const Hearing& hearing) {
+    std::map<Source, Span> spans;
+    std::uint64_t lost = 0;
+    std::uint64_t late = 0;
+    for (const HeardMessage& heard : hearing.heard) {
+      lost += heard.lost;
+      late += heard.late;
+      decide(Promise::kGenuine);
+      if (heard.sent < 0) {
+        break_promise(Promise::kGenuine, where(hearing) + " heard what nobody sent: " + heard.text);
+        continue;
+      }
+      const SentMessage& sent = record_.sent[static_cast<std::size_t>(heard.sent)];
+      const bool is_own = sent.robot == hearing.robot;
+      const bool is_of_former_run = is_own && sent.run < hearing.run;  // others sent it on
+      if (sent.channel != hearing.channel || static_cast<int>(heard.sender) != sent.robot ||
+          heard.hops > sent.ttl || heard.is_local != (is_own && !is_of_former_run) ||
+          (heard.is_local && sent.program == hearing.program)) {
+        break_promise(Promise::kGenuine, where(hearing) + " heard '" + heard.text + "' with hops " +
+                                             std::to_string(heard.hops) + " of " +
+                                             std::to_string(sent.ttl));
+      }
+      decide(Promise::kKeysPart);
+      if (key_of(sent.robot) != key_of(hearing.robot)) {
+        break_promise(Promise::kKeysPart, where(hearing) + " heard '" + heard.text +
+                                              "', which is sealed with another key");
+      }
+      if (!heard.is_local) note(heard, hearing, spans);
+    }
+    look_at_losses(hearing, spans, lost, late);
+    look_at_beacons(hearing);
+    look_at_order(hearing);
+  }
+
+  /// Each message that did not come is told, and no other.
+  void look_at_losses(const Hearing& hearing, const std::map<Source, Span>& spans,
+                      std::uint64_t lost, std::uint64_t late) {
+    if (hearing.heard.empty()) return;
+    std::uint64_t least = 0;
+    for (const auto& [source, span] : spans) {
+      if (is_believed(span)) least += missing_in(span);
+    }
+    std::set<int> heard;
+    for (const HeardMessage& each : hearing.heard) heard.insert(each.sent);
+    std::uint64_t most = 0;
+    for (std::size_t i = 0; i < record_.sent.size(); ++i) {
+      const SentMessage& sent = record_.sent[i];
+      const bool is_to_itself =
+          sent.robot == hearing.robot && sent.program == hearing.program && sent.run == hearing.run;
+      if (sent.channel == hearing.channel && !is_to_itself &&
+          !heard.contains(static_cast<int>(i))) {
+        ++most;
+      }
+    }
+    decide(Promise::kTold);
+    const std::uint64_t told = lost - std::min(lost, late);
+    if (told < least || told > most) {
+      break_promise(Promise::kTold, where(hearing) + " run " + std::to_string(hearing.run) +
+                                        " was told of " + std::to_string(lost) + " lost and " +
+                                        std::to_string(late) + " late; missing are " +
+                                        std::to_string(least) + " to " + std::to_string(most));
+    }
+  }
+
+  /// What was lost of a neighbour without a later message is told by its beacons alone.
+  void look_at_beacons(const Hearing& hearing) {
+    if (!hearing.is_open) return;
+    std::map<Source, Span> spans;  // until this robot's own first message after the troubles
+    std::uint64_t told = 0;
+    for (const HeardMessage& heard : hearing.heard) {
+      told += heard.lost - std::min(heard.lost, heard.late);
+      if (heard.sent < 0) return;
+      if (heard.is_local) {
+        if (record_.sent[static_cast<std::size_t>(heard.sent)].is_flush) break;
+        continue;
+      }
+      note(heard, hearing, spans);
+    }
+    const std::vector<int> distance = distances_to(hearing.robot);
+    std::uint64_t least = 0;
+    for (auto& [source, span] : spans) {
+      const auto before_flush = last_before_flush_.find(source);
+      const bool is_near = distance[std::get<0>(source)] == 1;
+      if (is_near && before_flush != last_before_flush_.end()) {
+        span.last = std::max(span.last, before_flush->second);
+      }
+      if (!is_believed(span)) continue;
+      least += missing_in(span);
+      if (missing_in(span) > 0) decide(Promise::kTold);
+    }
+    if (told >= least) return;
+    break_promise(Promise::kTold, where(hearing) + " was told of " + std::to_string(told) +
+                                      " lost by beacons; missing are " + std::to_string(least));
+  }
+
+  /// What a robot says to its neighbours, in one packet each time, comes in the order of sending.
+  void look_at_order(const Hearing& hearing) {
+    const auto lets_overtake = [&](const Event& event) {
+      const bool begins_anew = event.kind == Kind::kStop || event.kind == Kind::kOtherKey;
+      return event.kind == Kind::kDelay ||
+             (begins_anew && key_of(hearing.robot) != 0 && event.robot == hearing.robot);
+    };
+    if (std::any_of(story_.events.begin(), story_.events.end(), lets_overtake)) return;
+    std::map<std::pair<int, int>, int> last;  // by robot and program, of TTL 0
+    for (const HeardMessage& heard : hearing.heard) {
+      if (heard.sent < 0) continue;
+      const SentMessage& sent = record_.sent[static_cast<std::size_t>(heard.sent)];
+      const auto& plan = story_.robots[static_cast<std::size_t>(sent.robot - 1)].programs;
+      if (sent.ttl != 0 || sent.program >= static_cast<int>(plan.size())) continue;
+      if (plan[static_cast<std::size_t>(sent.program)].redundancy > 0) continue;
+      int& before = last.emplace(std::pair(sent.robot, sent.program), -1).first->second;
+      decide(Promise::kInOrder);
+      if (heard.sent < before) {
+        break_promise(Promise::kInOrder, where(hearing) + " heard '" + heard.text + "' late");
+      }
+      before = std::max(before, heard.sent);
+    }
+  }
+
+  /// Of one message a program hears one, while its robot's daemon runs.
+  void look_for_twice() {
+    std::set<std::tuple<int, int, int, int, int>> heard;
+    for (const Hearing& hearing : record_.hearings) {
+      for (const HeardMessage& each : hearing.heard) {
+        if (each.sent < 0) continue;
+        decide(Promise::kOnce);
+        if (!heard.emplace(hearing.robot, hearing.program, hearing.channel, hearing.run, each.sent)
+                 .second) {
+          break_promise(Promise::kOnce, where(hearing) + " heard '" + each.text + "' twice");
+        }
+      }
+    }
+  }
+
+  /// Transmissions that it takes from each robot to this one, among those that share its key.
+  std::vector<int> distances_to(int robot) const {
+    const auto count = static_cast<int>(story_.robots.size());
+    std::vector<int> distance(static_cast<std::size_t>(count) + 1, INT32_MAX);
+    std::vector<int> next{robot};
+    distance[static_cast<std::size_t>(robot)] = 0;
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      const Place a = story_.robots[static_cast<std::size_t>(next[i] - 1)].place;
+      for (int n = 1; n <= count; ++n) {
+        const Place b = story_.robots[static_cast<std::size_t>(n - 1)].place;
+        if (distance[static_cast<std::size_t>(n)] != INT32_MAX || key_of(n) != key_of(robot) ||
+            std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) > story_.range_m) {
+          continue;
+        }
+        distance[static_cast<std::size_t>(n)] = distance[static_cast<std::size_t>(next[i])] + 1;
+        next.push_back(n);
+      }
+    }
+    return distance;
+  }
+
+  /// When all is repaired, everybody in reach hears what is sent.
+  void look_for_last_words() {
+    for (const Hearing& hearing : record_.hearings) {
+      if (!hearing.is_open || hearing.keeps < 64) continue;
+      const std::vector<int> distance = distances_to(hearing.robot);
+      std::set<int> heard;
+      for (const HeardMessage& each : hearing.heard) heard.insert(each.sent);
+      for (std::size_t i = 0; i < record_.sent.size(); ++i) {
+        const SentMessage& sent = record_.sent[i];
+        if (!sent.is_final || sent.channel != hearing.channel ||
+            (sent.robot == hearing.robot && sent.program == hearing.program)) {
+          continue;
+        }
+        const int way = distance[static_cast<std::size_t>(sent.robot)];
+        const bool is_due = way <= static_cast<int>(sent.ttl) + 1;
+        decide(Promise::kRepaired);
+        if (heard.contains(static_cast<int>(i)) == is_due) continue;
+        break_promise(Promise::kRepaired,
+                      where(hearing) + (is_due ? " has not heard" : " has heard") + " message " +
+                          std::to_string(i) + " of robot " + std::to_string(sent.robot) + ", " +
+                          std::to_string(way) + " hops away, ttl " + std::to_string(sent.ttl));
+      }
+    }
+  }
+
+  void look_at(const FrameAccount& account) {
+    decide(Promise::kFramesAddUp);
+    if (account.told_sent == account.sent && account.told_heard == account.heard) return;
+    break_promise(Promise::kFramesAddUp,
+                  "robot " + std::to_string(account.robot) + " counts " +
+                      std::to_string(account.told_sent) + " frames sent and " +
+                      std::to_string(account.told_heard) + " heard; there were " +
+                      std::to_string(account.sent) + " and " + std::to_string(account.heard));
+  }
+
+  /// Nothing waits for ever, and of programs that have ended nothing is left.
+  void look_at(const Leftovers& left) {
+    std::uint64_t publishers = kChannels;  // those of the program that flushes
+    std::uint64_t subscriptions = 0;
+    for (const ProgramPlan& each :
+         story_.robots[static_cast<std::size_t>(left.robot - 1)].programs) {
+      publishers += each.sends.size();
+      subscriptions += each.hears.size();
+    }
+    decide(Promise::kAlive);
+    if (left.waiting_messages == 0 && left.publishers == publishers &&
+        left.subscriptions == subscriptions) {
+      return;
+    }
+    break_promise(Promise::kAlive, "robot " + std::to_string(left.robot) + " has " +
+                                       std::to_string(left.waiting_messages) +
+                                       " messages waiting, " + std::to_string(left.publishers) +
+                                       " publishers and " + std::to_string(left.subscriptions) +
+                                       " subscriptions; " + std::to_string(publishers) + " and " +
+                                       std::to_string(subscriptions) + " there are");
+  }
+
+  const Story& story_;
+  const Record& record_;
+  std::map<Source, std::uint32_t> last_before_flush_;
+  Verdict verdict_;
+};
+
+}  // namespace
+
+const char* name_of(Promise promise) {
+  static constexpr std::array<const char*, kPromises> kNames{
+      "genuine",  "once",      "in-order",      "told", "answered",
+      "repaired", "keys-part", "frames-add-up", "alive"};
+  return kNames.at(static_cast<std::size_t>(promise));
+}
+
+Verdict judge(const Story& story, const Record& record) {
+  return Judge(story, record).run();
+}
+
+}  // namespace swarmtalk::test

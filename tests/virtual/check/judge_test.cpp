@@ -1,0 +1,181 @@
+// The judge of stories finds each promise that is broken, and nothing in a record where all is
+// well; the shortener keeps what is needed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tests/virtual/check/judge.hpp"
+#include "tests/virtual/check/shorten.hpp"
+#include "tests/virtual/check/story.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+/// Two robots: one sends three messages and its last word, the other hears them all.
+class TwoRobots : public testing::Test {
+ protected:
+  TwoRobots() {
+    story_.range_m = 10;
+    story_.robots.resize(2);
+    story_.robots[1].place = {5, 0};
+    ProgramPlan mouth;
+    mouth.sends = {0};
+    story_.robots[0].programs = {mouth};
+    ProgramPlan ear;
+    ear.hears = {0};
+    story_.robots[1].programs = {ear};
+    Hearing hearing{2, 0, 0, 1, 64, true, 0, {}};
+    for (int i = 0; i < 4; ++i) {
+      record_.sent.push_back({1, 0, 0, 1, 0, i == 3, false});
+      HeardMessage heard;
+      heard.sent = i;
+      heard.sender = 1;
+      heard.epoch = 7;
+      heard.number = static_cast<std::uint32_t>(i + 1);
+      hearing.heard.push_back(heard);
+    }
+    record_.hearings = {hearing};
+    record_.publishings = {{1, 0, 0, 4, 4, true}};
+    record_.frames = {{1, 4, 4, 0, 0}, {2, 0, 0, 4, 4}};
+    record_.leftovers = {{1, 0, 4, 0}, {2, 0, 3, 1}};
+  }
+
+  std::vector<HeardMessage>& heard() { return record_.hearings[0].heard; }
+  /// The promises that are broken.
+  std::string broken() {
+    std::string names;
+    for (const Violation& each : judge(story_, record_).violations) {
+      names += (names.empty() ? "" : " ") + std::string(name_of(each.promise));
+    }
+    return names;
+  }
+
+  Story story_;
+  Record record_;
+};
+
+TEST_F(TwoRobots, KeepEveryPromise) {
+  EXPECT_EQ(broken(), "");
+  const Verdict verdict = judge(story_, record_);
+  for (const std::uint64_t decided : verdict.decided) EXPECT_GT(decided, 0u);
+}
+
+TEST_F(TwoRobots, HearWhatNobodySent) {
+  heard()[1].sent = -1;
+  EXPECT_THAT(broken(), testing::StartsWith("genuine"));
+}
+
+TEST_F(TwoRobots, HearAMessageBeyondItsHopsOrOfAnotherSender) {
+  heard()[1].hops = 1;
+  EXPECT_EQ(broken(), "genuine");
+  heard()[1].hops = 0;
+  heard()[1].sender = 2;
+  EXPECT_THAT(broken(), testing::HasSubstr("genuine"));
+}
+
+TEST_F(TwoRobots, HearAMessageTwice) {
+  HeardMessage again = heard()[1];
+  heard().insert(heard().begin() + 2, again);
+  EXPECT_EQ(broken(), "once");
+}
+
+TEST_F(TwoRobots, HearAMessageAfterALaterOne) {
+  std::swap(heard()[1], heard()[2]);
+  EXPECT_EQ(broken(), "in-order");
+  story_.events.resize(1);
+  story_.events[0].kind = Kind::kDelay;
+  EXPECT_EQ(broken(), "") << "frames overtake each other in this story";
+}
+
+TEST_F(TwoRobots, AreToldOfEachLossAndOfNoOther) {
+  heard().erase(heard().begin() + 1);
+  EXPECT_THAT(broken(), testing::StartsWith("told"));
+  heard()[1].lost = 1;
+  EXPECT_EQ(broken(), "");
+  heard()[1].lost = 2;
+  EXPECT_EQ(broken(), "told");
+  heard()[1].late = 1;
+  EXPECT_EQ(broken(), "");
+}
+
+TEST_F(TwoRobots, AreToldByBeaconsBeforeALaterMessage) {
+  story_.robots[0].programs[0].hears = {};
+  for (const bool is_flush : {true, true}) {
+    record_.sent.push_back({2, 9, 0, 1, 0, false, is_flush});
+  }
+  record_.sent.push_back({1, 9, 0, 1, 0, false, true});  // which the neighbour hears too
+  HeardMessage flush;
+  flush.sender = 2;
+  flush.is_local = true;
+  flush.sent = 4;
+  HeardMessage other = heard()[3];
+  other.sent = 6;
+  other.number = 4;
+  heard() = {heard()[0], heard()[1], flush, other};  // 3 was lost, 4 is the neighbour's flush
+  heard()[2].lost = 1;
+  heard()[3].number = 4;
+  record_.sent[3].is_final = false;
+  EXPECT_EQ(broken(), "");
+  std::swap(heard()[2].lost, heard()[3].lost);  // only the later message told it
+  EXPECT_EQ(broken(), "told");
+}
+
+TEST_F(TwoRobots, MissTheLastWord) {
+  heard().pop_back();
+  EXPECT_EQ(broken(), "repaired");
+  story_.robots[1].place = {11, 0};
+  EXPECT_EQ(broken(), "") << "nobody is in reach";
+  heard().push_back({3, "", 1, 7, 4, 0, false, 0, 0});
+  EXPECT_EQ(broken(), "repaired") << "it cannot come so far";
+}
+
+TEST_F(TwoRobots, HearEachOtherWithDifferentKeys) {
+  story_.robots[1].key = 1;
+  EXPECT_THAT(broken(), testing::StartsWith("keys-part"));
+}
+
+TEST_F(TwoRobots, SendWhatIsNotAnsweredOrTwice) {
+  record_.publishings[0].answered = 3;
+  EXPECT_EQ(broken(), "answered");
+  record_.publishings[0].is_open = false;  // it ended before
+  EXPECT_EQ(broken(), "");
+  record_.publishings[0].answered = 5;
+  EXPECT_EQ(broken(), "answered");
+}
+
+TEST_F(TwoRobots, CountOtherFramesThanThereWere) {
+  record_.frames[0].told_sent = 5;
+  record_.frames[1].told_heard = 3;
+  EXPECT_EQ(broken(), "frames-add-up frames-add-up");
+}
+
+TEST_F(TwoRobots, KeepWhatShouldBeGone) {
+  record_.leftovers[0].waiting_messages = 1;
+  EXPECT_EQ(broken(), "alive");
+  record_.leftovers[0] = {1, 0, 5, 0};
+  EXPECT_EQ(broken(), "alive");
+  record_.broken.push_back("a reload was refused");
+  EXPECT_EQ(broken(), "alive alive");
+}
+
+TEST(Stories, OfOneSeedAreOne) {
+  EXPECT_EQ(told(draw_story(5)), told(draw_story(5)));
+  EXPECT_NE(told(draw_story(5)), told(draw_story(6)));
+}
+
+TEST(Stories, AreShortenedToWhatIsNeeded) {
+  Story story = draw_story(3);
+  ASSERT_GT(story.events.size(), 20u);
+  story.events[7].bytes = story.events[15].bytes = 77777;
+  const auto is_broken = [](const Story& without) {
+    return std::count_if(without.events.begin(), without.events.end(),
+                         [](const Event& each) { return each.bytes == 77777; }) == 2;
+  };
+  EXPECT_EQ(shortened(story, is_broken, 1000).events.size(), 2u);
+  EXPECT_EQ(shortened(story, is_broken, 0).events.size(), story.events.size());
+}
+
+}  // namespace
+}  // namespace swarmtalk::test

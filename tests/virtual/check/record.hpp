@@ -1,0 +1,90 @@
+// Record: all that programs of a story have sent and heard, and what daemons say at its end. What
+// the judge looks at; plain values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/virtual/check/story.hpp"
+
+namespace swarmtalk::test {
+
+/// A message that send() took.
+struct SentMessage {
+  int robot = 0;
+  int program = 0;
+  int channel = 0;
+  int run = 0;  // of the robot's daemon
+  std::uint32_t ttl = 0;
+  bool is_final = false;  // sent when all troubles were over
+  bool is_flush = false;  // of a robot to itself: what was lost is told before it
+};
+
+/// A message that a subscription heard.
+struct HeardMessage {
+  int sent = -1;     // its index in Record::sent; -1: nobody sent that
+  std::string text;  // its beginning, for people
+  std::uint32_t sender = 0;
+  std::uint32_t epoch = 0;
+  std::uint32_t number = 0;
+  std::uint32_t hops = 0;
+  bool is_local = false;
+  std::uint64_t lost = 0;  // before it, by what is told
+  std::uint64_t late = 0;
+};
+
+/// One subscription while it is registered with one daemon.
+struct Hearing {
+  int robot = 0;
+  int program = 0;
+  int channel = 0;
+  int run = 0;  // of the robot's daemon
+  std::uint32_t keeps = 0;
+  bool is_open = false;         // until the end of the story
+  std::size_t sent_before = 0;  // messages in Record::sent, when it began
+  std::vector<HeardMessage> heard;
+};
+
+/// One publisher while it is there.
+struct Publishing {
+  int robot = 0;
+  int program = 0;
+  int channel = 0;
+  std::uint64_t accepted = 0;
+  std::uint64_t answered = 0;  // calls of its SentCallback
+  bool is_open = false;        // until the end of the story
+};
+
+/// Of a link, by its counters and by the air.
+struct FrameAccount {
+  int robot = 0;
+  std::uint64_t told_sent = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t told_heard = 0;  // taken or dropped, for whatever reason
+  std::uint64_t heard = 0;
+};
+
+/// What waits at a robot's end, by its daemon.
+struct Leftovers {
+  int robot = 0;
+  std::uint64_t waiting_messages = 0;
+  std::uint64_t publishers = 0;
+  std::uint64_t subscriptions = 0;
+};
+
+struct Record {
+  std::vector<SentMessage> sent;
+  std::vector<Hearing> hearings;
+  std::vector<Publishing> publishings;
+  std::vector<FrameAccount> frames;
+  std::vector<Leftovers> leftovers;
+  std::vector<std::string> broken;  // promises that do not need the judge
+  std::array<std::uint64_t, kKinds> struck{};
+  std::uint64_t course = 0;
+  double seconds = 0;  // of swarm time
+};
+
+}  // namespace swarmtalk::test

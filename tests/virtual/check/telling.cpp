@@ -1,0 +1,475 @@
+#include "tests/virtual/check/telling.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "ipc/ipc.pb.h"
+#include "loop/clock.hpp"
+#include "tests/support/turned_clock.hpp"
+#include "tests/virtual/key_file.hpp"
+#include "tests/virtual/swarm.hpp"
+
+namespace swarmtalk::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLongestDelay = 50ms;
+constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
+constexpr int kSharedKeys = 2;
+
+/// A program while it runs: what it sends and hears goes into the record.
+class Actor {
+ public:
+  struct Place {
+    int robot = 0;
+    int program = 0;
+  };
+
+  Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Record& record,
+        const std::unordered_map<std::string, int>& known, const int& run)
+      : client_(program.client()),
+        place_(place),
+        plan_(plan),
+        record_(record),
+        known_(known),
+        run_(run) {
+    client_.on_error({});
+    client_.on_disconnect([this](const Status&) { end_hearings(); });
+    client_.on_reconnect([this] { begin_hearings(); });
+    for (const int channel : plan.sends) publish(channel);
+    for (const int channel : plan.hears) {
+      subscribers_.push_back(
+          client_.subscribe(channel_name(channel), Policy::last(plan.keeps),
+                            [this, channel](const Message& message) { hear(channel, message); }));
+    }
+    look_for_connection();
+  }
+  Actor(const Actor&) = delete;
+  Actor& operator=(const Actor&) = delete;
+  ~Actor() {
+    if (!has_left_) leave(false);
+    client_.on_disconnect({});
+    client_.on_reconnect({});
+  }
+
+  /// Nothing of it goes into the record any more. @param is_open  the story is over, and not it
+  void leave(bool is_open) {
+    if (!is_open) end_hearings();
+    for (const auto& [channel, mouth] : publishers_) {
+      Publishing& publishing = record_.publishings[mouth.index];
+      publishing.answered = *mouth.answered;
+      publishing.is_open = is_open;
+    }
+    has_left_ = true;
+  }
+
+  static std::string channel_name(int channel) { return {static_cast<char>('a' + channel)}; }
+
+  bool is_paused = false;
+
+  bool send(int channel, const std::string& text, std::uint32_t ttl) {
+    const auto found = publishers_.find(channel);
+    if (found == publishers_.end()) return false;
+    if (!found->second.publisher.send(text, ttl).ok()) return false;
+    ++record_.publishings[found->second.index].accepted;
+    return true;
+  }
+
+  /// A program that started before its daemon is told of no reconnection when that comes.
+  void look_for_connection() {
+    if (hearings_.empty() && client_.is_connected()) begin_hearings();
+  }
+
+ private:
+  struct Mouth {
+    Publisher publisher;
+    std::size_t index = 0;                    // in Record::publishings
+    std::shared_ptr<std::uint64_t> answered;  // its callback may be called after the Actor's end
+  };
+
+  void publish(int channel) {
+    Sending sending = plan_.queue == Queue::kNewest       ? Sending::newest(3)
+                      : plan_.queue == Queue::kOneAtATime ? Sending::one_at_a_time()
+                                                          : Sending{};
+    if (plan_.redundancy > 0) sending = sending.redundant(plan_.redundancy);
+    auto answered = std::make_shared<std::uint64_t>(0);
+    publishers_[channel] = {client_.advertise(channel_name(channel), sending,
+                                              [answered](const Status&) { ++*answered; }),
+                            record_.publishings.size(), answered};
+    record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, true});
+  }
+
+  void begin_hearings() {
+    if (has_left_) return;
+    end_hearings();
+    for (const int channel : plan_.hears) {
+      hearings_[channel] = record_.hearings.size();
+      record_.hearings.push_back({place_.robot,
+                                  place_.program,
+                                  channel,
+                                  run_,
+                                  plan_.keeps,
+                                  true,
+                                  record_.sent.size(),
+                                  {}});
+    }
+  }
+  void end_hearings() {
+    for (const auto& [channel, index] : hearings_) record_.hearings[index].is_open = false;
+    hearings_.clear();
+  }
+
+  void hear(int channel, const Message& message) {
+    if (has_left_) return;
+    look_for_connection();
+    const auto hearing = hearings_.find(channel);
+    if (hearing == hearings_.end()) {
+      record_.broken.push_back("a message came while there was no connection");
+      return;
+    }
+    const auto sent = known_.find(message.payload);
+    HeardMessage heard;
+    heard.sent = sent == known_.end() ? -1 : sent->second;
+    heard.text = message.payload.substr(0, 24);
+    heard.sender = message.sender;
+    heard.epoch = message.epoch;
+    heard.number = message.message_number;
+    heard.hops = message.hops;
+    heard.is_local = message.local;
+    heard.lost = message.lost_before.total();
+    heard.late = message.lost_before.late;
+    record_.hearings[hearing->second].heard.push_back(std::move(heard));
+  }
+
+  Client& client_;
+  Place place_;
+  ProgramPlan plan_;
+  Record& record_;
+  const std::unordered_map<std::string, int>& known_;
+  const int& run_;
+  bool has_left_ = false;
+  std::map<int, Mouth> publishers_;
+  std::map<int, std::size_t> hearings_;
+  std::vector<Subscriber> subscribers_;
+};
+
+/// The whole of it, and its course.
+class Telling {
+ public:
+  explicit Telling(const Story& story) : story_(story), swarm_(story.seed) {
+    swarm_.air().set_range(story.range_m);
+    for (int key = 1; key <= kSharedKeys + robots(); ++key) {
+      keys_.push_back(std::make_unique<KeyFile>(static_cast<std::uint32_t>(key)));
+    }
+    for (int n = 1; n <= robots(); ++n) {
+      const RobotPlan& plan = plan_of(n);
+      states_.push_back({plan.beacon_ms, plan.key, 1});
+      swarm_.add(n, plan.place, configuration_of(n));
+    }
+    for (int n = 1; n <= robots(); ++n) {
+      for (int p = 0; p < static_cast<int>(plan_of(n).programs.size()); ++p) start_program(n, p);
+    }
+  }
+
+  Record run() {
+    struct Action {
+      Milliseconds at{};
+      const Event* event = nullptr;
+      bool begins = true;
+    };
+    std::vector<Action> actions;
+    for (const Event& event : story_.events) {
+      actions.push_back({event.at, &event, true});
+      if (event.kind == Kind::kSend) continue;
+      actions.push_back({std::min(event.at + event.lasts, story_.troubles), &event, false});
+    }
+    std::stable_sort(actions.begin(), actions.end(),
+                     [](const Action& a, const Action& b) { return a.at < b.at; });
+    const auto begin = loop::now();
+    for (const Action& action : actions) {
+      if (begin + action.at > loop::now()) swarm_.advance(begin + action.at - loop::now());
+      if (action.begins) {
+        strike(*action.event);
+      } else {
+        repair(*action.event);
+      }
+    }
+    swarm_.advance(kSettling);
+    for (const auto& [name, each] : actors_) each->look_for_connection();
+    flush();
+    say_last_words();
+    flush();
+    look();
+    record_.course = swarm_.course();
+    record_.seconds = std::chrono::duration<double>(loop::now() - begin).count();
+    for (const auto& [name, each] : actors_) each->leave(true);
+    return std::move(record_);
+  }
+
+ private:
+  struct State {
+    int beacon_ms = 0;
+    int key = 0;
+    int run = 1;
+  };
+  using Name = std::pair<int, int>;  // robot and program
+
+  int robots() const { return static_cast<int>(story_.robots.size()); }
+  const RobotPlan& plan_of(int robot) const {
+    return story_.robots[static_cast<std::size_t>(robot - 1)];
+  }
+  State& state_of(int robot) { return states_[static_cast<std::size_t>(robot - 1)]; }
+  static std::string name_of_program(int program) { return "p" + std::to_string(program); }
+
+  std::string configuration_of(int robot) {
+    const State& state = state_of(robot);
+    std::string text = "beacon_ms = " + std::to_string(state.beacon_ms) + "\n";
+    if (state.key != 0) {
+      text += "key_file = \"" + keys_[static_cast<std::size_t>(state.key - 1)]->path() + "\"\n";
+    }
+    return text;
+  }
+
+  Actor* actor(int robot, int program) {
+    const auto found = actors_.find({robot, program});
+    return found == actors_.end() ? nullptr : found->second.get();
+  }
+
+  void start_program(int robot, int program) {
+    const auto& programs = plan_of(robot).programs;
+    actors_[{robot, program}] = std::make_unique<Actor>(
+        swarm_.robot(robot).program(name_of_program(program)), Actor::Place{robot, program},
+        programs[static_cast<std::size_t>(program)], record_, known_, state_of(robot).run);
+  }
+
+  void send(int robot, int program, int channel, std::uint32_t ttl, std::size_t bytes,
+            bool is_final = false) {
+    Actor* const sender = actor(robot, program);
+    if (sender == nullptr || sender->is_paused) return;
+    const int index = static_cast<int>(record_.sent.size());
+    std::string text = std::to_string(robot) + "." + std::to_string(program) + "." +
+                       Actor::channel_name(channel) + " " + std::to_string(index) + " ";
+    if (text.size() < bytes) text.resize(bytes, static_cast<char>('a' + index % 26));
+    known_[text] = index;  // before it is sent: it may be heard at once
+    record_.sent.push_back(
+        {robot, program, channel, state_of(robot).run, ttl, is_final, program == kFlush});
+    if (sender->send(channel, text, ttl)) return;
+    known_.erase(text);
+    record_.sent.pop_back();
+  }
+
+  void reload(int robot) {
+    swarm_.robot(robot).configure(configuration_of(robot));
+    if (!swarm_.robot(robot).is_running()) return;
+    ipc::Reloaded reply;
+    if (const auto refusal = swarm_.robot(robot).parts().operations().reload("a test", reply)) {
+      record_.broken.push_back("a reload was refused: " + refusal->text);
+    }
+  }
+
+  void struck(const Event& event, std::uint64_t times = 1) {
+    record_.struck[static_cast<std::size_t>(event.kind)] += times;
+  }
+
+  void strike(const Event& event) {
+    VirtualRobot* const robot = event.robot == 0 ? nullptr : &swarm_.robot(event.robot);
+    const std::string program = name_of_program(event.program);
+    switch (event.kind) {
+      case Kind::kSend:
+        struck(event);
+        for (int i = 0; i < event.count; ++i) {
+          send(event.robot, event.program, event.channel, event.ttl, event.bytes);
+        }
+        return;
+      case Kind::kLoss:
+        swarm_.air().set_loss(event.share);
+        break;
+      case Kind::kTwice:
+        swarm_.air().set_duplicates(event.share);
+        break;
+      case Kind::kDelay:
+        swarm_.air().set_delays(event.share, kLongestDelay);
+        break;
+      case Kind::kPieces:
+        swarm_.cut_streams(static_cast<std::size_t>(event.count));
+        break;
+      case Kind::kLinkDown:
+        swarm_.air().set_link(event.robot, false);
+        break;
+      case Kind::kAway:
+        swarm_.air().put(event.robot, {1e6 * event.robot, 0});
+        break;
+      case Kind::kBusy:
+        swarm_.air().set_busy(event.robot, true);
+        break;
+      case Kind::kStop:
+        robot->stop();
+        break;
+      case Kind::kEnd:
+        if (actors_.erase({event.robot, event.program}) == 0) return;
+        robot->end_program(program);
+        break;
+      case Kind::kKill:
+        if (actor(event.robot, event.program) == nullptr) return;
+        robot->kill_program(program);
+        actors_.erase({event.robot, event.program});
+        break;
+      case Kind::kPause:
+        if (Actor* const paused = actor(event.robot, event.program)) {
+          paused->is_paused = true;
+          robot->program(program).set_running(false);
+          break;
+        }
+        return;
+      case Kind::kReload:
+        state_of(event.robot).beacon_ms = 20 * event.count + 100;
+        reload(event.robot);
+        break;
+      case Kind::kOtherKey:
+        state_of(event.robot).key = kSharedKeys + event.robot;  // nobody else has that
+        reload(event.robot);
+        break;
+      case Kind::kClock:
+        step_wall(std::chrono::seconds(event.count));
+        break;
+    }
+    struck(event);
+  }
+
+  void repair(const Event& event) {
+    const RobotPlan* const plan = event.robot == 0 ? nullptr : &plan_of(event.robot);
+    switch (event.kind) {
+      case Kind::kSend:
+        return;
+      case Kind::kLoss:
+        return swarm_.air().set_loss(0);
+      case Kind::kTwice:
+        return swarm_.air().set_duplicates(0);
+      case Kind::kDelay:
+        return swarm_.air().set_delays(0, {});
+      case Kind::kPieces:
+        return swarm_.cut_streams(SIZE_MAX);
+      case Kind::kLinkDown:
+        return swarm_.air().set_link(event.robot, true);
+      case Kind::kAway:
+        return swarm_.air().put(event.robot, plan->place);
+      case Kind::kBusy:
+        return swarm_.air().set_busy(event.robot, false);
+      case Kind::kStop:
+        ++state_of(event.robot).run;
+        return swarm_.robot(event.robot).start();
+      case Kind::kEnd:
+      case Kind::kKill:
+        if (actor(event.robot, event.program) == nullptr) start_program(event.robot, event.program);
+        return;
+      case Kind::kPause:
+        if (Actor* const paused = actor(event.robot, event.program)) {
+          paused->is_paused = false;
+          swarm_.robot(event.robot).program(name_of_program(event.program)).set_running(true);
+        }
+        return;
+      case Kind::kReload:
+        state_of(event.robot).beacon_ms = plan->beacon_ms;
+        return reload(event.robot);
+      case Kind::kOtherKey:
+        state_of(event.robot).key = plan->key;
+        return reload(event.robot);
+      case Kind::kClock:
+        return;
+    }
+  }
+
+  /// What all must hear.
+  void say_last_words() {
+    for (const std::uint32_t ttl : {0u, 4u}) {
+      for (int n = 1; n <= robots(); ++n) {
+        for (int p = 0; p < static_cast<int>(plan_of(n).programs.size()); ++p) {
+          for (const int channel : plan_of(n).programs[static_cast<std::size_t>(p)].sends) {
+            send(n, p, channel, ttl, 0, true);
+          }
+        }
+        swarm_.advance(20ms);
+      }
+      swarm_.advance(1s);
+    }
+    swarm_.advance(3s);
+  }
+
+  /// A message of each robot, which its own programs hear: before it each subscription is told of
+  /// what it has not been yet.
+  void flush() {
+    ProgramPlan plan;
+    for (int channel = 0; channel < kChannels; ++channel) plan.sends.push_back(channel);
+    for (int n = 1; n <= robots(); ++n) {
+      std::unique_ptr<Actor>& made = actors_[{n, kFlush}];
+      if (made == nullptr) {
+        made = std::make_unique<Actor>(swarm_.robot(n).program("flush"), Actor::Place{n, kFlush},
+                                       plan, record_, known_, state_of(n).run);
+      }
+      for (const int channel : plan.sends) send(n, kFlush, channel, 0, 0);
+      swarm_.advance(20ms);
+    }
+    swarm_.advance(2s);
+  }
+
+  /// What the daemons say, when all is over.
+  void look() {
+    for (int n = 1; n <= robots(); ++n) {
+      DaemonStatus status;
+      if (const Status asked = swarm_.robot(n).program("flush").client().get_status(status);
+          !asked) {
+        record_.broken.push_back("robot " + std::to_string(n) +
+                                 " does not answer: " + std::string(asked.text()));
+        continue;
+      }
+      const Air::Frames frames = swarm_.air().frames_of(n);
+      FrameAccount account{n, 0, frames.sent, 0, frames.heard};
+      std::uint64_t taken_later = 0;
+      for (const Counter& counter : status.links.at(0).counters) {
+        if (counter.name == "frames_sent") {
+          account.told_sent = counter.value;
+        } else if (counter.name.starts_with("frames_")) {
+          account.told_heard += counter.value;
+        }
+        if (counter.name == "frames_proven_later") taken_later = counter.value;
+      }
+      account.told_heard -= 2 * taken_later;  // it is also counted as not proven and as received
+      record_.frames.push_back(account);
+      Leftovers left;
+      left.robot = n;
+      for (const UserStatus& user : status.users) {
+        for (const ShareStatus& share : user.shares) {
+          if (share.name == "waiting_messages") left.waiting_messages += share.used;
+          if (share.name == "publishers") left.publishers += share.used;
+          if (share.name == "subscriptions") left.subscriptions += share.used;
+        }
+      }
+      record_.leftovers.push_back(left);
+    }
+  }
+
+  static constexpr int kFlush = 9;
+
+  const Story& story_;
+  std::vector<std::unique_ptr<KeyFile>> keys_;
+  Record record_;
+  std::unordered_map<std::string, int> known_;  // messages sent, by their text
+  std::deque<State> states_;
+  Swarm swarm_;
+  std::map<Name, std::unique_ptr<Actor>> actors_;
+};
+
+}  // namespace
+
+Record tell(const Story& story) {
+  return Telling(story).run();
+}
+
+}  // namespace swarmtalk::test
