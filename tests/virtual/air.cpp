@@ -117,8 +117,13 @@ struct Air::Delayed {
   loop::Timer timer;
 };
 
-Air::Air(boost::asio::io_context& io, std::uint64_t seed, Course& course)
-    : io_(io), course_(course), chance_(static_cast<std::mt19937::result_type>(seed)) {}
+Air::Air(boost::asio::io_context& io, std::uint64_t number, std::uint64_t seed, Course& course,
+         Places& places)
+    : io_(io),
+      course_(course),
+      chance_(static_cast<std::mt19937::result_type>(seed)),
+      places_(places),
+      first_address_(kFirstAddress + (number << 32)) {}
 
 Air::~Air() = default;
 
@@ -130,7 +135,7 @@ std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& co
   }
   std::erase_if(antennas_, [](const auto& each) { return each.second->is_gone; });
   const std::uint64_t number = next_antenna_++;
-  const std::uint64_t address = kFirstAddress + static_cast<std::uint64_t>(robot);
+  const std::uint64_t address = first_address_ + static_cast<std::uint64_t>(robot);
   Antenna& antenna =
       *antennas_.emplace(number, std::make_unique<Antenna>(io_, robot, number, *this))
            .first->second;

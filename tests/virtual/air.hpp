@@ -1,6 +1,6 @@
-// The air of a virtual swarm: each frame of a robot reaches at once all that are near enough. A
-// link is the product's SocketLink; its medium is one end of a socket pair, whose other end is
-// here.
+// The air of a virtual swarm: each frame of a robot reaches at once all that are near enough and
+// have a link there. A link is the product's SocketLink; its medium is one end of a socket pair,
+// whose other end is here.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -24,10 +24,16 @@ struct Place {
   double y_m = 0;
 };
 
+using Places = std::map<int, Place>;  // of the robots, by their numbers
+
 class Air {
  public:
+  /// @param number  from 0: of this air in its swarm
+  /// @param seed    of what is lost here
   /// @param course  each frame, with its time
-  Air(boost::asio::io_context& io, std::uint64_t seed, Course& course);
+  /// @param places  where the robots are, on all airs
+  Air(boost::asio::io_context& io, std::uint64_t number, std::uint64_t seed, Course& course,
+      Places& places);
   ~Air();
 
   void put(int robot, Place place) { places_[robot] = place; }
@@ -84,7 +90,8 @@ class Air {
   boost::asio::io_context& io_;
   Course& course_;
   std::mt19937 chance_;
-  std::map<int, Place> places_;
+  Places& places_;
+  std::uint64_t first_address_;
   std::map<std::uint64_t, std::unique_ptr<Antenna>> antennas_;  // in the order of their coming
   std::uint64_t next_antenna_ = 0;
   double range_m_ = 1e9;

@@ -84,21 +84,24 @@ void VirtualRobot::kill_program(const std::string& name) {
   programs_.erase(killed);
 }
 
-std::uint64_t VirtualRobot::counter(const std::string& name) {
+std::uint64_t VirtualRobot::counter(const std::string& name, const std::string& link) {
   DaemonStatus status;
   if (const Status asked = program("observer").client().get_status(status); !asked) {
     throw Error(asked);
   }
-  for (const Counter& each : status.links.at(0).counters) {
-    if (each.name == name) return each.value;
+  for (const auto& on : status.links) {
+    for (const Counter& each : on.counters) {
+      if (on.name == link && each.name == name) return each.value;
+    }
   }
-  throw std::out_of_range("no counter " + name);
+  throw std::out_of_range("no counter " + name + " of a link " + link);
 }
 
 void VirtualRobot::start() {
   const auto load = [this] {
-    const std::string text = "[node]\nid = " + std::to_string(number_) +
-                             "\n[links.air]\ntype = \"udp\"\n" + configuration_;
+    const bool has_links = configuration_.starts_with("[links.");
+    const std::string text = "[node]\nid = " + std::to_string(number_) + "\n" +
+                             (has_links ? "" : "[links.air]\ntype = \"udp\"\n") + configuration_;
     daemon::ConfigOptions options;
     options.socket_path = socket_path();
     return daemon::parse_config(text, "virtual.toml", options);
@@ -109,7 +112,7 @@ void VirtualRobot::start() {
       swarm_.io(), std::move(parsed), load,
       [this](boost::asio::io_context&, const daemon::LinkConfig& config, const daemon::KeyLines&,
              frame::ProfileId profile, std::size_t max_packet_bytes) {
-        return swarm_.air().open(number_, config, profile, max_packet_bytes);
+        return swarm_.air(config.name).open(number_, config, profile, max_packet_bytes);
       });
   robot_->start();
 }
@@ -117,7 +120,7 @@ void VirtualRobot::start() {
 Swarm::Swarm(std::uint64_t seed)
     : programs_(::epoll_create1(EPOLL_CLOEXEC)),
       chance_(static_cast<std::mt19937::result_type>(seed)),
-      air_(io_, seed, course_) {
+      seed_(seed) {
   begin(seed);
   seed_nonces();
   the_swarm = this;
@@ -130,9 +133,14 @@ Swarm::~Swarm() {
 }
 
 VirtualRobot& Swarm::add(int number, Place place, const std::string& configuration) {
-  air_.put(number, place);
+  places_[number] = place;
   return *robots_.emplace(number, std::make_unique<VirtualRobot>(*this, number, configuration))
               .first->second;
+}
+
+Air& Swarm::air(const std::string& link) {
+  const std::uint64_t number = airs_.size();
+  return airs_.try_emplace(link, io_, number, seed_ + number, course_, places_).first->second;
 }
 
 void Swarm::advance(std::chrono::nanoseconds duration) {

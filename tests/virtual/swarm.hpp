@@ -72,8 +72,8 @@ class VirtualRobot {
   /// It ends as by SIGKILL: what its socket has taken is there, and nothing more comes.
   void kill_program(const std::string& name);
 
-  /// Of the link, as a program asks for it: "frames_sent".
-  std::uint64_t counter(const std::string& name);
+  /// Of this link, as a program asks for it: "frames_sent".
+  std::uint64_t counter(const std::string& name, const std::string& link = "air");
 
   /// The daemon ends, and starts.
   void stop() { robot_.reset(); }
@@ -104,7 +104,9 @@ class Swarm {
   Swarm& operator=(const Swarm&) = delete;
 
   /// Adds a robot with node id `number`, one link "air", and starts it.
-  /// @param configuration  sections besides, and keys of [links.air] before the first of them
+  /// @param configuration  sections besides, and keys of [links.air] before the first of them; or,
+  ///   if it begins with "[links.", all links of the robot: each, of any type, is on the air of
+  ///   its name
   VirtualRobot& add(int number, Place place = {}, const std::string& configuration = "");
   VirtualRobot& robot(int number) { return *robots_.at(number); }
 
@@ -114,7 +116,8 @@ class Swarm {
   /// From now on each read and write of a program's stream ends after 1 to `bytes`, drawn for each.
   void cut_streams(std::size_t bytes) { longest_piece_ = bytes; }
 
-  Air& air() { return air_; }
+  /// The air of the links of this name, made when it is asked for first.
+  Air& air(const std::string& link = "air");
   /// All frames and all lines of the log until now, as a number.
   std::uint64_t course() const { return course_.value(); }
   boost::asio::io_context& io() { return io_; }
@@ -138,8 +141,10 @@ class Swarm {
   VirtualLog log_{course_};
   int programs_;
   std::mt19937 chance_;
+  std::uint64_t seed_;
   std::size_t longest_piece_ = SIZE_MAX;
-  Air air_;
+  Places places_;
+  std::map<std::string, Air> airs_;  // by the names of their links
   std::map<int, std::unique_ptr<VirtualRobot>> robots_;
   std::map<std::string, int> streams_;  // the programs' ends, by path
 };

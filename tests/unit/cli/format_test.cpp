@@ -162,6 +162,16 @@ TEST(Format, JsonHasSiUnitsWithoutFloatNoise) {
       R"("lost_before":{"air":0,"kernel":0,"daemon":0,"client":0,"late":0},"origin":null,"size_bytes":7,"text":"hello 3","hex":"68656c6c6f2033"})");
 }
 
+TEST(Format, JsonSaysThatAMessageCrossedAGatewayAlsoWhereItsOriginIsNotKnown) {
+  Message message = heard();
+  message.origin = GatewayOrigin{};
+  EXPECT_EQ(to_json("c", message)["origin"].dump(),
+            R"({"link":null,"node":null,"message_number":null})");
+  message.origin = GatewayOrigin{"small", 9, 6};
+  EXPECT_EQ(to_json("c", message)["origin"].dump(),
+            R"({"link":"small","node":9,"message_number":6})");
+}
+
 TEST(Format, JsonHasTheWallClockToo) {
   Message message = heard();
   message.received_at = std::chrono::steady_clock::now() - std::chrono::seconds(100);
