@@ -3,10 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "frame/air_frame.hpp"
 #include "tests/unit/cli/cli_fixture.hpp"
@@ -106,6 +112,77 @@ TEST_F(CliLooking, ARobotThatDoesNotAnswerIsToldWithWhatMakesItAnswer) {
   const Result own = run({"ping", "42"});
   EXPECT_EQ(own.exit_code, 2);
   EXPECT_EQ(own.error, "swarmtalk-cli: robot 42 is this one; ping another\n");
+}
+
+/// What daemons of a row answer to ping: robot 2 hears the asker, 3 hears 2, and so on.
+class Row {
+ public:
+  /// For FakeDaemon::says.
+  std::vector<ipc::Envelope> say(const ipc::Envelope& asked) {
+    if (asked.has_advertise() || asked.has_subscribe()) ++ids_;
+    if (asked.has_subscribe()) subscription_ = ids_;
+    if (!asked.has_publish()) return {};
+    std::istringstream words(asked.publish().payload());
+    std::string word;
+    std::string run;
+    std::string sequence;
+    std::uint32_t robot = 0;
+    words >> word >> run >> sequence >> robot;
+    const std::string hops = std::to_string(robot - 2);
+    const std::string via = robot == 2 ? "42" : std::to_string(robot - 1);
+    std::vector<ipc::Envelope> said(2);
+    said[0].mutable_sent()->set_publisher_id(asked.publish().publisher_id());
+    said[0].mutable_sent()->set_publish_number(asked.publish().publish_number());
+    ipc::Deliver& pong = *said[1].mutable_deliver();
+    pong.set_subscription_id(subscription_);
+    pong.set_sender(robot);
+    pong.set_hops(robot - 2);
+    pong.set_payload("pong " + run + " " + sequence + " " + std::to_string(++heard_[{run, robot}]) +
+                     " " + hops + " " + via);
+    return said;
+  }
+
+ private:
+  std::uint32_t ids_ = 0;  // that the daemon has given
+  std::uint32_t subscription_ = 0;
+  std::map<std::pair<std::string, std::uint32_t>, std::uint32_t> heard_;  // by run and robot
+};
+
+TEST_F(CliLooking, PingByHopTellsOfEachRobotOnTheWay) {
+  Row row;
+  daemon.says = [&](const ipc::Envelope& asked) { return row.say(asked); };
+  Program program(with_socket({"ping", "4", "--by-hop", "--period", "0.1", "--json"}));
+  json told;
+  for (int line = 0; line < 600; ++line) {  // the first of them name fewer robots
+    told = json::parse(program.read_line());
+    if (told["hops"].size() == 3 && told["hops"][0]["answered"] > 0) break;
+  }
+  program.signal(SIGINT);
+  program.finish();
+  EXPECT_EQ(told["hops_there"], 2);
+  EXPECT_EQ(told["hops_back"], 2);
+  EXPECT_EQ(told["heard_there"], told["told_of"]);
+  ASSERT_EQ(told["hops"].size(), 3u) << told;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(told["hops"][i]["robot"], i + 2);
+    EXPECT_EQ(told["hops"][i]["hops_there"], i);
+    EXPECT_GT(told["hops"][i]["answered"], 0);
+    EXPECT_GT(told["hops"][i]["median_ms"], 0);
+  }
+  EXPECT_EQ(told["hops"][2]["answered"], told["answered"]);
+}
+
+TEST_F(CliLooking, PingByHopEndsWithALineForEachRobotOnTheWay) {
+  Row row;
+  daemon.says = [&](const ipc::Envelope& asked) { return row.say(asked); };
+  Program program(with_socket({"ping", "3", "--by-hop", "--period", "0.1"}));
+  wait_for_publications(20);
+  program.signal(SIGINT);
+  const std::string out = program.finish().out;
+  const std::string figures = "  [0-9]+\\.[0-9][0-9] ms  [0-9]+ sent, [0-9]+ answered; lost ";
+  for (const char* robot : {"robot 2: hops there 0", "robot 3: hops there 1"}) {
+    EXPECT_TRUE(std::regex_search(out, std::regex("\n" + (robot + figures)))) << out;
+  }
 }
 
 TEST_F(CliLooking, PubSendsAMessageALine) {
