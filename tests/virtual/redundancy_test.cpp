@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "tests/virtual/swarm.hpp"
 
@@ -79,8 +81,17 @@ TEST_F(VirtualRedundancy, BringsMessagesOfFourPacketsWhereAnyFourOfSevenArrive) 
   EXPECT_EQ(swarm_.robot(1).counter("packets_sent"), 7u * kMessages);
   EXPECT_EQ(swarm_.robot(1).counter("repairs_sent"), 3u * kMessages);
   expect_share(heard(kFourPackets), 2.0 * kMessages, 0.9667);
-  EXPECT_GT(swarm_.robot(2).counter("packets_recovered"), 400u);
-  EXPECT_EQ(swarm_.robot(2).counter("node_bad_packets"), 0u);
+  for (int n = 2; n <= 3; ++n) {
+    EXPECT_GT(swarm_.robot(n).counter("packets_recovered"), 400u) << n;
+    EXPECT_EQ(swarm_.robot(n).counter("node_bad_packets"), 0u) << n;
+  }
+}
+
+TEST_F(VirtualRedundancy, BringsStillMoreWithCopiesBesides) {
+  publish(kFourPackets, Sending().redundant(3).repeated(2), 50ms);
+  EXPECT_EQ(swarm_.robot(1).counter("packets_sent"), 11u * kMessages)
+      << "copies are of the message, and not of its repair packets";
+  expect_share(heard(kFourPackets), 2.0 * kMessages, 0.9978);
 }
 
 TEST_F(VirtualRedundancy, LetsOnePacketRideInAFrameThatLeavesAnyway) {
@@ -95,6 +106,40 @@ TEST_F(VirtualRedundancy, IsMissedByMessagesOfOnePacket) {
   publish(kOnePacket, {}, 10ms);
   EXPECT_EQ(swarm_.robot(1).counter("frames_sent"), 1u * kMessages);
   expect_share(heard(kOnePacket), 2.0 * kMessages, 1 - kLoss);
+}
+
+/// Airtime of messages of one packet, each with so many repair packets.
+std::uint64_t airtime_us(std::uint32_t repairs) {
+  Swarm swarm;
+  VirtualProgram& mouth = swarm.add(1, {}, "air_rate_mbps = 6.0\n").program("mouth");
+  mouth.advertise("c", Sending().redundant(repairs));
+  for (int i = 0; i < kMessages; ++i) {
+    mouth.send("c", kOnePacket);
+    swarm.advance(10ms);
+  }
+  swarm.advance(2s);
+  return swarm.robot(1).counter("airtime_us_sent");
+}
+
+TEST(VirtualRedundancyOfOnePacket, CostsLessThanAThirdMoreAir) {
+  const std::uint64_t plain = airtime_us(0);
+  EXPECT_GT(plain, 0u);
+  EXPECT_LE(airtime_us(1), plain + plain * 3 / 10);
+}
+
+TEST(VirtualRedundancyOnASmallProfile, IsNoneAndTheMessageLeavesWithout) {
+  Swarm swarm;
+  for (int n = 1; n <= 2; ++n) {
+    swarm.add(n, {}, "profile = \"footbot\"\n[channels]\nc = 3\n");
+  }
+  VirtualProgram& ear = swarm.robot(2).program("ear");
+  ear.subscribe("c");
+  Client& client = swarm.robot(1).program("mouth").client();
+  Publisher publisher = client.advertise("c", Sending().redundant(2));
+  EXPECT_TRUE(publisher.send("x"));
+  swarm.advance(1s);
+  EXPECT_FALSE(publisher.has_redundancy());
+  EXPECT_EQ(ear.heard(), std::vector<std::string>{"x"});
 }
 
 /// As many repair packets as the loss demands that is measured around the robot: none where nothing

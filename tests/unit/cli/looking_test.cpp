@@ -185,6 +185,18 @@ TEST_F(CliLooking, PingByHopEndsWithALineForEachRobotOnTheWay) {
   }
 }
 
+TEST_F(CliLooking, PubSaysWhereThereIsNoRedundancyAndSends) {
+  const Result none = run({"pub", "3", "x", "--redundancy", "2"});
+  EXPECT_EQ(none.exit_code, 0);
+  EXPECT_TRUE(std::regex_search(none.error,
+                                std::regex("without repair packets.*profile \"wifi\".*--copies")))
+      << none.error;
+  EXPECT_EQ(published(), Strings{"x"});
+  const Result too_much = run({"pub", "3", "x", "--redundancy", "13"});
+  EXPECT_EQ(too_much.exit_code, 2);
+  EXPECT_NE(too_much.error.find("auto, or 1 to 12, not 13"), std::string::npos) << too_much.error;
+}
+
 TEST_F(CliLooking, PubSendsAMessageALine) {
   EXPECT_EQ(run({"pub", "a", "--lines", "--file", file("one\n\nthree"), "--rate", "100"}).exit_code,
             0);
