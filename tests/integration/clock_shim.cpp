@@ -1,20 +1,15 @@
-// LD_PRELOAD library for tests: lets one process believe that the wall clock was set, without
-// setting this machine's. SWARMTALK_CLOCK_OFFSET names a file that holds the offset, int64
-// nanoseconds. Kernel receive stamps of recvmmsg() are shifted too; the first read after a change
-// keeps the offset before it, as stamps do that were taken before the clock was set.
-// SWARMTALK_MONOTONIC_OFFSET: the same of the monotonic clock, which stands still while a machine
-// is suspended.
+// LD_PRELOAD library for tests: shifts the monotonic clock of one process, which stands still while
+// a machine is suspended. SWARMTALK_MONOTONIC_OFFSET names a file that holds the offset, int64
+// nanoseconds.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 
 namespace {
 
@@ -39,11 +34,6 @@ class Offset {
   const std::atomic<std::int64_t>* shared_ = nullptr;
 };
 
-std::int64_t offset_ns() {
-  static const Offset offset("SWARMTALK_CLOCK_OFFSET");
-  return offset.ns();
-}
-
 std::int64_t monotonic_offset_ns() {
   static const Offset offset("SWARMTALK_MONOTONIC_OFFSET");
   return offset.ns();
@@ -65,27 +55,6 @@ Function real(const char* name) {
 extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   static const auto original = real<int (*)(clockid_t, timespec*)>("clock_gettime");
   const int result = original(clock, time);
-  if (result == 0 && clock == CLOCK_REALTIME) shift(*time, offset_ns());
   if (result == 0 && clock == CLOCK_MONOTONIC) shift(*time, monotonic_offset_ns());
-  return result;
-}
-
-extern "C" int recvmmsg(int socket, mmsghdr* messages, unsigned count, int flags,
-                        timespec* timeout) {
-  static const auto original = real<int (*)(int, mmsghdr*, unsigned, int, timespec*)>("recvmmsg");
-  static std::int64_t stamped_with_ns = offset_ns();
-  const int result = original(socket, messages, count, flags, timeout);
-  for (int i = 0; i < result; ++i) {
-    msghdr& header = messages[i].msg_hdr;
-    for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr;
-         part = CMSG_NXTHDR(&header, part)) {
-      if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
-      timespec stamp;
-      std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-      shift(stamp, stamped_with_ns);
-      std::memcpy(CMSG_DATA(part), &stamp, sizeof stamp);
-    }
-  }
-  if (result > 0) stamped_with_ns = offset_ns();
   return result;
 }

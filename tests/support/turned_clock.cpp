@@ -33,7 +33,9 @@ struct Due {
 
 constexpr Time kBegin{std::chrono::hours(1)};  // no time is before the clock began
 Time present = kBegin;                         // NOLINT: the one clock of the program
-std::chrono::nanoseconds wall_step{};          // NOLINT: by which the wall clock was set
+std::chrono::nanoseconds wall_offset{0};       // NOLINT: of all steps
+std::chrono::nanoseconds offset_before{0};     // NOLINT: before those of the instant `stepped_at`
+Time stepped_at{};                             // NOLINT
 std::vector<Due> waits;                        // NOLINT: by time, and in the order of their asking
 std::mt19937 chance(1);                        // NOLINT: the one source of the program
 
@@ -72,12 +74,20 @@ bool turn_to_next(Time end) {
 void begin(std::uint64_t seed) {
   waits.clear();
   present = kBegin;
-  wall_step = std::chrono::nanoseconds(0);
+  wall_offset = offset_before = std::chrono::nanoseconds(0);
+  stepped_at = Time{};
   chance.seed(static_cast<std::mt19937::result_type>(seed));
 }
 
-void step_wall(std::chrono::nanoseconds step) {
-  wall_step += step;
+void step_wall_clock(std::chrono::nanoseconds step) {
+  if (stepped_at != present) offset_before = wall_offset;
+  stepped_at = present;
+  wall_offset += step;
+}
+
+std::chrono::system_clock::time_point wall_before_steps() {
+  return loop::wall_now() -
+         (stepped_at == present ? wall_offset - offset_before : std::chrono::nanoseconds(0));
 }
 
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
@@ -115,7 +125,7 @@ std::chrono::steady_clock::time_point now() {
 std::chrono::system_clock::time_point wall_now() {
   constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
   return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin) +
-                                               test::wall_step);
+                                               test::wall_offset);
 }
 
 std::uint32_t random_bits() {

@@ -14,8 +14,11 @@ namespace swarmtalk::test {
 /// so with 1. REQUIRES that nothing waits
 void begin(std::uint64_t seed);
 
-/// Somebody sets the wall clock, forward or back. begin() sets it right.
-void step_wall(std::chrono::nanoseconds step);
+/// Sets the wall clock, loop::wall_now(), forward or back by a step.
+void step_wall_clock(std::chrono::nanoseconds step);
+
+/// The wall clock as it was before the steps of this instant, as in stamps that were taken then.
+std::chrono::system_clock::time_point wall_before_steps();
 
 /// Lets the time pass: at each instant at which a timer is due it is called, in the order of their
 /// times, and `io` does what is ready then.

@@ -118,6 +118,8 @@ class Swarm {
 
   /// The air of the links of this name, made when it is asked for first.
   Air& air(const std::string& link = "air");
+  /// Lines of the daemons' logs of level warning and above.
+  int warnings() const { return log_.warnings(); }
   /// All frames and all lines of the log until now, as a number.
   std::uint64_t course() const { return course_.value(); }
   boost::asio::io_context& io() { return io_; }

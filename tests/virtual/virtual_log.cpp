@@ -18,7 +18,7 @@ bool is_silent = false;  // NOLINT: of the program
 
 class Sink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
-  explicit Sink(Course& course) : course_(course) {
+  Sink(Course& course, int& warnings) : course_(course), warnings_(warnings) {
     set_formatter(std::make_unique<spdlog::pattern_formatter>("%Y-%m-%d %H:%M:%S.%e %l: [%n] %v",
                                                               spdlog::pattern_time_type::utc));
   }
@@ -30,19 +30,21 @@ class Sink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> 
     spdlog::memory_buf_t line;
     formatter_->format(turned, line);
     course_.add({line.data(), line.size()});
+    if (message.level >= spdlog::level::warn) ++warnings_;
     if (!is_silent) std::fwrite(line.data(), 1, line.size(), stderr);
   }
   void flush_() override {}
 
  private:
   Course& course_;
+  int& warnings_;
 };
 
 }  // namespace
 
 VirtualLog::VirtualLog(Course& course) : before_(spdlog::default_logger()) {
   spdlog::drop_all();
-  const auto sink = std::make_shared<Sink>(course);
+  const auto sink = std::make_shared<Sink>(course, warnings_);
   for (const char* name : daemon::kSubsystems) {
     spdlog::register_logger(std::make_shared<spdlog::logger>(name, sink));
   }

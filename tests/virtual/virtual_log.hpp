@@ -19,7 +19,11 @@ class VirtualLog {
   VirtualLog(const VirtualLog&) = delete;
   VirtualLog& operator=(const VirtualLog&) = delete;
 
+  /// Lines of level warning and above.
+  int warnings() const { return warnings_; }
+
  private:
+  int warnings_ = 0;
   std::shared_ptr<spdlog::logger> before_;  // spdlog's default
 };
 

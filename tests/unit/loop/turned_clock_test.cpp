@@ -29,6 +29,18 @@ TEST_F(TurnedClock, StandsStillUntilItIsTurnedAndStopsAtTheEnd) {
   EXPECT_EQ(loop::wall_now() - wall, 24h + 1ns);
 }
 
+TEST_F(TurnedClock, SetsTheWallClockAloneAndKnowsWhatItWasBefore) {
+  const auto wall = loop::wall_now();
+  step_wall_clock(1h);
+  step_wall_clock(-3h);
+  EXPECT_EQ(loop::now(), begin_);
+  EXPECT_EQ(loop::wall_now(), wall - 2h);
+  EXPECT_EQ(wall_before_steps(), wall);
+  pass(io_, 1s);
+  EXPECT_EQ(loop::wall_now(), wall - 2h + 1s);
+  EXPECT_EQ(wall_before_steps(), loop::wall_now());
+}
+
 TEST_F(TurnedClock, CallsEachAtItsTimeInOrderAndFirstWhatIsReady) {
   std::string told;
   const auto note = [&](char who) {

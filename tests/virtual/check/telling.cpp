@@ -337,7 +337,7 @@ class Telling {
         reload(event.robot);
         break;
       case Kind::kClock:
-        step_wall(std::chrono::seconds(event.count));
+        step_wall_clock(std::chrono::seconds(event.count));
         break;
     }
     struck(event);
