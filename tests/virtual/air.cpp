@@ -19,12 +19,14 @@
 #include "drivers/socket/socket_link.hpp"
 #include "loop/clock.hpp"
 #include "loop/timer.hpp"
+#include "tests/virtual/virtual_kernel.hpp"
 
 namespace swarmtalk::test {
 
 /// What a link and the air know of each other.
 struct Air::Plug {
   std::function<void()> refresh;  // the link looks again; empty: it has ended
+  int socket = -1;                // the link's
   bool is_up = true;
 };
 
@@ -52,6 +54,7 @@ class AirLink final : public drivers::SocketLink {
       : SocketLink(io, profile, max_packet_bytes, daemon::pacing_of(config)),
         plug_(std::move(plug)) {
     plug_->refresh = [this] { refresh(); };
+    plug_->socket = socket;
     use_receive_socket(socket);
     set_limits(kFrameBytes, kDatagramBytes);
     std::array<std::uint8_t, kAddressBytes> header{};
@@ -62,7 +65,10 @@ class AirLink final : public drivers::SocketLink {
     transmit_queue().set_medium_header(header);
     set_own_hardware(address_of(header));
   }
-  ~AirLink() override { plug_->refresh = {}; }
+  ~AirLink() override {
+    refuse_frames(plug_->socket, 0);  // the next of this number is another one
+    plug_->refresh = {};
+  }
   void refresh() override { set_state(plug_->is_up, plug_->is_up ? "up" : "down: switched off"); }
   std::string type() const override { return "virtual"; }
   std::string device() const override { return "air"; }
@@ -142,6 +148,7 @@ std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& co
   ::setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &kTransmitBytes, sizeof kTransmitBytes);
   antenna.socket.own(ends[0]);
   antenna.plug->is_up = !down_.contains(robot);
+  if (refusing_.contains(robot)) refuse_frames(ends[1], refusing_[robot]);
   antenna.is_busy = busy_.contains(robot);
   watch(antenna);
   return std::make_unique<AirLink>(io_, ends[1], address, antenna.plug, config, profile,
@@ -178,6 +185,19 @@ void Air::watch(Antenna& antenna) {
   if (antenna.is_gone) return antenna.socket.watch(0);
   antenna.socket.watch((antenna.is_busy ? 0u : std::uint32_t{EPOLLIN}) |
                        (antenna.waiting.empty() ? 0u : std::uint32_t{EPOLLOUT}));
+}
+
+void Air::set_refusing(int robot, int error) {
+  if (error != 0) {
+    refusing_[robot] = error;
+  } else {
+    refusing_.erase(robot);
+  }
+  for (const auto& [number, antenna] : antennas_) {
+    if (antenna->robot == robot && antenna->plug->refresh) {
+      refuse_frames(antenna->plug->socket, error);
+    }
+  }
 }
 
 Air::Frames Air::frames_of(int robot) const {

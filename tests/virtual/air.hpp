@@ -51,6 +51,8 @@ class Air {
   void set_link(int robot, bool is_up);
   /// Whether the medium takes frames of this robot. While not they wait with it.
   void set_busy(int robot, bool is_busy);
+  /// With which errno the kernel refuses this robot's frames; 0: it takes them.
+  void set_refusing(int robot, int error);
 
   /// As daemon::open_link(), for a link of this robot.
   std::unique_ptr<drivers::Link> open(int robot, const daemon::LinkConfig& config,
@@ -101,6 +103,7 @@ class Air {
   std::chrono::nanoseconds longest_delay_{};
   std::set<int> down_;
   std::set<int> busy_;
+  std::map<int, int> refusing_;  // robots and errno
   std::list<Delayed> delayed_;
   std::uint64_t frames_sent_ = 0;
   std::uint64_t frames_heard_ = 0;

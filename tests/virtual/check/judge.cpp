@@ -34,7 +34,7 @@ class Judge {
       }
     }
     look_for_last_words();
-    for (const FrameAccount& each : record_.frames) look_at(each);
+    for (const Account& each : record_.accounts) look_at(each);
     for (const Leftovers& each : record_.leftovers) look_at(each);
     return std::move(verdict_);
   }
@@ -282,14 +282,19 @@ class Judge {
     }
   }
 
-  void look_at(const FrameAccount& account) {
-    decide(Promise::kFramesAddUp);
+  void look_at(const Account& account) {
+    decide(Promise::kAddUp);
+    if (account.deliveries != account.deliveries_ended) {
+      break_promise(Promise::kAddUp, "robot " + std::to_string(account.robot) + " queued " +
+                                         std::to_string(account.deliveries) + " deliveries, and " +
+                                         std::to_string(account.deliveries_ended) + " ended");
+    }
     if (account.told_sent == account.sent && account.told_heard == account.heard) return;
-    break_promise(Promise::kFramesAddUp,
-                  "robot " + std::to_string(account.robot) + " counts " +
-                      std::to_string(account.told_sent) + " frames sent and " +
-                      std::to_string(account.told_heard) + " heard; there were " +
-                      std::to_string(account.sent) + " and " + std::to_string(account.heard));
+    break_promise(Promise::kAddUp, "robot " + std::to_string(account.robot) + " counts " +
+                                       std::to_string(account.told_sent) + " frames sent and " +
+                                       std::to_string(account.told_heard) + " heard; there were " +
+                                       std::to_string(account.sent) + " and " +
+                                       std::to_string(account.heard));
   }
 
   /// Nothing waits for ever, and of programs that have ended nothing is left.
@@ -323,9 +328,9 @@ class Judge {
 }  // namespace
 
 const char* name_of(Promise promise) {
-  static constexpr std::array<const char*, kPromises> kNames{
-      "genuine",  "once",      "in-order",      "told", "answered",
-      "repaired", "keys-part", "frames-add-up", "alive"};
+  static constexpr std::array<const char*, kPromises> kNames{"genuine",   "once",     "in-order",
+                                                             "told",      "answered", "repaired",
+                                                             "keys-part", "add-up",   "alive"};
   return kNames.at(static_cast<std::size_t>(promise));
 }
 

@@ -21,7 +21,7 @@ enum class Promise : std::uint8_t {
   kAnswered,
   kRepaired,
   kKeysPart,
-  kFramesAddUp,
+  kAddUp,
   kAlive,
 };
 inline constexpr std::size_t kPromises = 9;

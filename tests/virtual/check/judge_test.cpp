@@ -38,7 +38,7 @@ class TwoRobots : public testing::Test {
     }
     record_.hearings = {hearing};
     record_.publishings = {{1, 0, 0, 4, 4, true}};
-    record_.frames = {{1, 4, 4, 0, 0}, {2, 0, 0, 4, 4}};
+    record_.accounts = {{1, 4, 4, 0, 0, 0, 0}, {2, 0, 0, 4, 4, 4, 4}};
     record_.leftovers = {{1, 0, 4, 0}, {2, 0, 3, 1}};
   }
 
@@ -145,10 +145,13 @@ TEST_F(TwoRobots, SendWhatIsNotAnsweredOrTwice) {
   EXPECT_EQ(broken(), "answered");
 }
 
-TEST_F(TwoRobots, CountOtherFramesThanThereWere) {
-  record_.frames[0].told_sent = 5;
-  record_.frames[1].told_heard = 3;
-  EXPECT_EQ(broken(), "frames-add-up frames-add-up");
+TEST_F(TwoRobots, CountOtherFramesOrDeliveriesThanThereWere) {
+  record_.accounts[0].told_sent = 5;
+  record_.accounts[1].told_heard = 3;
+  EXPECT_EQ(broken(), "add-up add-up");
+  record_.accounts[0].told_sent = record_.accounts[1].told_heard = 4;
+  record_.accounts[1].deliveries_ended = 3;
+  EXPECT_EQ(broken(), "add-up");
 }
 
 TEST_F(TwoRobots, KeepWhatShouldBeGone) {

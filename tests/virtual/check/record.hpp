@@ -58,13 +58,15 @@ struct Publishing {
   bool is_open = false;        // until the end of the story
 };
 
-/// Of a link, by its counters and by the air.
-struct FrameAccount {
+/// Of a robot: its link, by its counters and by the air, and what its programs were handed.
+struct Account {
   int robot = 0;
   std::uint64_t told_sent = 0;
   std::uint64_t sent = 0;
   std::uint64_t told_heard = 0;  // taken or dropped, for whatever reason
   std::uint64_t heard = 0;
+  std::uint64_t deliveries = 0;        // queued for its programs
+  std::uint64_t deliveries_ended = 0;  // sent to them, or dropped for whatever reason
 };
 
 /// What waits at a robot's end, by its daemon.
@@ -79,7 +81,7 @@ struct Record {
   std::vector<SentMessage> sent;
   std::vector<Hearing> hearings;
   std::vector<Publishing> publishings;
-  std::vector<FrameAccount> frames;
+  std::vector<Account> accounts;
   std::vector<Leftovers> leftovers;
   std::vector<std::string> broken;  // promises that do not need the judge
   std::array<std::uint64_t, kKinds> struck{};

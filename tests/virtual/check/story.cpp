@@ -107,8 +107,8 @@ void draw_faults(Dice& dice, Story& story) {
 
 const char* name_of(Kind kind) {
   static constexpr std::array<const char*, kKinds> kNames{
-      "send", "loss", "twice", "delay", "pieces", "link-down", "away", "busy",
-      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock"};
+      "send", "loss", "twice", "delay", "pieces", "link-down", "away",  "busy",
+      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock", "refuse"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 

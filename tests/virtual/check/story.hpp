@@ -31,8 +31,9 @@ enum class Kind : std::uint8_t {
   kReload,    // a robot's daemon reads its configuration again, with another beacon
   kOtherKey,  // a robot has another key, by a reload
   kClock,     // the wall clock of all is set, by `count` seconds
+  kRefuse,    // the kernel refuses to send a robot\'s frames
 };
-inline constexpr std::size_t kKinds = 15;
+inline constexpr std::size_t kKinds = 16;
 inline constexpr int kChannels = 3;
 /// "loss"
 const char* name_of(Kind kind);

@@ -1,17 +1,19 @@
 #include "tests/virtual/check/telling.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <deque>
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "ipc/ipc.pb.h"
 #include "loop/clock.hpp"
 #include "tests/support/turned_clock.hpp"
+#include "tests/virtual/check/actor.hpp"
 #include "tests/virtual/key_file.hpp"
 #include "tests/virtual/swarm.hpp"
 
@@ -23,142 +25,7 @@ using namespace std::chrono_literals;
 constexpr auto kLongestDelay = 50ms;
 constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
 constexpr int kSharedKeys = 2;
-
-/// A program while it runs: what it sends and hears goes into the record.
-class Actor {
- public:
-  struct Place {
-    int robot = 0;
-    int program = 0;
-  };
-
-  Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Record& record,
-        const std::unordered_map<std::string, int>& known, const int& run)
-      : client_(program.client()),
-        place_(place),
-        plan_(plan),
-        record_(record),
-        known_(known),
-        run_(run) {
-    client_.on_error({});
-    client_.on_disconnect([this](const Status&) { end_hearings(); });
-    client_.on_reconnect([this] { begin_hearings(); });
-    for (const int channel : plan.sends) publish(channel);
-    for (const int channel : plan.hears) {
-      subscribers_.push_back(
-          client_.subscribe(channel_name(channel), Policy::last(plan.keeps),
-                            [this, channel](const Message& message) { hear(channel, message); }));
-    }
-    look_for_connection();
-  }
-  Actor(const Actor&) = delete;
-  Actor& operator=(const Actor&) = delete;
-  ~Actor() {
-    if (!has_left_) leave(false);
-    client_.on_disconnect({});
-    client_.on_reconnect({});
-  }
-
-  /// Nothing of it goes into the record any more. @param is_open  the story is over, and not it
-  void leave(bool is_open) {
-    if (!is_open) end_hearings();
-    for (const auto& [channel, mouth] : publishers_) {
-      Publishing& publishing = record_.publishings[mouth.index];
-      publishing.answered = *mouth.answered;
-      publishing.is_open = is_open;
-    }
-    has_left_ = true;
-  }
-
-  static std::string channel_name(int channel) { return {static_cast<char>('a' + channel)}; }
-
-  bool is_paused = false;
-
-  bool send(int channel, const std::string& text, std::uint32_t ttl) {
-    const auto found = publishers_.find(channel);
-    if (found == publishers_.end()) return false;
-    if (!found->second.publisher.send(text, ttl).ok()) return false;
-    ++record_.publishings[found->second.index].accepted;
-    return true;
-  }
-
-  /// A program that started before its daemon is told of no reconnection when that comes.
-  void look_for_connection() {
-    if (hearings_.empty() && client_.is_connected()) begin_hearings();
-  }
-
- private:
-  struct Mouth {
-    Publisher publisher;
-    std::size_t index = 0;                    // in Record::publishings
-    std::shared_ptr<std::uint64_t> answered;  // its callback may be called after the Actor's end
-  };
-
-  void publish(int channel) {
-    Sending sending = plan_.queue == Queue::kNewest       ? Sending::newest(3)
-                      : plan_.queue == Queue::kOneAtATime ? Sending::one_at_a_time()
-                                                          : Sending{};
-    if (plan_.redundancy > 0) sending = sending.redundant(plan_.redundancy);
-    auto answered = std::make_shared<std::uint64_t>(0);
-    publishers_[channel] = {client_.advertise(channel_name(channel), sending,
-                                              [answered](const Status&) { ++*answered; }),
-                            record_.publishings.size(), answered};
-    record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, true});
-  }
-
-  void begin_hearings() {
-    if (has_left_) return;
-    end_hearings();
-    for (const int channel : plan_.hears) {
-      hearings_[channel] = record_.hearings.size();
-      record_.hearings.push_back({place_.robot,
-                                  place_.program,
-                                  channel,
-                                  run_,
-                                  plan_.keeps,
-                                  true,
-                                  record_.sent.size(),
-                                  {}});
-    }
-  }
-  void end_hearings() {
-    for (const auto& [channel, index] : hearings_) record_.hearings[index].is_open = false;
-    hearings_.clear();
-  }
-
-  void hear(int channel, const Message& message) {
-    if (has_left_) return;
-    look_for_connection();
-    const auto hearing = hearings_.find(channel);
-    if (hearing == hearings_.end()) {
-      record_.broken.push_back("a message came while there was no connection");
-      return;
-    }
-    const auto sent = known_.find(message.payload);
-    HeardMessage heard;
-    heard.sent = sent == known_.end() ? -1 : sent->second;
-    heard.text = message.payload.substr(0, 24);
-    heard.sender = message.sender;
-    heard.epoch = message.epoch;
-    heard.number = message.message_number;
-    heard.hops = message.hops;
-    heard.is_local = message.local;
-    heard.lost = message.lost_before.total();
-    heard.late = message.lost_before.late;
-    record_.hearings[hearing->second].heard.push_back(std::move(heard));
-  }
-
-  Client& client_;
-  Place place_;
-  ProgramPlan plan_;
-  Record& record_;
-  const std::unordered_map<std::string, int>& known_;
-  const int& run_;
-  bool has_left_ = false;
-  std::map<int, Mouth> publishers_;
-  std::map<int, std::size_t> hearings_;
-  std::vector<Subscriber> subscribers_;
-};
+constexpr std::array<int, 4> kRefusals{ENOBUFS, ENETDOWN, EPERM, EMSGSIZE};
 
 /// The whole of it, and its course.
 class Telling {
@@ -339,6 +206,10 @@ class Telling {
       case Kind::kClock:
         step_wall_clock(std::chrono::seconds(event.count));
         break;
+      case Kind::kRefuse:
+        swarm_.air().set_refusing(
+            event.robot, kRefusals.at(static_cast<std::size_t>(event.count) % kRefusals.size()));
+        break;
     }
     struck(event);
   }
@@ -383,6 +254,8 @@ class Telling {
         return reload(event.robot);
       case Kind::kClock:
         return;
+      case Kind::kRefuse:
+        return swarm_.air().set_refusing(event.robot, 0);
     }
   }
 
@@ -430,7 +303,7 @@ class Telling {
         continue;
       }
       const Air::Frames frames = swarm_.air().frames_of(n);
-      FrameAccount account{n, 0, frames.sent, 0, frames.heard};
+      Account account{n, 0, frames.sent, 0, frames.heard, 0, 0};
       std::uint64_t taken_later = 0;
       for (const Counter& counter : status.links.at(0).counters) {
         if (counter.name == "frames_sent") {
@@ -441,7 +314,13 @@ class Telling {
         if (counter.name == "frames_proven_later") taken_later = counter.value;
       }
       account.told_heard -= 2 * taken_later;  // it is also counted as not proven and as received
-      record_.frames.push_back(account);
+      for (const Counter& counter : status.counters) {
+        if (counter.name == "deliveries_queued") account.deliveries = counter.value;
+        if (counter.name == "deliveries_sent" || counter.name.starts_with("deliveries_dropped_")) {
+          account.deliveries_ended += counter.value;
+        }
+      }
+      record_.accounts.push_back(account);
       Leftovers left;
       left.robot = n;
       for (const UserStatus& user : status.users) {

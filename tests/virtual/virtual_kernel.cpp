@@ -1,12 +1,16 @@
-// The kernel's receive stamps in a virtual swarm: each frame has the wall clock at which it came.
-// One that is read at the instant at which the clock was set came before.
+// In place of three functions of the C library, by linking. A frame that is read at the instant at
+// which the clock was set came before that.
+#include "tests/virtual/virtual_kernel.hpp"
+
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <ctime>
+#include <map>
 
 #include "tests/support/turned_clock.hpp"
 
@@ -31,10 +35,43 @@ void add_stamp(msghdr& header, std::size_t room_bytes) {
   std::memcpy(CMSG_DATA(part), &stamp, sizeof stamp);
 }
 
+std::map<int, int>& refusals() {
+  static std::map<int, int> errors;  // by socket
+  return errors;
+}
+
+/// Why this socket does not send; sets errno. @return false: it does
+bool is_refused(int socket) {
+  const auto refused = refusals().find(socket);
+  if (refused == refusals().end()) return false;
+  errno = refused->second;
+  return true;
+}
+
 }  // namespace
+
+void refuse_frames(int socket, int error) {
+  if (error == 0) {
+    refusals().erase(socket);
+  } else {
+    refusals()[socket] = error;
+  }
+}
+
 }  // namespace swarmtalk::test
 
-/// In place of the C library's: drivers::ReceiveBatch calls it.
+// drivers::TransmitQueue calls these two.
+extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
+  if (swarmtalk::test::is_refused(socket)) return -1;
+  return ::syscall(SYS_sendmsg, socket, message, flags);
+}
+
+extern "C" int sendmmsg(int socket, mmsghdr* messages, unsigned count, int flags) {
+  if (swarmtalk::test::is_refused(socket)) return -1;
+  return static_cast<int>(::syscall(SYS_sendmmsg, socket, messages, count, flags));
+}
+
+// drivers::ReceiveBatch calls this one.
 extern "C" int recvmmsg(int socket, mmsghdr* messages, unsigned count, int flags,
                         timespec* timeout) {
   const std::size_t room_bytes = messages[0].msg_hdr.msg_controllen;

@@ -1,0 +1,104 @@
+#include "tests/virtual/check/actor.hpp"
+
+#include <utility>
+
+namespace swarmtalk::test {
+
+Actor::Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Record& record,
+             const std::unordered_map<std::string, int>& known, const int& run)
+    : client_(program.client()),
+      place_(place),
+      plan_(plan),
+      record_(record),
+      known_(known),
+      run_(run) {
+  client_.on_error({});
+  client_.on_disconnect([this](const Status&) { end_hearings(); });
+  client_.on_reconnect([this] { begin_hearings(); });
+  for (const int channel : plan.sends) publish(channel);
+  for (const int channel : plan.hears) {
+    subscribers_.push_back(
+        client_.subscribe(channel_name(channel), Policy::last(plan.keeps),
+                          [this, channel](const Message& message) { hear(channel, message); }));
+  }
+  look_for_connection();
+}
+
+Actor::~Actor() {
+  if (!has_left_) leave(false);
+  client_.on_disconnect({});
+  client_.on_reconnect({});
+}
+
+void Actor::leave(bool is_open) {
+  if (!is_open) end_hearings();
+  for (const auto& [channel, mouth] : publishers_) {
+    Publishing& publishing = record_.publishings[mouth.index];
+    publishing.answered = *mouth.answered;
+    publishing.is_open = is_open;
+  }
+  has_left_ = true;
+}
+
+bool Actor::send(int channel, const std::string& text, std::uint32_t ttl) {
+  const auto found = publishers_.find(channel);
+  if (found == publishers_.end()) return false;
+  if (!found->second.publisher.send(text, ttl).ok()) return false;
+  ++record_.publishings[found->second.index].accepted;
+  return true;
+}
+
+void Actor::look_for_connection() {
+  if (hearings_.empty() && client_.is_connected()) begin_hearings();
+}
+
+void Actor::publish(int channel) {
+  Sending sending = plan_.queue == Queue::kNewest       ? Sending::newest(3)
+                    : plan_.queue == Queue::kOneAtATime ? Sending::one_at_a_time()
+                                                        : Sending{};
+  if (plan_.redundancy > 0) sending = sending.redundant(plan_.redundancy);
+  auto answered = std::make_shared<std::uint64_t>(0);
+  publishers_[channel] = {
+      client_.advertise(channel_name(channel), sending, [answered](const Status&) { ++*answered; }),
+      record_.publishings.size(), answered};
+  record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, true});
+}
+
+void Actor::begin_hearings() {
+  if (has_left_) return;
+  end_hearings();
+  for (const int channel : plan_.hears) {
+    hearings_[channel] = record_.hearings.size();
+    record_.hearings.push_back(
+        {place_.robot, place_.program, channel, run_, plan_.keeps, true, record_.sent.size(), {}});
+  }
+}
+
+void Actor::end_hearings() {
+  for (const auto& [channel, index] : hearings_) record_.hearings[index].is_open = false;
+  hearings_.clear();
+}
+
+void Actor::hear(int channel, const Message& message) {
+  if (has_left_) return;
+  look_for_connection();
+  const auto hearing = hearings_.find(channel);
+  if (hearing == hearings_.end()) {
+    record_.broken.push_back("a message came while there was no connection");
+    return;
+  }
+  const auto sent = known_.find(message.payload);
+  HeardMessage heard;
+  heard.sent = sent == known_.end() ? -1 : sent->second;
+  heard.text = message.payload.substr(0, 24);
+  heard.sender = message.sender;
+  heard.epoch = message.epoch;
+  heard.number = message.message_number;
+  heard.hops = message.hops;
+  heard.is_local = message.local;
+  heard.lost = message.lost_before.total();
+  heard.late = message.lost_before.late;
+  record_.hearings[hearing->second].heard.push_back(std::move(heard));
+}
+
+}  // namespace swarmtalk::test
