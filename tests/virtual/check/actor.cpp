@@ -34,7 +34,8 @@ void Actor::leave(bool is_open) {
   if (!is_open) end_hearings();
   for (const auto& [channel, mouth] : publishers_) {
     Publishing& publishing = record_.publishings[mouth.index];
-    publishing.answered = *mouth.answered;
+    publishing.answered = mouth.answers->all;
+    publishing.refused = mouth.answers->refused;
     publishing.is_open = is_open;
   }
   has_left_ = true;
@@ -57,11 +58,15 @@ void Actor::publish(int channel) {
                     : plan_.queue == Queue::kOneAtATime ? Sending::one_at_a_time()
                                                         : Sending{};
   if (plan_.redundancy > 0) sending = sending.redundant(plan_.redundancy);
-  auto answered = std::make_shared<std::uint64_t>(0);
-  publishers_[channel] = {
-      client_.advertise(channel_name(channel), sending, [answered](const Status&) { ++*answered; }),
-      record_.publishings.size(), answered};
-  record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, true});
+  auto answers = std::make_shared<Answers>();
+  const auto count = [answers](const Status& answer) {
+    ++answers->all;
+    // Of one that was on its way when the connection was lost nobody knows.
+    if (!answer.ok() && answer.code() != StatusCode::kDisconnected) ++answers->refused;
+  };
+  publishers_[channel] = {client_.advertise(channel_name(channel), sending, count),
+                          record_.publishings.size(), answers};
+  record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, 0, true});
 }
 
 void Actor::begin_hearings() {

@@ -47,10 +47,14 @@ class Actor {
   bool is_paused = false;
 
  private:
+  struct Answers {
+    std::uint64_t all = 0;
+    std::uint64_t refused = 0;
+  };
   struct Mouth {
     Publisher publisher;
-    std::size_t index = 0;                    // in Record::publishings
-    std::shared_ptr<std::uint64_t> answered;  // its callback may be called after the Actor's end
+    std::size_t index = 0;             // in Record::publishings
+    std::shared_ptr<Answers> answers;  // its callback may be called after the Actor's end
   };
 
   void publish(int channel);

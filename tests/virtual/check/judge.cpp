@@ -156,6 +156,11 @@ class Judge {
         ++most;
       }
     }
+    for (const Publishing& each : record_.publishings) {
+      if (each.channel == hearing.channel && each.robot != hearing.robot) {
+        most -= std::min(most, each.refused);
+      }
+    }
     decide(Promise::kTold);
     const std::uint64_t told = lost - std::min(lost, late);
     if (told < least || told > most) {

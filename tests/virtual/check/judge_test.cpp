@@ -37,7 +37,7 @@ class TwoRobots : public testing::Test {
       hearing.heard.push_back(heard);
     }
     record_.hearings = {hearing};
-    record_.publishings = {{1, 0, 0, 4, 4, true}};
+    record_.publishings = {{1, 0, 0, 4, 4, 0, true}};
     record_.accounts = {{1, 4, 4, 0, 0, 0, 0}, {2, 0, 0, 4, 4, 4, 4}};
     record_.leftovers = {{1, 0, 4, 0}, {2, 0, 3, 1}};
   }
@@ -98,6 +98,15 @@ TEST_F(TwoRobots, AreToldOfEachLossAndOfNoOther) {
   EXPECT_EQ(broken(), "told");
   heard()[1].late = 1;
   EXPECT_EQ(broken(), "");
+}
+
+TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
+  record_.sent.push_back({1, 0, 0, 1, 0, false, false});
+  record_.publishings[0].accepted = record_.publishings[0].answered = 5;
+  heard()[3].lost = 1;
+  EXPECT_EQ(broken(), "");
+  record_.publishings[0].refused = 1;
+  EXPECT_EQ(broken(), "told");
 }
 
 TEST_F(TwoRobots, AreToldByBeaconsBeforeALaterMessage) {

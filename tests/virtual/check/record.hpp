@@ -55,6 +55,7 @@ struct Publishing {
   int channel = 0;
   std::uint64_t accepted = 0;
   std::uint64_t answered = 0;  // calls of its SentCallback
+  std::uint64_t refused = 0;   // of these: the daemon says that the message has not left
   bool is_open = false;        // until the end of the story
 };
 
