@@ -103,6 +103,7 @@ void Actor::hear(int channel, const Message& message) {
   heard.is_local = message.local;
   heard.lost = message.lost_before.total();
   heard.late = message.lost_before.late;
+  heard.received_at = message.received_at;
   record_.hearings[hearing->second].heard.push_back(std::move(heard));
 }
 

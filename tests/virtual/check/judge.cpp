@@ -1,6 +1,7 @@
 #include "tests/virtual/check/judge.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <set>
@@ -14,7 +15,8 @@ using Source = std::tuple<std::uint32_t, int, std::uint32_t>;
 
 /// So many missing messages are believed at once, however slow their sender was (decision 0062).
 constexpr std::uint32_t kBelieved = 16;
-constexpr std::uint64_t kMissingOfHeard = 9;  // for each that was heard, the same decision
+constexpr std::chrono::milliseconds kKeysApart(100);  // nearer to a change of keys it is not judged
+constexpr std::uint64_t kMissingOfHeard = 9;          // for each that was heard, the same decision
 
 class Judge {
  public:
@@ -88,6 +90,24 @@ class Judge {
   }
   int key_of(int robot) const { return story_.robots[static_cast<std::size_t>(robot - 1)].key; }
 
+  /// Whether its hearer had a key that its sender, heard directly, had at no time since send().
+  bool is_beyond_keys(const SentMessage& sent, const HeardMessage& heard,
+                      const Hearing& hearing) const {
+    if (heard.is_local || heard.hops > 0 || !heard.received_at) return false;
+    const auto received = *heard.received_at;
+    int key = key_of(hearing.robot);
+    std::set<int> senders{key_of(sent.robot)};
+    for (const KeyChange& change : record_.key_changes) {  // in the order of time
+      const bool is_near = change.at > received - kKeysApart && change.at < received + kKeysApart;
+      if (change.robot == hearing.robot && is_near) return false;
+      if (change.robot == hearing.robot && change.at < received) key = change.key;
+      if (change.robot != sent.robot || change.at > received) continue;
+      if (change.at <= sent.at) senders.clear();
+      senders.insert(change.key);
+    }
+    return !senders.contains(key);
+  }
+
   /// Where each source stood when it flushed.
   void find_flushes() {
     for (const Hearing& hearing : record_.hearings) {
@@ -125,7 +145,7 @@ class Judge {
                                              std::to_string(sent.ttl));
       }
       decide(Promise::kKeysPart);
-      if (key_of(sent.robot) != key_of(hearing.robot)) {
+      if (key_of(sent.robot) != key_of(hearing.robot) || is_beyond_keys(sent, heard, hearing)) {
         break_promise(Promise::kKeysPart, where(hearing) + " heard '" + heard.text +
                                               "', which is sealed with another key");
       }

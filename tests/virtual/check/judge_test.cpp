@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 
 #include "tests/virtual/check/judge.hpp"
@@ -28,7 +29,7 @@ class TwoRobots : public testing::Test {
     story_.robots[1].programs = {ear};
     Hearing hearing{2, 0, 0, 1, 64, true, 0, {}};
     for (int i = 0; i < 4; ++i) {
-      record_.sent.push_back({1, 0, 0, 1, 0, i == 3, false});
+      record_.sent.push_back({1, 0, 0, 1, 0, i == 3, false, {}});
       HeardMessage heard;
       heard.sent = i;
       heard.sender = 1;
@@ -101,7 +102,7 @@ TEST_F(TwoRobots, AreToldOfEachLossAndOfNoOther) {
 }
 
 TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
-  record_.sent.push_back({1, 0, 0, 1, 0, false, false});
+  record_.sent.push_back({1, 0, 0, 1, 0, false, false, {}});
   record_.publishings[0].accepted = record_.publishings[0].answered = 5;
   heard()[3].lost = 1;
   EXPECT_EQ(broken(), "");
@@ -112,9 +113,9 @@ TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
 TEST_F(TwoRobots, AreToldByBeaconsBeforeALaterMessage) {
   story_.robots[0].programs[0].hears = {};
   for (const bool is_flush : {true, true}) {
-    record_.sent.push_back({2, 9, 0, 1, 0, false, is_flush});
+    record_.sent.push_back({2, 9, 0, 1, 0, false, is_flush, {}});
   }
-  record_.sent.push_back({1, 9, 0, 1, 0, false, true});  // which the neighbour hears too
+  record_.sent.push_back({1, 9, 0, 1, 0, false, true, {}});  // which the neighbour hears too
   HeardMessage flush;
   flush.sender = 2;
   flush.is_local = true;
@@ -136,13 +137,29 @@ TEST_F(TwoRobots, MissTheLastWord) {
   EXPECT_EQ(broken(), "repaired");
   story_.robots[1].place = {11, 0};
   EXPECT_EQ(broken(), "") << "nobody is in reach";
-  heard().push_back({3, "", 1, 7, 4, 0, false, 0, 0});
+  heard().push_back({3, "", 1, 7, 4, 0, false, 0, 0, {}});
   EXPECT_EQ(broken(), "repaired") << "it cannot come so far";
 }
 
 TEST_F(TwoRobots, HearEachOtherWithDifferentKeys) {
   story_.robots[1].key = 1;
   EXPECT_THAT(broken(), testing::StartsWith("keys-part"));
+}
+
+TEST_F(TwoRobots, HearEachOtherWhileOneHasAnotherKey) {
+  using Time = std::chrono::steady_clock::time_point;
+  const auto s = [](int seconds) { return Time(std::chrono::seconds(seconds)); };
+  record_.key_changes = {{1, s(10), 3}, {1, s(20), 0}};
+  record_.sent[1].at = s(15);
+  heard()[1].received_at = s(16);
+  EXPECT_EQ(broken(), "keys-part");
+  heard()[1].received_at = s(21);  // it waited, and left under the old key
+  EXPECT_EQ(broken(), "");
+  record_.sent[1].at = s(9);
+  heard()[1].received_at = s(16);  // sealed before
+  EXPECT_EQ(broken(), "");
+  record_.key_changes = {{2, s(10), 3}, {2, s(20), 0}};
+  EXPECT_EQ(broken(), "keys-part");
 }
 
 TEST_F(TwoRobots, SendWhatIsNotAnsweredOrTwice) {

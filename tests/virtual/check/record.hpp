@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,7 @@ struct SentMessage {
   std::uint32_t ttl = 0;
   bool is_final = false;  // sent when all troubles were over
   bool is_flush = false;  // of a robot to itself: what was lost is told before it
+  std::chrono::steady_clock::time_point at{};
 };
 
 /// A message that a subscription heard.
@@ -34,6 +37,14 @@ struct HeardMessage {
   bool is_local = false;
   std::uint64_t lost = 0;  // before it, by what is told
   std::uint64_t late = 0;
+  std::optional<std::chrono::steady_clock::time_point> received_at;
+};
+
+/// A robot has this key from now on; before its first change, that of the story.
+struct KeyChange {
+  int robot = 0;
+  std::chrono::steady_clock::time_point at{};
+  int key = 0;
 };
 
 /// One subscription while it is registered with one daemon.
@@ -82,6 +93,7 @@ struct Record {
   std::vector<SentMessage> sent;
   std::vector<Hearing> hearings;
   std::vector<Publishing> publishings;
+  std::vector<KeyChange> key_changes;
   std::vector<Account> accounts;
   std::vector<Leftovers> leftovers;
   std::vector<std::string> broken;  // promises that do not need the judge

@@ -125,8 +125,8 @@ class Telling {
                        Actor::channel_name(channel) + " " + std::to_string(index) + " ";
     if (text.size() < bytes) text.resize(bytes, static_cast<char>('a' + index % 26));
     known_[text] = index;  // before it is sent: it may be heard at once
-    record_.sent.push_back(
-        {robot, program, channel, state_of(robot).run, ttl, is_final, program == kFlush});
+    record_.sent.push_back({robot, program, channel, state_of(robot).run, ttl, is_final,
+                            program == kFlush, loop::now()});
     if (sender->send(channel, text, ttl)) return;
     known_.erase(text);
     record_.sent.pop_back();
@@ -134,6 +134,7 @@ class Telling {
 
   void reload(int robot) {
     swarm_.robot(robot).configure(configuration_of(robot));
+    record_.key_changes.push_back({robot, loop::now(), state_of(robot).key});
     if (!swarm_.robot(robot).is_running()) return;
     ipc::Reloaded reply;
     if (const auto refusal = swarm_.robot(robot).parts().operations().reload("a test", reply)) {
