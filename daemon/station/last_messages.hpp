@@ -1,5 +1,5 @@
-// LastMessages: the number of the last message of each channel that has left whole, for beacons. A
-// beacon has room for some; all have their turn.
+// LastMessages: the number of the last message of each channel that has left, or of which no more
+// than a part will, for beacons. A beacon has room for some; all have their turn.
 #pragma once
 
 #include <algorithm>

@@ -23,6 +23,7 @@
 #include "daemon/station/range_once.hpp"
 #include "daemon/station/repairing.hpp"
 #include "daemon/station/station.hpp"
+#include "daemon/station/station_clock.hpp"
 #include "loop/chance.hpp"
 #include "loop/clock.hpp"
 #include "swarmtalk/swarmtalk.hpp"
@@ -118,6 +119,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     if (error == core::Error::kBusy) return SendResult::kBusy;
     if (error != core::Error::kOk) return SendResult::kRefused;
     set_sending(entry, true);
+    entry.is_again = false;
     message_number = ++last;
     if (redundancy != 0) {
       repairing_.protect(number, last, payload.size(), entry.is_timestamped, redundancy,
@@ -134,6 +136,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     if (!entries_[number]->has_sent) return false;  // a new channel since
     if (entries_[number]->channel->send_again() != core::Error::kOk) return false;
     set_sending(*entries_[number], true);
+    entries_[number]->is_again = true;
     repairing_.repeats(number);
     link_->wake();
     return true;
@@ -143,8 +146,11 @@ class NodeStation final : public Station, public drivers::LinkUser {
     Entry& entry = *entries_[number];
     if (!entry.channel->is_busy()) return;
     repairing_.forget(number);
-    // Nobody has heard of the number: skipping it would look like a loss.
-    if (entry.channel->is_unbegun() && numbers_[number] > 0) --numbers_[number];
+    if (entry.is_again || !entry.channel->is_unbegun()) {
+      note_left(entry);  // whoever has not heard all of it is told of a loss
+    } else if (numbers_[number] > 0) {
+      --numbers_[number];  // nobody has heard of it: skipping it would look like a loss
+    }
     reattach(entry);
   }
 
@@ -167,7 +173,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
       if (const auto repair = repairing_.pull(node_bytes(), out, *link_)) return *repair;
     }
     if (!node_->has_packet()) return 0;
-    pulled_at_ = loop::now();
+    clock_.hold(loop::now());
     const std::size_t next_bytes = node_bytes();
     std::size_t size_bytes = 0;
     if (next_bytes != 0 && next_bytes <= out.size()) {
@@ -175,7 +181,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
       if (!repairing_.is_idle()) repairing_.sent(out.first(size_bytes), *link_);
       if (Entry* const sent = std::exchange(sent_, nullptr)) tell_sent(*sent);
     }
-    pulled_at_.reset();
+    clock_.release();
     return size_bytes;
   }
   std::size_t next_packet_bytes() override {
@@ -218,6 +224,7 @@ class NodeStation final : public Station, public drivers::LinkUser {
     bool is_listening = false;
     bool has_sent = false;  // its channel of core still has the last message
     bool is_sending = false;
+    bool is_again = false;  // what it sends, or has sent last, is a copy
     core::Channel<P>* channel = nullptr;
     core::Publisher<P>* publisher = nullptr;
     std::uint32_t* left = nullptr;  // its place in left_, once a message has left
@@ -235,19 +242,8 @@ class NodeStation final : public Station, public drivers::LinkUser {
                                            : std::numeric_limits<Distance>::max();
 
   static std::uint32_t clock_ticks(void* station) {
-    return static_cast<NodeStation*>(station)->now_ticks();
-  }
-  /// While a packet is being received, the time when the kernel took it: what it waited for us then
-  /// counts in its delay. Never goes back, as a node's clock must not.
-  std::uint32_t now_ticks() {
-    latest_ = std::max(latest_, time_of_call());
-    const auto time = latest_.time_since_epoch();
-    return static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(time).count() / kTickUs<P>);
-  }
-  drivers::MonotonicTime time_of_call() const {
-    if (frame_ != nullptr) return frame_->received_at;
-    return pulled_at_ ? *pulled_at_ : loop::now();
+    const auto now = static_cast<NodeStation*>(station)->clock_.now();
+    return static_cast<std::uint32_t>(now.count() / kTickUs<P>);
   }
   static std::uint32_t random(void*) { return loop::random_bits(); }
 
@@ -286,10 +282,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
   void tell_sent(Entry& entry) {
     entry.has_sent = true;
     set_sending(entry, false);
-    if (P::kMessageBits == 32) note_left(entry);
+    note_left(entry);
     user_.on_sent(*this, entry.number);
   }
+  /// Beacons tell of its last message from now on.
   void note_left(Entry& entry) {
+    if (P::kMessageBits != 32) return;
     if (entry.left == nullptr) entry.left = &left_.of(entry.number);
     *entry.left = numbers_[entry.number];
   }
@@ -316,13 +314,12 @@ class NodeStation final : public Station, public drivers::LinkUser {
   NumberTable<std::uint32_t> numbers_;           // last message sent on a channel
   int sending_ = 0;                              // channels with a message that has not left
   LastMessages left_;
-  std::unique_ptr<Node> node_;                       // megabytes, most of them untouched
-  std::vector<std::uint8_t> crossing_;               // reused
-  const drivers::FrameReception* frame_ = nullptr;   // in which the packet in hand came
-  std::optional<drivers::MonotonicTime> pulled_at_;  // while a packet is pulled
-  Entry* sent_ = nullptr;                            // whose message the pull in hand ended
-  drivers::MonotonicTime latest_{};                  // that the node was told
-  RangeOnce range_;                                  // of its transmitter
+  std::unique_ptr<Node> node_;                      // megabytes, most of them untouched
+  std::vector<std::uint8_t> crossing_;              // reused
+  const drivers::FrameReception* frame_ = nullptr;  // in which the packet in hand came
+  Entry* sent_ = nullptr;                           // whose message the pull in hand ended
+  StationClock clock_;
+  RangeOnce range_;  // of its transmitter
   std::uint64_t bad_origins_ = 0;
   bool is_namesake_told_ = false;  // of the frame in hand
   Neighbours neighbours_;
@@ -347,6 +344,7 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
   if (!hearing_.takes(frame, range)) return;
   const auto collisions = node_->counters().id_collisions;
   frame_ = &frame;
+  clock_.hold(frame.received_at);
   const core::Error result =
       node_->on_packet(packet.data(), static_cast<std::uint16_t>(packet.size()),
                        sensing_of<typename P::Sensing>(range_.last()));
@@ -357,6 +355,7 @@ void NodeStation<P>::on_packet(std::span<const std::uint8_t> packet,
     if (!repairing_.is_idle()) link_->wake();
   }
   frame_ = nullptr;
+  clock_.release();
   if (node_->has_packet()) link_->wake();  // one to forward
   if (node_->counters().id_collisions == collisions) return;
   is_namesake_told_ = true;

@@ -2,6 +2,8 @@
 // copies.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "daemon/station/node_station.hpp"
 #include "swarmtalk/profiles/wifi.hpp"
 #include "tests/unit/daemon/station/fake_station.hpp"
@@ -128,7 +130,26 @@ TEST(NodeStationNumbers, OfACancelledMessageThatHadBegunIsSpent) {
   std::vector<std::uint8_t> out(1400);
   EXPECT_GT(a.station.pull_packet(out), 0u);
   a.station.cancel(kChannel);
+  std::array<frame::LastMessage, 1> last{};
+  ASSERT_EQ(a.station.last_messages(last), 1u) << "its loss is told as that of any other";
+  EXPECT_EQ(last[0].number, 1u);
   EXPECT_EQ(a.send(1), 2u);
+}
+
+TEST(NodeStationNumbers, OfAMessageWhoseNextCopyIsCancelledIsSpent) {
+  Lone a(1, false);
+  Lone b(2, false);
+  a.send(1);
+  a.transmit_to(b);
+  ASSERT_TRUE(a.station.send_again(kChannel));
+  a.station.cancel(kChannel);
+  EXPECT_EQ(a.send(1), 2u);
+  a.transmit_to(b);
+  EXPECT_EQ(b.heard.size(), 2u) << "a copy of the first";
+  a.station.cancel(kChannel);
+  EXPECT_EQ(a.send(1), 3u);
+  a.station.cancel(kChannel);
+  EXPECT_EQ(a.send(1), 3u) << "nobody has heard of this one";
 }
 
 TEST(NodeStationCopies, AreHeardOnceAndEachEndsWithSent) {
