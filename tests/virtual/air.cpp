@@ -233,7 +233,11 @@ void Air::hear(Antenna& from) {
       carry(*to, frame);
       if (!draw(duplicates_)) continue;
       ++to->frames.twice;
-      carry(*to, frame);
+      if (longest_duplicate_.count() > 0) {
+        deliver_within(*to, frame, longest_duplicate_);
+      } else {
+        carry(*to, frame);
+      }
     }
   }
 }
@@ -246,9 +250,12 @@ void Air::carry(Antenna& to, Frame frame) {
   }
   if (!draw(delays_)) return deliver(to, frame);
   ++to.frames.delayed;
+  deliver_within(to, frame, longest_delay_);
+}
+
+void Air::deliver_within(Antenna& to, Frame frame, std::chrono::nanoseconds longest) {
   delayed_.remove_if([](const Delayed& each) { return !each.timer.is_armed(); });
-  const auto delay =
-      std::uniform_int_distribution<std::int64_t>(0, longest_delay_.count())(chance_);
+  const auto delay = std::uniform_int_distribution<std::int64_t>(0, longest.count())(chance_);
   delayed_.emplace_back(*this, to.number, frame).timer.after(std::chrono::nanoseconds(delay));
 }
 

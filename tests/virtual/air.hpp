@@ -40,8 +40,11 @@ class Air {
   void set_range(double range_m) { range_m_ = range_m; }
   /// Share of the frames that each receiver misses, drawn for each.
   void set_loss(double share) { loss_ = share; }
-  /// Share of the frames that each receiver hears twice.
-  void set_duplicates(double share) { duplicates_ = share; }
+  /// Share of the frames that each receiver hears twice, the second time up to `longest` later.
+  void set_duplicates(double share, std::chrono::nanoseconds longest = {}) {
+    duplicates_ = share;
+    longest_duplicate_ = longest;
+  }
   /// Share of the frames that come to a receiver up to `longest` later, others before them.
   void set_delays(double share, std::chrono::nanoseconds longest) {
     delays_ = share;
@@ -86,6 +89,7 @@ class Air {
   }
   void carry(Antenna& to, Frame frame);
   void deliver(Antenna& to, Frame frame);
+  void deliver_within(Antenna& to, Frame frame, std::chrono::nanoseconds longest);
   void flush(Antenna& to);
   void watch(Antenna& antenna);
 
@@ -99,6 +103,7 @@ class Air {
   double range_m_ = 1e9;
   double loss_ = 0;
   double duplicates_ = 0;
+  std::chrono::nanoseconds longest_duplicate_{};
   double delays_ = 0;
   std::chrono::nanoseconds longest_delay_{};
   std::set<int> down_;

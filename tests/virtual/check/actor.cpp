@@ -3,6 +3,18 @@
 #include <utility>
 
 namespace swarmtalk::test {
+namespace {
+
+constexpr std::size_t kPacketBytes = 1000;  // of a message: it surely fits into one packet
+
+Policy policy_of(const ProgramPlan& plan) {
+  Policy policy = Policy::last(plan.keeps);
+  if (plan.wants == Wants::kNewestOfEach) policy = Policy::latest_from_each();
+  if (plan.wants == Wants::kFresh) return policy.no_older_than(plan.max_age);
+  return policy;
+}
+
+}  // namespace
 
 Actor::Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Record& record,
              const std::unordered_map<std::string, int>& known, const int& run)
@@ -18,7 +30,7 @@ Actor::Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Reco
   for (const int channel : plan.sends) publish(channel);
   for (const int channel : plan.hears) {
     subscribers_.push_back(
-        client_.subscribe(channel_name(channel), Policy::last(plan.keeps),
+        client_.subscribe(channel_name(channel), policy_of(plan),
                           [this, channel](const Message& message) { hear(channel, message); }));
   }
   look_for_connection();
@@ -35,7 +47,7 @@ void Actor::leave(bool is_open) {
   for (const auto& [channel, mouth] : publishers_) {
     Publishing& publishing = record_.publishings[mouth.index];
     publishing.answered = mouth.answers->all;
-    publishing.refused = mouth.answers->refused;
+    publishing.unsent = mouth.is_whole ? mouth.answers->refused : 0;
     publishing.is_open = is_open;
   }
   has_left_ = true;
@@ -46,6 +58,7 @@ bool Actor::send(int channel, const std::string& text, std::uint32_t ttl) {
   if (found == publishers_.end()) return false;
   if (!found->second.publisher.send(text, ttl).ok()) return false;
   ++record_.publishings[found->second.index].accepted;
+  if (text.size() > kPacketBytes || plan_.copies > 1) found->second.is_whole = false;
   return true;
 }
 
@@ -58,15 +71,19 @@ void Actor::publish(int channel) {
                     : plan_.queue == Queue::kOneAtATime ? Sending::one_at_a_time()
                                                         : Sending{};
   if (plan_.redundancy > 0) sending = sending.redundant(plan_.redundancy);
+  if (plan_.copies > 1) sending = sending.repeated(plan_.copies);
   auto answers = std::make_shared<Answers>();
   const auto count = [answers](const Status& answer) {
     ++answers->all;
     // Of one that was on its way when the connection was lost nobody knows.
     if (!answer.ok() && answer.code() != StatusCode::kDisconnected) ++answers->refused;
   };
-  publishers_[channel] = {client_.advertise(channel_name(channel), sending, count),
-                          record_.publishings.size(), answers};
-  record_.publishings.push_back({place_.robot, place_.program, channel, 0, 0, 0, true});
+  publishers_[channel] = {
+      client_.advertise(channel_name(channel), sending,
+                        plan_.has_callback ? SentCallback(count) : SentCallback()),
+      record_.publishings.size(), answers, true};
+  record_.publishings.push_back(
+      {place_.robot, place_.program, channel, 0, 0, 0, true, plan_.has_callback});
 }
 
 void Actor::begin_hearings() {
@@ -74,8 +91,9 @@ void Actor::begin_hearings() {
   end_hearings();
   for (const int channel : plan_.hears) {
     hearings_[channel] = record_.hearings.size();
+    const bool is_spared = plan_.keeps < 64 || plan_.wants != Wants::kAll;
     record_.hearings.push_back(
-        {place_.robot, place_.program, channel, run_, plan_.keeps, true, record_.sent.size(), {}});
+        {place_.robot, place_.program, channel, run_, is_spared, true, record_.sent.size(), {}});
   }
 }
 

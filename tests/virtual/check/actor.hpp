@@ -49,12 +49,13 @@ class Actor {
  private:
   struct Answers {
     std::uint64_t all = 0;
-    std::uint64_t refused = 0;
+    std::uint64_t refused = 0;  // unsent, as far as is known
   };
   struct Mouth {
     Publisher publisher;
     std::size_t index = 0;             // in Record::publishings
     std::shared_ptr<Answers> answers;  // its callback may be called after the Actor's end
+    bool is_whole = true;              // each message leaves in one packet, once
   };
 
   void publish(int channel);

@@ -28,6 +28,7 @@ class Judge {
     for (const Hearing& each : record_.hearings) look_at(each);
     look_for_twice();
     for (const Publishing& each : record_.publishings) {
+      if (!each.has_callback) continue;
       decide(Promise::kAnswered);
       if (each.answered > each.accepted || (each.is_open && each.answered < each.accepted)) {
         break_promise(Promise::kAnswered, where(each.robot, each.program, each.channel) + " sent " +
@@ -178,7 +179,7 @@ class Judge {
     }
     for (const Publishing& each : record_.publishings) {
       if (each.channel == hearing.channel && each.robot != hearing.robot) {
-        most -= std::min(most, each.refused);
+        most -= std::min(most, each.unsent);
       }
     }
     decide(Promise::kTold);
@@ -226,7 +227,7 @@ class Judge {
   void look_at_order(const Hearing& hearing) {
     const auto lets_overtake = [&](const Event& event) {
       const bool begins_anew = event.kind == Kind::kStop || event.kind == Kind::kOtherKey;
-      return event.kind == Kind::kDelay ||
+      return event.kind == Kind::kDelay || event.kind == Kind::kAgain ||
              (begins_anew && key_of(hearing.robot) != 0 && event.robot == hearing.robot);
     };
     if (std::any_of(story_.events.begin(), story_.events.end(), lets_overtake)) return;
@@ -236,7 +237,8 @@ class Judge {
       const SentMessage& sent = record_.sent[static_cast<std::size_t>(heard.sent)];
       const auto& plan = story_.robots[static_cast<std::size_t>(sent.robot - 1)].programs;
       if (sent.ttl != 0 || sent.program >= static_cast<int>(plan.size())) continue;
-      if (plan[static_cast<std::size_t>(sent.program)].redundancy > 0) continue;
+      const ProgramPlan& sender = plan[static_cast<std::size_t>(sent.program)];
+      if (sender.redundancy > 0 || sender.copies > 1) continue;
       int& before = last.emplace(std::pair(sent.robot, sent.program), -1).first->second;
       decide(Promise::kInOrder);
       if (heard.sent < before) {
@@ -285,7 +287,7 @@ class Judge {
   /// When all is repaired, everybody in reach hears what is sent.
   void look_for_last_words() {
     for (const Hearing& hearing : record_.hearings) {
-      if (!hearing.is_open || hearing.keeps < 64) continue;
+      if (!hearing.is_open || hearing.is_spared) continue;
       const std::vector<int> distance = distances_to(hearing.robot);
       std::set<int> heard;
       for (const HeardMessage& each : hearing.heard) heard.insert(each.sent);

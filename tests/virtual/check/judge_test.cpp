@@ -27,7 +27,7 @@ class TwoRobots : public testing::Test {
     ProgramPlan ear;
     ear.hears = {0};
     story_.robots[1].programs = {ear};
-    Hearing hearing{2, 0, 0, 1, 64, true, 0, {}};
+    Hearing hearing{2, 0, 0, 1, false, true, 0, {}};
     for (int i = 0; i < 4; ++i) {
       record_.sent.push_back({1, 0, 0, 1, 0, i == 3, false, {}});
       HeardMessage heard;
@@ -106,7 +106,7 @@ TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
   record_.publishings[0].accepted = record_.publishings[0].answered = 5;
   heard()[3].lost = 1;
   EXPECT_EQ(broken(), "");
-  record_.publishings[0].refused = 1;
+  record_.publishings[0].unsent = 1;
   EXPECT_EQ(broken(), "told");
 }
 

@@ -52,8 +52,8 @@ struct Hearing {
   int robot = 0;
   int program = 0;
   int channel = 0;
-  int run = 0;  // of the robot's daemon
-  std::uint32_t keeps = 0;
+  int run = 0;                  // of the robot's daemon
+  bool is_spared = false;       // it may miss what waits for it: by its queue or by age
   bool is_open = false;         // until the end of the story
   std::size_t sent_before = 0;  // messages in Record::sent, when it began
   std::vector<HeardMessage> heard;
@@ -66,8 +66,10 @@ struct Publishing {
   int channel = 0;
   std::uint64_t accepted = 0;
   std::uint64_t answered = 0;  // calls of its SentCallback
-  std::uint64_t refused = 0;   // of these: the daemon says that the message has not left
+  std::uint64_t unsent = 0;    // of these: the daemon says that the message has not left, and no
+                               // part and no copy of it can have
   bool is_open = false;        // until the end of the story
+  bool has_callback = true;
 };
 
 /// Of a robot: its link, by its counters and by the air, and what its programs were handed.

@@ -33,6 +33,7 @@ RobotPlan draw_robot(Dice& dice, double side_m, int key) {
   robot.place = {dice.upto(side_m), dice.upto(side_m)};
   robot.beacon_ms = dice.between(2, 10) * 100;
   robot.key = key;
+  if (dice.one_of(4)) robot.rate_hz = dice.between(5, 30);
   const int programs = dice.between(1, 3);
   for (int i = 0; i < programs; ++i) {
     ProgramPlan program;
@@ -42,7 +43,11 @@ RobotPlan draw_robot(Dice& dice, double side_m, int key) {
     }
     if (dice.one_of(4)) program.queue = dice.one_of(2) ? Queue::kNewest : Queue::kOneAtATime;
     if (dice.one_of(6)) program.redundancy = static_cast<std::uint32_t>(dice.between(1, 3));
+    if (dice.one_of(6)) program.copies = static_cast<std::uint32_t>(dice.between(2, 3));
+    program.has_callback = !dice.one_of(5);
     if (dice.one_of(5)) program.keeps = static_cast<std::uint32_t>(dice.between(1, 4));
+    if (dice.one_of(5)) program.wants = dice.one_of(2) ? Wants::kNewestOfEach : Wants::kFresh;
+    program.max_age = dice.between(Milliseconds(50), Milliseconds(3000));
     robot.programs.push_back(program);
   }
   return robot;
@@ -107,8 +112,8 @@ void draw_faults(Dice& dice, Story& story) {
 
 const char* name_of(Kind kind) {
   static constexpr std::array<const char*, kKinds> kNames{
-      "send", "loss", "twice", "delay", "pieces", "link-down", "away",  "busy",
-      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock", "refuse"};
+      "send", "loss", "twice", "again", "delay",  "pieces",    "link-down", "away",  "busy",
+      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock",     "refuse"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
@@ -138,7 +143,7 @@ std::string told(const Story& story) {
   for (std::size_t i = 0; i < story.robots.size(); ++i) {
     const RobotPlan& robot = story.robots[i];
     text << "robot " << i + 1 << " at " << robot.place.x_m << ", " << robot.place.y_m << ", beacon "
-         << robot.beacon_ms << " ms, key " << robot.key << '\n';
+         << robot.beacon_ms << " ms, key " << robot.key << ", rate " << robot.rate_hz << '\n';
     for (std::size_t p = 0; p < robot.programs.size(); ++p) {
       const ProgramPlan& program = robot.programs[p];
       text << "  program " << p << ": sends";
@@ -146,7 +151,9 @@ std::string told(const Story& story) {
       text << "; hears";
       for (const int channel : program.hears) text << ' ' << channel;
       text << "; queue " << static_cast<int>(program.queue) << ", redundancy " << program.redundancy
-           << ", keeps " << program.keeps << '\n';
+           << ", copies " << program.copies << (program.has_callback ? "" : ", no callback")
+           << ", wants " << static_cast<int>(program.wants) << ", keeps " << program.keeps
+           << ", max age " << program.max_age.count() << " ms\n";
     }
   }
   for (const Event& event : story.events) {

@@ -19,6 +19,7 @@ enum class Kind : std::uint8_t {
   kSend,      // `count` messages of `program`, at once
   kLoss,      // `share` of all frames is lost
   kTwice,     // `share` of all frames comes twice
+  kAgain,     // `share` of all frames comes again, seconds later
   kDelay,     // `share` of all frames comes later, others before them
   kPieces,    // reads and writes of programs and daemons end after 1 to `count` bytes
   kLinkDown,  // a robot's link
@@ -31,9 +32,9 @@ enum class Kind : std::uint8_t {
   kReload,    // a robot's daemon reads its configuration again, with another beacon
   kOtherKey,  // a robot has another key, by a reload
   kClock,     // the wall clock of all is set, by `count` seconds
-  kRefuse,    // the kernel refuses to send a robot\'s frames
+  kRefuse,    // the kernel refuses to send a robot's frames
 };
-inline constexpr std::size_t kKinds = 16;
+inline constexpr std::size_t kKinds = 17;
 inline constexpr int kChannels = 3;
 /// "loss"
 const char* name_of(Kind kind);
@@ -52,19 +53,27 @@ struct Event {
 };
 
 enum class Queue : std::uint8_t { kQueued, kNewest, kOneAtATime };
+/// Of what waits for a program: as many as there is room for, the newest of each sender, or what is
+/// young enough.
+enum class Wants : std::uint8_t { kAll, kNewestOfEach, kFresh };
 
 struct ProgramPlan {
   std::vector<int> sends;  // channels
   std::vector<int> hears;
   Queue queue = Queue::kQueued;
   std::uint32_t redundancy = 0;  // repair packets
-  std::uint32_t keeps = 64;      // messages that wait for it
+  std::uint32_t copies = 1;      // each message is sent so many times
+  bool has_callback = true;      // what became of each message sent is asked for
+  Wants wants = Wants::kAll;
+  std::uint32_t keeps = 64;  // messages that wait for it
+  Milliseconds max_age{};    // of what is fresh
 };
 
 struct RobotPlan {
   Place place;
   int beacon_ms = 500;
-  int key = 0;  // 0: none
+  int key = 0;      // 0: none
+  int rate_hz = 0;  // frames; 0: no limit
   std::vector<ProgramPlan> programs;
 };
 

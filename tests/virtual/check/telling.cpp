@@ -23,7 +23,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLongestDelay = 50ms;
+constexpr auto kLongestAgain = 20s;
 constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
+constexpr auto kLongestWait = 60s;
 constexpr int kSharedKeys = 2;
 constexpr std::array<int, 4> kRefusals{ENOBUFS, ENETDOWN, EPERM, EMSGSIZE};
 
@@ -68,7 +70,7 @@ class Telling {
         repair(*action.event);
       }
     }
-    swarm_.advance(kSettling);
+    settle();
     for (const auto& [name, each] : actors_) each->look_for_connection();
     flush();
     say_last_words();
@@ -98,6 +100,9 @@ class Telling {
   std::string configuration_of(int robot) {
     const State& state = state_of(robot);
     std::string text = "beacon_ms = " + std::to_string(state.beacon_ms) + "\n";
+    if (const int rate_hz = plan_of(robot).rate_hz; rate_hz > 0) {
+      text += "rate_hz = " + std::to_string(rate_hz) + "\n";
+    }
     if (state.key != 0) {
       text += "key_file = \"" + keys_[static_cast<std::size_t>(state.key - 1)]->path() + "\"\n";
     }
@@ -162,6 +167,9 @@ class Telling {
       case Kind::kTwice:
         swarm_.air().set_duplicates(event.share);
         break;
+      case Kind::kAgain:
+        swarm_.air().set_duplicates(event.share, kLongestAgain);
+        break;
       case Kind::kDelay:
         swarm_.air().set_delays(event.share, kLongestDelay);
         break;
@@ -223,6 +231,7 @@ class Telling {
       case Kind::kLoss:
         return swarm_.air().set_loss(0);
       case Kind::kTwice:
+      case Kind::kAgain:
         return swarm_.air().set_duplicates(0);
       case Kind::kDelay:
         return swarm_.air().set_delays(0, {});
@@ -258,6 +267,37 @@ class Telling {
       case Kind::kRefuse:
         return swarm_.air().set_refusing(event.robot, 0);
     }
+  }
+
+  /// Until what waits has left, and beacons have told of it.
+  void settle() {
+    swarm_.advance(kSettling);
+    for (int n = 1; n <= robots(); ++n) {
+      for (auto left = kLongestWait; left > 0s && leftovers_of(n).waiting_messages > 0;
+           left -= 1s) {
+        swarm_.advance(1s);
+      }
+    }
+    swarm_.advance(2s);
+  }
+
+  /// What its daemon says; nothing, if it does not answer.
+  Leftovers leftovers_of(int robot) {
+    DaemonStatus status;
+    (void)swarm_.robot(robot).program("observer").client().get_status(status);
+    return leftovers_of(robot, status);
+  }
+  static Leftovers leftovers_of(int robot, const DaemonStatus& status) {
+    Leftovers left;
+    left.robot = robot;
+    for (const UserStatus& user : status.users) {
+      for (const ShareStatus& share : user.shares) {
+        if (share.name == "waiting_messages") left.waiting_messages += share.used;
+        if (share.name == "publishers") left.publishers += share.used;
+        if (share.name == "subscriptions") left.subscriptions += share.used;
+      }
+    }
+    return left;
   }
 
   /// What all must hear.
@@ -322,16 +362,7 @@ class Telling {
         }
       }
       record_.accounts.push_back(account);
-      Leftovers left;
-      left.robot = n;
-      for (const UserStatus& user : status.users) {
-        for (const ShareStatus& share : user.shares) {
-          if (share.name == "waiting_messages") left.waiting_messages += share.used;
-          if (share.name == "publishers") left.publishers += share.used;
-          if (share.name == "subscriptions") left.subscriptions += share.used;
-        }
-      }
-      record_.leftovers.push_back(left);
+      record_.leftovers.push_back(leftovers_of(n, status));
     }
   }
 
