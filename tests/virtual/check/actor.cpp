@@ -20,6 +20,7 @@ Actor::Actor(VirtualProgram& program, Place place, const ProgramPlan& plan, Reco
              const std::unordered_map<std::string, int>& known, const int& run)
     : client_(program.client()),
       place_(place),
+      process_(++record.processes),
       plan_(plan),
       record_(record),
       known_(known),
@@ -92,8 +93,15 @@ void Actor::begin_hearings() {
   for (const int channel : plan_.hears) {
     hearings_[channel] = record_.hearings.size();
     const bool is_spared = plan_.keeps < 64 || plan_.wants != Wants::kAll;
-    record_.hearings.push_back(
-        {place_.robot, place_.program, channel, run_, is_spared, true, record_.sent.size(), {}});
+    record_.hearings.push_back({place_.robot,
+                                place_.program,
+                                channel,
+                                run_,
+                                process_,
+                                is_spared,
+                                true,
+                                record_.sent.size(),
+                                {}});
   }
 }
 

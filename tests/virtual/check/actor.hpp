@@ -44,6 +44,9 @@ class Actor {
   /// Nothing of it goes into the record any more. @param is_open  the story is over, and not it
   void leave(bool is_open);
 
+  /// Of the record's processes.
+  int process() const { return process_; }
+
   bool is_paused = false;
 
  private:
@@ -65,6 +68,7 @@ class Actor {
 
   Client& client_;
   Place place_;
+  int process_;
   ProgramPlan plan_;
   Record& record_;
   const std::unordered_map<std::string, int>& known_;

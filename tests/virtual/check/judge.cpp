@@ -16,6 +16,7 @@ using Source = std::tuple<std::uint32_t, int, std::uint32_t>;
 /// So many missing messages are believed at once, however slow their sender was (decision 0062).
 constexpr std::uint32_t kBelieved = 16;
 constexpr std::chrono::milliseconds kKeysApart(100);  // nearer to a change of keys it is not judged
+constexpr std::chrono::seconds kLongestHeld(5);       // a frame that is not proven (0053)
 constexpr std::uint64_t kMissingOfHeard = 9;          // for each that was heard, the same decision
 
 class Judge {
@@ -43,6 +44,11 @@ class Judge {
   }
 
  private:
+  using Time = std::chrono::steady_clock::time_point;
+  struct Window {
+    Time begin{};
+    Time end{};
+  };
   struct Span {
     std::uint32_t first = 0;  // in time
     std::uint32_t last = 0;
@@ -140,7 +146,7 @@ class Judge {
       const bool is_of_former_run = is_own && sent.run < hearing.run;  // others sent it on
       if (sent.channel != hearing.channel || static_cast<int>(heard.sender) != sent.robot ||
           heard.hops > sent.ttl || heard.is_local != (is_own && !is_of_former_run) ||
-          (heard.is_local && sent.program == hearing.program)) {
+          (heard.is_local && sent.process == hearing.process)) {
         break_promise(Promise::kGenuine, where(hearing) + " heard '" + heard.text + "' with hops " +
                                              std::to_string(heard.hops) + " of " +
                                              std::to_string(sent.ttl));
@@ -170,8 +176,7 @@ class Judge {
     std::uint64_t most = 0;
     for (std::size_t i = 0; i < record_.sent.size(); ++i) {
       const SentMessage& sent = record_.sent[i];
-      const bool is_to_itself =
-          sent.robot == hearing.robot && sent.program == hearing.program && sent.run == hearing.run;
+      const bool is_to_itself = sent.process == hearing.process && sent.run == hearing.run;
       if (sent.channel == hearing.channel && !is_to_itself &&
           !heard.contains(static_cast<int>(i))) {
         ++most;
@@ -223,23 +228,45 @@ class Judge {
                                       " lost by beacons; missing are " + std::to_string(least));
   }
 
+  /// While what comes to this hearer may overtake other messages: by the air, or since what it
+  /// cannot prove yet waits with it.
+  std::vector<Window> overtaking(const Hearing& hearing) const {
+    std::vector<Window> windows;
+    for (const Event& event : story_.events) {
+      const bool begins_anew = event.kind == Kind::kStop || event.kind == Kind::kOtherKey;
+      Milliseconds after{};
+      if (event.kind == Kind::kDelay) {
+        after = kLongestDelay;
+      } else if (event.kind == Kind::kAgain) {
+        after = kLongestAgain;
+      } else if (begins_anew && event.robot == hearing.robot && key_of(hearing.robot) != 0) {
+        after = kLongestHeld;
+      } else {
+        continue;
+      }
+      windows.push_back({record_.begin + event.at, record_.begin + event.at + event.lasts + after});
+    }
+    return windows;
+  }
+
   /// What a robot says to its neighbours, in one packet each time, comes in the order of sending.
   void look_at_order(const Hearing& hearing) {
-    const auto lets_overtake = [&](const Event& event) {
-      const bool begins_anew = event.kind == Kind::kStop || event.kind == Kind::kOtherKey;
-      return event.kind == Kind::kDelay || event.kind == Kind::kAgain ||
-             (begins_anew && key_of(hearing.robot) != 0 && event.robot == hearing.robot);
+    const std::vector<Window> windows = overtaking(hearing);
+    const auto may_overtake = [&](const HeardMessage& heard) {
+      return heard.received_at &&
+             std::any_of(windows.begin(), windows.end(), [&](const Window& each) {
+               return *heard.received_at >= each.begin && *heard.received_at <= each.end;
+             });
     };
-    if (std::any_of(story_.events.begin(), story_.events.end(), lets_overtake)) return;
-    std::map<std::pair<int, int>, int> last;  // by robot and program, of TTL 0
+    std::map<int, int> last;  // by process, of TTL 0
     for (const HeardMessage& heard : hearing.heard) {
-      if (heard.sent < 0) continue;
+      if (heard.sent < 0 || may_overtake(heard)) continue;
       const SentMessage& sent = record_.sent[static_cast<std::size_t>(heard.sent)];
       const auto& plan = story_.robots[static_cast<std::size_t>(sent.robot - 1)].programs;
       if (sent.ttl != 0 || sent.program >= static_cast<int>(plan.size())) continue;
       const ProgramPlan& sender = plan[static_cast<std::size_t>(sent.program)];
       if (sender.redundancy > 0 || sender.copies > 1) continue;
-      int& before = last.emplace(std::pair(sent.robot, sent.program), -1).first->second;
+      int& before = last.emplace(sent.process, -1).first->second;
       decide(Promise::kInOrder);
       if (heard.sent < before) {
         break_promise(Promise::kInOrder, where(hearing) + " heard '" + heard.text + "' late");

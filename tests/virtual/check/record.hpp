@@ -19,7 +19,8 @@ struct SentMessage {
   int robot = 0;
   int program = 0;
   int channel = 0;
-  int run = 0;  // of the robot's daemon
+  int run = 0;      // of the robot's daemon
+  int process = 0;  // the program's, of all in the story
   std::uint32_t ttl = 0;
   bool is_final = false;  // sent when all troubles were over
   bool is_flush = false;  // of a robot to itself: what was lost is told before it
@@ -53,6 +54,7 @@ struct Hearing {
   int program = 0;
   int channel = 0;
   int run = 0;                  // of the robot's daemon
+  int process = 0;              // the program's
   bool is_spared = false;       // it may miss what waits for it: by its queue or by age
   bool is_open = false;         // until the end of the story
   std::size_t sent_before = 0;  // messages in Record::sent, when it began
@@ -92,6 +94,7 @@ struct Leftovers {
 };
 
 struct Record {
+  int processes = 0;  // of programs, until now
   std::vector<SentMessage> sent;
   std::vector<Hearing> hearings;
   std::vector<Publishing> publishings;
@@ -100,6 +103,7 @@ struct Record {
   std::vector<Leftovers> leftovers;
   std::vector<std::string> broken;  // promises that do not need the judge
   std::array<std::uint64_t, kKinds> struck{};
+  std::chrono::steady_clock::time_point begin{};  // of the story's events
   std::uint64_t course = 0;
   double seconds = 0;  // of swarm time
 };

@@ -81,6 +81,28 @@ void draw_sends(Dice& dice, Story& story) {
   }
 }
 
+/// What is said in quick succession when a fault begins, or is over.
+void draw_spell(Dice& dice, Story& story, const Event& fault) {
+  const int robots = static_cast<int>(story.robots.size());
+  Event send;
+  send.robot = dice.one_of(4) ? dice.between(1, robots) : fault.robot;
+  const auto& programs = story.robots[static_cast<std::size_t>(send.robot - 1)].programs;
+  send.program = dice.between(0, static_cast<int>(programs.size()) - 1);
+  const auto& channels = programs[static_cast<std::size_t>(send.program)].sends;
+  if (channels.empty()) return;
+  send.channel =
+      channels[static_cast<std::size_t>(dice.between(0, static_cast<int>(channels.size()) - 1))];
+  send.ttl = dice.one_of(4) ? 1 : 0;
+  send.count = 1;
+  send.bytes = static_cast<std::size_t>(dice.between(0, 200));
+  const Milliseconds pause = dice.between(Milliseconds(5), Milliseconds(60));
+  const Milliseconds middle = dice.one_of(2) ? fault.at : fault.at + fault.lasts;
+  send.at = middle - pause * dice.between(0, 5);
+  for (int i = dice.between(5, 15); i > 0 && send.at < story.troubles; --i, send.at += pause) {
+    story.events.push_back(send);
+  }
+}
+
 /// At each moment a robot has one fault of a kind at most.
 void draw_faults(Dice& dice, Story& story) {
   const int robots = static_cast<int>(story.robots.size());
@@ -104,7 +126,9 @@ void draw_faults(Dice& dice, Story& story) {
           return other.kind == fault.kind && (is_of_all || other.robot == fault.robot) &&
                  other.at <= fault.at + fault.lasts && fault.at <= other.at + other.lasts;
         });
-    if (!overlaps) story.events.push_back(fault);
+    if (overlaps) continue;
+    story.events.push_back(fault);
+    if (dice.one_of(3)) draw_spell(dice, story, fault);
   }
 }
 

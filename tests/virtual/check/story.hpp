@@ -36,6 +36,8 @@ enum class Kind : std::uint8_t {
 };
 inline constexpr std::size_t kKinds = 17;
 inline constexpr int kChannels = 3;
+constexpr Milliseconds kLongestDelay(50);     // of kDelay
+constexpr Milliseconds kLongestAgain(20000);  // after a frame, its copy
 /// "loss"
 const char* name_of(Kind kind);
 

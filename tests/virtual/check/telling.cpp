@@ -22,8 +22,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLongestDelay = 50ms;
-constexpr auto kLongestAgain = 20s;
 constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
 constexpr auto kLongestWait = 60s;
 constexpr int kSharedKeys = 2;
@@ -61,7 +59,7 @@ class Telling {
     }
     std::stable_sort(actions.begin(), actions.end(),
                      [](const Action& a, const Action& b) { return a.at < b.at; });
-    const auto begin = loop::now();
+    const auto begin = record_.begin = loop::now();
     for (const Action& action : actions) {
       if (begin + action.at > loop::now()) swarm_.advance(begin + action.at - loop::now());
       if (action.begins) {
@@ -130,8 +128,8 @@ class Telling {
                        Actor::channel_name(channel) + " " + std::to_string(index) + " ";
     if (text.size() < bytes) text.resize(bytes, static_cast<char>('a' + index % 26));
     known_[text] = index;  // before it is sent: it may be heard at once
-    record_.sent.push_back({robot, program, channel, state_of(robot).run, ttl, is_final,
-                            program == kFlush, loop::now()});
+    record_.sent.push_back({robot, program, channel, state_of(robot).run, sender->process(), ttl,
+                            is_final, program == kFlush, loop::now()});
     if (sender->send(channel, text, ttl)) return;
     known_.erase(text);
     record_.sent.pop_back();
