@@ -48,6 +48,8 @@ class Loop final : public boost::asio::execution_context::service {
 
     /// As Loop::poll().
     void poll();
+    /// A part of that: what is ready now.
+    void turn() { loop_.turn(0); }
 
    private:
     Loop& loop_;
@@ -58,6 +60,11 @@ class Loop final : public boost::asio::execution_context::service {
   void run();
   /// All that is ready, and what follows from it. Waits for nothing.
   void poll();
+
+  /// Readable while something is ready, for who waits for several loops. Not what has_work() says.
+  int descriptor() const { return epoll_; }
+  /// There is something to do that nothing has to be waited for.
+  bool has_work() const { return has_deferred(); }
 
   /// Kept until the end of the turn: for an object that ends inside one of its own functions.
   void keep(std::shared_ptr<void> object);

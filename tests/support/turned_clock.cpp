@@ -1,7 +1,9 @@
 #include "tests/support/turned_clock.hpp"
 
 #include <algorithm>
+#include <map>
 #include <random>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,7 @@
 namespace swarmtalk::loop {
 
 struct Timer::Wait {
+  const boost::asio::io_context* machine = nullptr;
   std::function<void()> on_time;
   Time time{};
   bool is_armed = false;
@@ -29,20 +32,32 @@ using Call = std::function<bool()>;  // @return false: it was cancelled
 struct Due {
   Time time;
   Call call;
+  const boost::asio::io_context* machine;
 };
 
 constexpr Time kBegin{std::chrono::hours(1)};  // no time is before the clock began
 Time present = kBegin;                         // NOLINT: the one clock of the program
-std::chrono::nanoseconds wall_offset{0};       // NOLINT: of all steps
-std::chrono::nanoseconds offset_before{0};     // NOLINT: before those of the instant `stepped_at`
-Time stepped_at{};                             // NOLINT
+std::chrono::nanoseconds wall_offset{0};       // NOLINT: of all steps of all machines
 std::vector<Due> waits;                        // NOLINT: by time, and in the order of their asking
 std::mt19937 chance(1);                        // NOLINT: the one source of the program
 
-void wait_until(Time time, Call call) {
+using Machine = const boost::asio::io_context*;
+std::map<Machine, std::chrono::nanoseconds> wall_offsets;  // NOLINT: of one machine's steps
+std::set<Machine> held;                                    // NOLINT: whose timers wait
+Machine entered = nullptr;                                 // NOLINT: whose code runs
+
+std::chrono::system_clock::time_point wall_of(Machine machine) {
+  constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
+  const auto own = wall_offsets.find(machine);
+  return std::chrono::system_clock::time_point(
+      kFirstOf2026 + (present - kBegin) + wall_offset +
+      (own == wall_offsets.end() ? std::chrono::nanoseconds(0) : own->second));
+}
+
+void wait_until(Time time, Machine machine, Call call) {
   const auto is_later = [](Time at, const Due& due) { return at < due.time; };
   waits.insert(std::upper_bound(waits.begin(), waits.end(), time, is_later),
-               {time, std::move(call)});
+               {time, std::move(call), machine});
 }
 
 /// What is ready, without waiting. @return false: nothing was
@@ -59,14 +74,18 @@ bool run_ready(boost::asio::io_context& io) {
 
 /// @return false: nobody waits for a time up to `end`
 bool turn_to_next(Time end) {
-  while (!waits.empty() && waits.front().time <= end) {
-    const Due due = std::move(waits.front());
-    waits.erase(waits.begin());
+  for (;;) {
+    const auto next = std::find_if(waits.begin(), waits.end(), [](const Due& each) {
+      return held.empty() || !held.contains(each.machine);
+    });
+    if (next == waits.end() || next->time > end) return false;
+    const Due due = std::move(*next);
+    waits.erase(next);
+    entered = due.machine;
     const Time before = std::exchange(present, std::max(present, due.time));
     if (due.call()) return true;
     present = before;
   }
-  return false;
 }
 
 }  // namespace
@@ -74,28 +93,47 @@ bool turn_to_next(Time end) {
 void begin(std::uint64_t seed) {
   waits.clear();
   present = kBegin;
-  wall_offset = offset_before = std::chrono::nanoseconds(0);
-  stepped_at = Time{};
+  wall_offset = std::chrono::nanoseconds(0);
+  wall_offsets.clear();
+  held.clear();
+  entered = nullptr;
   chance.seed(static_cast<std::mt19937::result_type>(seed));
 }
 
+void enter(const boost::asio::io_context& io) {
+  entered = &io;
+}
+
 void step_wall_clock(std::chrono::nanoseconds step) {
-  if (stepped_at != present) offset_before = wall_offset;
-  stepped_at = present;
   wall_offset += step;
 }
 
-std::chrono::system_clock::time_point wall_before_steps() {
-  return loop::wall_now() -
-         (stepped_at == present ? wall_offset - offset_before : std::chrono::nanoseconds(0));
+void step_wall_clock(std::chrono::nanoseconds step, const boost::asio::io_context& io) {
+  wall_offsets[&io] += step;
+}
+
+std::chrono::system_clock::time_point wall_now_of(const boost::asio::io_context& io) {
+  return wall_of(&io);
+}
+
+void hold_timers(const boost::asio::io_context& io, bool are_held) {
+  if (are_held) {
+    held.insert(&io);
+  } else {
+    held.erase(&io);
+  }
+}
+
+void pass(const std::function<bool()>& run_ready, std::chrono::nanoseconds duration) {
+  const Time end = present + duration;
+  do {
+    run_ready();
+  } while (turn_to_next(end));
+  present = end;
 }
 
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration) {
-  const Time end = present + duration;
-  do {
-    run_ready(io);
-  } while (turn_to_next(end));
-  present = end;
+  pass([&io] { return run_ready(io); }, duration);
 }
 
 void pass(std::chrono::nanoseconds duration) {
@@ -103,15 +141,20 @@ void pass(std::chrono::nanoseconds duration) {
   pass(io, duration);
 }
 
-bool pass_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
+bool pass_until(const std::function<bool()>& run_ready, const std::function<bool()>& is_done,
                 std::chrono::nanoseconds limit) {
   const Time end = present + limit;
   for (;;) {
-    const bool has_run = run_ready(io);
+    const bool has_run = run_ready();
     if (is_done()) return true;
     // is_done() itself may make something ready, as by reading from a full socket.
     if (!has_run && !turn_to_next(end)) return false;
   }
+}
+
+bool pass_until(boost::asio::io_context& io, const std::function<bool()>& is_done,
+                std::chrono::nanoseconds limit) {
+  return pass_until([&io] { return run_ready(io); }, is_done, limit);
 }
 
 }  // namespace swarmtalk::test
@@ -123,17 +166,16 @@ std::chrono::steady_clock::time_point now() {
 }
 
 std::chrono::system_clock::time_point wall_now() {
-  constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
-  return std::chrono::system_clock::time_point(kFirstOf2026 + (test::present - test::kBegin) +
-                                               test::wall_offset);
+  return test::wall_of(test::entered);
 }
 
 std::uint32_t random_bits() {
   return static_cast<std::uint32_t>(test::chance());
 }
 
-Timer::Timer(boost::asio::io_context&, std::function<void()> on_time)
+Timer::Timer(boost::asio::io_context& io, std::function<void()> on_time)
     : wait_(std::make_shared<Wait>()) {
+  wait_->machine = &io;
   wait_->on_time = std::move(on_time);
 }
 
@@ -147,7 +189,7 @@ void Timer::at(Time time) {
   wait_ = next;
   next->time = time;
   next->is_armed = true;
-  test::wait_until(time, [waiting = std::weak_ptr<Wait>(next)] {
+  test::wait_until(time, next->machine, [waiting = std::weak_ptr<Wait>(next)] {
     const std::shared_ptr<Wait> wait = waiting.lock();
     if (wait == nullptr || !std::exchange(wait->is_armed, false)) return false;
     wait->on_time();

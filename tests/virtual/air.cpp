@@ -19,6 +19,7 @@
 #include "drivers/socket/socket_link.hpp"
 #include "loop/clock.hpp"
 #include "loop/timer.hpp"
+#include "tests/support/turned_clock.hpp"
 #include "tests/virtual/virtual_kernel.hpp"
 
 namespace swarmtalk::test {
@@ -91,8 +92,10 @@ class AirLink final : public drivers::SocketLink {
 }  // namespace
 
 struct Air::Antenna {
-  Antenna(boost::asio::io_context& io, int its_robot, std::uint64_t its_number, Air& air)
-      : robot(its_robot),
+  Antenna(boost::asio::io_context& io, const boost::asio::io_context& robots_io, int its_robot,
+          std::uint64_t its_number, Air& air)
+      : machine(robots_io),
+        robot(its_robot),
         number(its_number),
         socket(loop::Loop::of(io), [this, &air](std::uint32_t events) {
           if ((events & EPOLLOUT) != 0) air.flush(*this);
@@ -101,6 +104,7 @@ struct Air::Antenna {
 
   bool is_heard() const { return plug->refresh && plug->is_up; }
 
+  const boost::asio::io_context& machine;
   int robot;
   std::uint64_t number;
   bool is_gone = false;
@@ -133,8 +137,9 @@ Air::Air(boost::asio::io_context& io, std::uint64_t number, std::uint64_t seed, 
 
 Air::~Air() = default;
 
-std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& config,
-                                         frame::ProfileId profile, std::size_t max_packet_bytes) {
+std::unique_ptr<drivers::Link> Air::open(boost::asio::io_context& io, int robot,
+                                         const daemon::LinkConfig& config, frame::ProfileId profile,
+                                         std::size_t max_packet_bytes) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0) {
     throw std::system_error(errno, std::system_category(), "the air of a virtual swarm");
@@ -143,7 +148,7 @@ std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& co
   const std::uint64_t number = next_antenna_++;
   const std::uint64_t address = first_address_ + static_cast<std::uint64_t>(robot);
   Antenna& antenna =
-      *antennas_.emplace(number, std::make_unique<Antenna>(io_, robot, number, *this))
+      *antennas_.emplace(number, std::make_unique<Antenna>(io_, io, robot, number, *this))
            .first->second;
   ::setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &kTransmitBytes, sizeof kTransmitBytes);
   antenna.socket.own(ends[0]);
@@ -151,7 +156,7 @@ std::unique_ptr<drivers::Link> Air::open(int robot, const daemon::LinkConfig& co
   if (refusing_.contains(robot)) refuse_frames(ends[1], refusing_[robot]);
   antenna.is_busy = busy_.contains(robot);
   watch(antenna);
-  return std::make_unique<AirLink>(io_, ends[1], address, antenna.plug, config, profile,
+  return std::make_unique<AirLink>(io, ends[1], address, antenna.plug, config, profile,
                                    max_packet_bytes);
 }
 
@@ -260,7 +265,7 @@ void Air::deliver_within(Antenna& to, Frame frame, std::chrono::nanoseconds long
 }
 
 void Air::deliver(Antenna& to, Frame frame) {
-  to.waiting.emplace_back(frame.begin(), frame.end());
+  to.waiting.push_back(stamped(frame, wall_now_of(to.machine)));
   if (to.waiting.size() == 1) flush(to);
 }
 

@@ -58,8 +58,9 @@ class Air {
   void set_refusing(int robot, int error);
 
   /// As daemon::open_link(), for a link of this robot.
-  std::unique_ptr<drivers::Link> open(int robot, const daemon::LinkConfig& config,
-                                      frame::ProfileId profile, std::size_t max_packet_bytes);
+  std::unique_ptr<drivers::Link> open(boost::asio::io_context& io, int robot,
+                                      const daemon::LinkConfig& config, frame::ProfileId profile,
+                                      std::size_t max_packet_bytes);
 
   std::uint64_t frames_sent() const { return frames_sent_; }
   /// Deliveries of a frame to a robot.

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "loop/clock.hpp"
+#include "loop/timer.hpp"
 #include "tests/virtual/key_file.hpp"
 #include "tests/virtual/swarm.hpp"
 
@@ -153,6 +155,34 @@ TEST(VirtualSwarm, CarriesTheMessagesOfAHundred) {
 
 /// What does not arrive is told, and the accounts add up: one sender, one hearer, one frame of two
 /// lost; the last one's fate is known by the beacon after it.
+/// What came to its socket meanwhile is heard with the time of its coming. With a key as well: what
+/// is judged is how long a frame was on its way there.
+TEST(VirtualSwarm, HearsWhatCameWhileADaemonStoodStill) {
+  const KeyFile key;
+  for (const std::string& keys : {std::string(), "key_file = \"" + key.path() + "\"\n"}) {
+    Swarm swarm;
+    for (int n = 1; n <= 2; ++n) swarm.add(n, {}, "beacon_ms = 500\n" + keys);
+    VirtualProgram& mouth = swarm.robot(1).program("mouth");
+    std::vector<std::string> heard;
+    const Subscriber ear =
+        swarm.robot(2).program("ear").client().subscribe("c", [&](const Message& message) {
+          const auto ago = loop::now() - message.received_at.value_or(loop::Timer::Time{});
+          heard.push_back(std::string(message.text()) + " " + std::to_string(ago / 1s) + " s ago");
+        });
+    swarm.advance(2s);
+    swarm.robot(2).set_running(false);
+    mouth.send("c", "first");
+    swarm.advance(7s);
+    mouth.send("c", "second");
+    swarm.advance(2s);
+    EXPECT_THAT(heard, IsEmpty());
+    swarm.robot(2).set_running(true);
+    swarm.advance(1s);
+    EXPECT_THAT(heard, ElementsAre("first 9 s ago", "second 2 s ago"));
+    EXPECT_EQ(swarm.robot(2).counter("frames_too_old"), 0u);
+  }
+}
+
 TEST(VirtualSwarm, TellsEachLossOnTheAir) {
   Swarm swarm(3);
   swarm.air().set_loss(0.5);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <stdexcept>
 #include <utility>
@@ -60,7 +61,10 @@ void VirtualProgram::send(const std::string& channel, const std::string& text,
 }
 
 VirtualRobot::VirtualRobot(Swarm& swarm, int number, std::string configuration)
-    : swarm_(swarm), number_(number), configuration_(std::move(configuration)) {
+    : swarm_(swarm),
+      number_(number),
+      configuration_(std::move(configuration)),
+      machine_(swarm.machines()) {
   start();
 }
 
@@ -109,16 +113,18 @@ void VirtualRobot::start() {
   daemon::ParsedConfig parsed = load();
   daemon::resolve_node_id(parsed.config.node, parsed.lines);
   robot_ = std::make_unique<daemon::Robot>(
-      swarm_.io(), std::move(parsed), load,
-      [this](boost::asio::io_context&, const daemon::LinkConfig& config, const daemon::KeyLines&,
+      machine_.io(), std::move(parsed), load,
+      [this](boost::asio::io_context& io, const daemon::LinkConfig& config, const daemon::KeyLines&,
              frame::ProfileId profile, std::size_t max_packet_bytes) {
-        return swarm_.air(config.name).open(number_, config, profile, max_packet_bytes);
+        return swarm_.air(config.name).open(io, number_, config, profile, max_packet_bytes);
       });
   robot_->start();
 }
 
 Swarm::Swarm(std::uint64_t seed)
-    : programs_(::epoll_create1(EPOLL_CLOEXEC)),
+    : machines_(::epoll_create1(EPOLL_CLOEXEC)),
+      world_(machines_),
+      programs_(::epoll_create1(EPOLL_CLOEXEC)),
       chance_(static_cast<std::mt19937::result_type>(seed)),
       seed_(seed) {
   begin(seed);
@@ -127,8 +133,10 @@ Swarm::Swarm(std::uint64_t seed)
 }
 
 Swarm::~Swarm() {
+  for (const auto& [number, robot] : robots_) robot->end_programs();  // they still ask and wait
   robots_.clear();
   ::close(programs_);
+  ::close(machines_);
   the_swarm = nullptr;
 }
 
@@ -140,15 +148,42 @@ VirtualRobot& Swarm::add(int number, Place place, const std::string& configurati
 
 Air& Swarm::air(const std::string& link) {
   const std::uint64_t number = airs_.size();
-  return airs_.try_emplace(link, io_, number, seed_ + number, course_, places_).first->second;
+  return airs_.try_emplace(link, world_.io(), number, seed_ + number, course_, places_)
+      .first->second;
 }
 
 void Swarm::advance(std::chrono::nanoseconds duration) {
   const auto end = loop::now() + duration;
-  while (pass_until(
-      io_, [this] { return run_program(); }, end - loop::now())) {
+  while (run_daemons([this] { return run_program(); }, end - loop::now())) {
   }
-  pass(io_, end - loop::now());
+}
+
+bool Swarm::run_daemons(const std::function<bool()>& is_done, std::chrono::nanoseconds limit) {
+  const auto end = loop::now() + limit;
+  const auto run_ready = [this] { return run_machines(); };
+  if (pass_until(run_ready, is_done, limit)) return true;
+  pass(run_ready, end - loop::now());
+  return is_done();
+}
+
+/// Until nothing is ready. @return false: nothing was
+bool Swarm::run_machines() {
+  std::array<epoll_event, 32> events;
+  bool has_run = false;
+  for (;;) {
+    bool has_more = false;
+    for (const auto& [number, robot] : robots_) {
+      if (!robot->machine().has_work()) continue;
+      robot->machine().turn();
+      has_more = true;
+    }
+    const int count = ::epoll_wait(machines_, events.data(), events.size(), 0);
+    for (int i = 0; i < count; ++i) {
+      static_cast<Machine*>(events[static_cast<std::size_t>(i)].data.ptr)->turn();
+    }
+    if (!has_more && count <= 0 && !world_.has_work()) return has_run;
+    has_run = true;
+  }
 }
 
 /// One that has something to do. @return false: none has
@@ -165,7 +200,7 @@ Swarm* Swarm::present() {
 
 int Swarm::connect(int fd, const std::string& path) {
   const auto found = std::find_if(robots_.begin(), robots_.end(), [&](const auto& each) {
-    return path.starts_with(each.second->socket_path() + "/") && each.second->is_running();
+    return path.starts_with(each.second->socket_path() + "/") && each.second->has_started();
   });
   if (found == robots_.end()) return ECONNREFUSED;
   int ends[2];

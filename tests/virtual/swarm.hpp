@@ -6,6 +6,7 @@
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,8 +17,10 @@
 #include <swarmtalk/client.hpp>
 
 #include "daemon/robot.hpp"
+#include "tests/support/turned_clock.hpp"
 #include "tests/virtual/air.hpp"
 #include "tests/virtual/course.hpp"
+#include "tests/virtual/machine.hpp"
 #include "tests/virtual/virtual_log.hpp"
 
 namespace swarmtalk::test {
@@ -69,6 +72,7 @@ class VirtualRobot {
   bool has_program(const std::string& name) const { return programs_.contains(name); }
   /// The program ends: its client says farewell.
   void end_program(const std::string& name) { programs_.erase(name); }
+  void end_programs() { programs_.clear(); }
   /// It ends as by SIGKILL: what its socket has taken is there, and nothing more comes.
   void kill_program(const std::string& name);
 
@@ -78,17 +82,25 @@ class VirtualRobot {
   /// The daemon ends, and starts.
   void stop() { robot_.reset(); }
   void start();
+  /// Whether the daemon runs: one that does not stands still, as after SIGSTOP. What comes waits.
+  void set_running(bool is_running) { machine_.set_running(is_running); }
+  /// Sets its wall clock, forward or back.
+  void step_wall_clock(std::chrono::nanoseconds step) {
+    test::step_wall_clock(step, machine_.io());
+  }
   /// What stands in its file from now on: it is read at the next start or reload.
   void configure(const std::string& configuration) { configuration_ = configuration; }
-  /// REQUIRES that it runs
+  /// REQUIRES that it has started
   daemon::Robot& parts() { return *robot_; }
-  bool is_running() const { return robot_ != nullptr; }
+  bool has_started() const { return robot_ != nullptr; }
+  Machine& machine() { return machine_; }
   std::string socket_path() const;
 
  private:
   Swarm& swarm_;
   int number_;
   std::string configuration_;
+  Machine machine_;
   std::unique_ptr<daemon::Robot> robot_;
   std::map<std::string, std::unique_ptr<VirtualProgram>> programs_;
   std::vector<std::unique_ptr<VirtualProgram>> killed_;  // until the swarm ends: they do nothing
@@ -122,9 +134,15 @@ class Swarm {
   int warnings() const { return log_.warnings(); }
   /// All frames and all lines of the log until now, as a number.
   std::uint64_t course() const { return course_.value(); }
-  boost::asio::io_context& io() { return io_; }
+  /// Neither a robot's nor held.
+  boost::asio::io_context& io() { return world_.io(); }
   /// An epoll instance, of all clients.
   int programs() const { return programs_; }
+  /// One of all machines.
+  int machines() const { return machines_; }
+  /// Daemons run until `is_done`, and no program. @return false: it was not within `limit`, which
+  ///   has passed
+  bool run_daemons(const std::function<bool()>& is_done, std::chrono::nanoseconds limit);
 
   /// The one that there is; null: none.
   static Swarm* present();
@@ -136,9 +154,11 @@ class Swarm {
   std::size_t piece_of(std::size_t bytes);
 
  private:
+  bool run_machines();
   bool run_program();
 
-  boost::asio::io_context io_;
+  int machines_;
+  Machine world_;  // the air's, and the waits of programs
   Course course_;
   VirtualLog log_{course_};
   int programs_;

@@ -49,7 +49,7 @@ def test_what_struck_and_what_was_decided_is_counted():
     assert lines[0].startswith("40 stories from seed 100 on, ")
     assert lines[-1] == "every promise was kept"
     counted = {line.split(" struck ")[0].strip(): line.split() for line in lines[1:-1]}
-    assert len(counted) == 17
+    assert len(counted) == 18
     for name, words in counted.items():
         assert int(words[words.index("struck") + 1]) > 0, name
     decided = [words[-1] for words in counted.values() if "decided" in words]

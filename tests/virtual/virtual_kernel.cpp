@@ -1,31 +1,34 @@
-// In place of three functions of the C library, by linking. A frame that is read at the instant at
-// which the clock was set came before that.
+// In place of three functions of the C library, by linking.
 #include "tests/virtual/virtual_kernel.hpp"
 
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <ctime>
 #include <map>
 
-#include "tests/support/turned_clock.hpp"
-
 namespace swarmtalk::test {
 namespace {
 
-timespec present_stamp() {
-  const std::chrono::nanoseconds wall = wall_before_steps().time_since_epoch();
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(wall);
-  return {static_cast<time_t>(seconds.count()), static_cast<long>((wall - seconds).count())};
-}
+using Stamp = std::chrono::system_clock::time_point;
 
 /// @param room_bytes  for what the kernel adds to a datagram; REQUIRES that it added nothing
-void add_stamp(msghdr& header, std::size_t room_bytes) {
-  const timespec stamp = present_stamp();
+void take_stamp(mmsghdr& message, std::size_t room_bytes) {
+  Stamp came_at;
+  if (message.msg_len < sizeof came_at) return;  // the other end has gone
+  message.msg_len -= static_cast<unsigned>(sizeof came_at);
+  const auto* const bytes = static_cast<const std::uint8_t*>(message.msg_hdr.msg_iov->iov_base);
+  std::memcpy(&came_at, bytes + message.msg_len, sizeof came_at);
+  const std::chrono::nanoseconds wall = came_at.time_since_epoch();
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(wall);
+  const timespec stamp{static_cast<time_t>(seconds.count()),
+                       static_cast<long>((wall - seconds).count())};
+  msghdr& header = message.msg_hdr;
   if (room_bytes < CMSG_SPACE(sizeof stamp)) return;
   header.msg_controllen = CMSG_SPACE(sizeof stamp);
   cmsghdr* const part = CMSG_FIRSTHDR(&header);
@@ -49,6 +52,13 @@ bool is_refused(int socket) {
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> stamped(std::span<const std::uint8_t> frame, Stamp came_at) {
+  std::vector<std::uint8_t> bytes(frame.size() + sizeof came_at);
+  std::copy(frame.begin(), frame.end(), bytes.begin());
+  std::memcpy(bytes.data() + frame.size(), &came_at, sizeof came_at);
+  return bytes;
+}
 
 void refuse_frames(int socket, int error) {
   if (error == 0) {
@@ -77,7 +87,7 @@ extern "C" int recvmmsg(int socket, mmsghdr* messages, unsigned count, int flags
   const std::size_t room_bytes = messages[0].msg_hdr.msg_controllen;
   const long result = ::syscall(SYS_recvmmsg, socket, messages, count, flags, timeout);
   for (long i = 0; i < result; ++i) {
-    swarmtalk::test::add_stamp(messages[i].msg_hdr, room_bytes);
+    swarmtalk::test::take_stamp(messages[i], room_bytes);
   }
   return static_cast<int>(result);
 }

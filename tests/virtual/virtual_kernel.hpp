@@ -2,7 +2,16 @@
 // as its receive stamp, and a socket may refuse to send.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace swarmtalk::test {
+
+/// A frame as it is given to a robot's socket: recvmmsg() takes the stamp off again.
+std::vector<std::uint8_t> stamped(std::span<const std::uint8_t> frame,
+                                  std::chrono::system_clock::time_point came_at);
 
 /// From now on sending by this socket fails with this errno. 0: it does not.
 void refuse_frames(int socket, int error);

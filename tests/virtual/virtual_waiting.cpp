@@ -54,15 +54,9 @@ void close_timer(int timer) {
 
 bool wait_for(std::span<pollfd> descriptors, WaitTime deadline) {
   constexpr std::chrono::hours kLongest(1);  // callers wait again
-  boost::asio::io_context& io = test::Swarm::present()->io();
   const auto left = std::clamp<std::chrono::nanoseconds>(deadline - loop::now(),
                                                          std::chrono::nanoseconds(0), kLongest);
-  const WaitTime end = loop::now() + left;
-  if (test::pass_until(
-          io, [&] { return is_ready(descriptors); }, left))
-    return true;
-  test::pass(io, end - loop::now());
-  return is_ready(descriptors);
+  return test::Swarm::present()->run_daemons([&] { return is_ready(descriptors); }, left);
 }
 
 bool wait_for_epoll(int epoll, WaitTime deadline) {

@@ -29,16 +29,43 @@ TEST_F(TurnedClock, StandsStillUntilItIsTurnedAndStopsAtTheEnd) {
   EXPECT_EQ(loop::wall_now() - wall, 24h + 1ns);
 }
 
-TEST_F(TurnedClock, SetsTheWallClockAloneAndKnowsWhatItWasBefore) {
+TEST_F(TurnedClock, SetsTheWallClockAloneOfAllMachinesOrOfOne) {
   const auto wall = loop::wall_now();
+  boost::asio::io_context other;
   step_wall_clock(1h);
   step_wall_clock(-3h);
+  step_wall_clock(5h, other);
   EXPECT_EQ(loop::now(), begin_);
   EXPECT_EQ(loop::wall_now(), wall - 2h);
-  EXPECT_EQ(wall_before_steps(), wall);
+  EXPECT_EQ(wall_now_of(other), wall + 3h);
   pass(io_, 1s);
   EXPECT_EQ(loop::wall_now(), wall - 2h + 1s);
-  EXPECT_EQ(wall_before_steps(), loop::wall_now());
+  loop::Timer there(other, [&] { EXPECT_EQ(loop::wall_now(), wall + 3h + 2s); });
+  loop::Timer here(io_, [&] { EXPECT_EQ(loop::wall_now(), wall - 2h + 2s); });
+  there.after(1s);
+  here.after(1s);
+  pass(1s);
+  EXPECT_FALSE(here.is_armed() || there.is_armed());
+  enter(other);
+  EXPECT_EQ(loop::wall_now(), wall + 3h + 2s);
+  step_wall_clock(2h - 0s);
+  step_wall_clock(-5h, other);
+  enter(io_);
+}
+
+TEST_F(TurnedClock, HoldsTheTimersOfAMachineAndCallsThemLate) {
+  boost::asio::io_context other;
+  std::string told;
+  loop::Timer held(other,
+                   [&] { told += "held at " + std::to_string((loop::now() - begin_) / 1s); });
+  loop::Timer timer(io_, [&] { told += "on time, "; });
+  held.after(1s);
+  timer.after(2s);
+  hold_timers(other, true);
+  pass(3s);
+  hold_timers(other, false);
+  pass(1s);
+  EXPECT_EQ(told, "on time, held at 3");
 }
 
 TEST_F(TurnedClock, CallsEachAtItsTimeInOrderAndFirstWhatIsReady) {

@@ -136,8 +136,8 @@ void draw_faults(Dice& dice, Story& story) {
 
 const char* name_of(Kind kind) {
   static constexpr std::array<const char*, kKinds> kNames{
-      "send", "loss", "twice", "again", "delay",  "pieces",    "link-down", "away",  "busy",
-      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock",     "refuse"};
+      "send", "loss", "twice", "again", "delay",  "pieces",    "link-down", "away",   "busy",
+      "stop", "end",  "kill",  "pause", "reload", "other-key", "clock",     "refuse", "stall"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
@@ -188,7 +188,7 @@ std::string told(const Story& story) {
            << event.ttl << '\n';
       continue;
     }
-    if (event.kind > Kind::kPieces && event.kind != Kind::kClock) text << " robot " << event.robot;
+    if (event.kind > Kind::kPieces) text << " robot " << event.robot;
     if (event.kind >= Kind::kEnd && event.kind <= Kind::kPause)
       text << " program " << event.program;
     if (event.kind >= Kind::kLoss && event.kind <= Kind::kDelay) text << ' ' << event.share;

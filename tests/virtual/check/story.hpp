@@ -31,10 +31,11 @@ enum class Kind : std::uint8_t {
   kPause,     // a program reads nothing
   kReload,    // a robot's daemon reads its configuration again, with another beacon
   kOtherKey,  // a robot has another key, by a reload
-  kClock,     // the wall clock of all is set, by `count` seconds
+  kClock,     // a robot's wall clock is set, by `count` seconds
   kRefuse,    // the kernel refuses to send a robot's frames
+  kStall,     // a robot's daemon stands still
 };
-inline constexpr std::size_t kKinds = 17;
+inline constexpr std::size_t kKinds = 18;
 inline constexpr int kChannels = 3;
 constexpr Milliseconds kLongestDelay(50);     // of kDelay
 constexpr Milliseconds kLongestAgain(20000);  // after a frame, its copy

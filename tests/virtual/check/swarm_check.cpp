@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -34,7 +35,9 @@ namespace swarmtalk::test {
 namespace {
 
 constexpr unsigned kStorySeconds = 120;  // of this machine, for one story; it takes less than one
+constexpr unsigned kTrySeconds = 10;     // for one that is shortened
 constexpr int kShorteningTries = 300;
+constexpr std::chrono::seconds kLongestShortening(60);
 
 constexpr const char* kUsage =
     "usage: swarm-check [--seeds N] [--first K] [--jobs N]   N stories from seed K on: 300 from 1, "
@@ -93,7 +96,8 @@ Outcome died(const Story& story, const std::string& how) {
 /// A story in a process of its own.
 class Child {
  public:
-  explicit Child(const Story& story) : story_(story) {
+  explicit Child(const Story& story, unsigned seconds = kStorySeconds)
+      : story_(story), seconds_(seconds) {
     std::array<int, 2> ends{};
     if (::pipe(ends.data()) != 0) fail("pipe");
     std::fflush(stdout);
@@ -102,7 +106,7 @@ class Child {
     if (process_ == 0) {
       ::close(ends[0]);
       silence_virtual_logs();
-      ::alarm(kStorySeconds);
+      ::alarm(seconds_);
       const Outcome outcome = outcome_of(story);
       const bool is_told = ::write(ends[1], &outcome, sizeof outcome) == sizeof outcome;
       ::_exit(is_told ? 0 : 1);
@@ -126,7 +130,7 @@ class Child {
     }
     if (size == static_cast<ssize_t>(sizeof outcome)) return outcome;
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
-      return died(story_, "it has not ended after " + std::to_string(kStorySeconds) + " s");
+      return died(story_, "it has not ended after " + std::to_string(seconds_) + " s");
     }
     return died(story_, WIFSIGNALED(status)
                             ? std::string("it ended by ") + ::strsignal(WTERMSIG(status))
@@ -139,15 +143,18 @@ class Child {
   }
 
   Story story_;
+  unsigned seconds_;
   pid_t process_ = -1;
   int result_ = -1;
 };
 
 Story shortened(const Story& story, const Outcome& outcome) {
+  const auto end = std::chrono::steady_clock::now() + kLongestShortening;
   return shortened(
       story,
       [&](const Story& without) {
-        const Outcome now = Child(without).outcome();
+        if (std::chrono::steady_clock::now() > end) return false;
+        const Outcome now = Child(without, kTrySeconds).outcome();
         return now.violations > 0 && now.promise == outcome.promise;
       },
       kShorteningTries);
@@ -161,7 +168,7 @@ void print_violation(const Story& story, const Outcome& outcome) {
   std::printf(
       "%zu of its %zu events are enough: %s\n%sagain: tools/swarm-check --seed %llu "
       "--shortened\n\n",
-      shorter.events.size(), story.events.size(), Child(shorter).outcome().text.data(),
+      shorter.events.size(), story.events.size(), Child(shorter, kTrySeconds).outcome().text.data(),
       told(shorter).c_str(), static_cast<unsigned long long>(story.seed));
 }
 

@@ -85,6 +85,7 @@ class Telling {
     int beacon_ms = 0;
     int key = 0;
     int run = 1;
+    bool owes_reload = false;
   };
   using Name = std::pair<int, int>;  // robot and program
 
@@ -136,9 +137,13 @@ class Telling {
   }
 
   void reload(int robot) {
+    if (!swarm_.robot(robot).machine().is_running()) {
+      state_of(robot).owes_reload = true;  // the signal waits
+      return;
+    }
     swarm_.robot(robot).configure(configuration_of(robot));
     record_.key_changes.push_back({robot, loop::now(), state_of(robot).key});
-    if (!swarm_.robot(robot).is_running()) return;
+    if (!swarm_.robot(robot).has_started()) return;
     ipc::Reloaded reply;
     if (const auto refusal = swarm_.robot(robot).parts().operations().reload("a test", reply)) {
       record_.broken.push_back("a reload was refused: " + refusal->text);
@@ -211,11 +216,14 @@ class Telling {
         reload(event.robot);
         break;
       case Kind::kClock:
-        step_wall_clock(std::chrono::seconds(event.count));
+        robot->step_wall_clock(std::chrono::seconds(event.count));
         break;
       case Kind::kRefuse:
         swarm_.air().set_refusing(
             event.robot, kRefusals.at(static_cast<std::size_t>(event.count) % kRefusals.size()));
+        break;
+      case Kind::kStall:
+        robot->set_running(false);
         break;
     }
     struck(event);
@@ -264,6 +272,10 @@ class Telling {
         return;
       case Kind::kRefuse:
         return swarm_.air().set_refusing(event.robot, 0);
+      case Kind::kStall:
+        swarm_.robot(event.robot).set_running(true);
+        if (std::exchange(state_of(event.robot).owes_reload, false)) reload(event.robot);
+        return;
     }
   }
 
