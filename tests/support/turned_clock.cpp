@@ -45,6 +45,7 @@ using Machine = const boost::asio::io_context*;
 std::map<Machine, std::chrono::nanoseconds> wall_offsets;  // NOLINT: of one machine's steps
 std::set<Machine> held;                                    // NOLINT: whose timers wait
 Machine entered = nullptr;                                 // NOLINT: whose code runs
+std::map<Machine, std::uint64_t> calls;                    // NOLINT: of timers
 
 std::chrono::system_clock::time_point wall_of(Machine machine) {
   constexpr std::chrono::seconds kFirstOf2026{1'767'225'600};
@@ -83,7 +84,10 @@ bool turn_to_next(Time end) {
     waits.erase(next);
     entered = due.machine;
     const Time before = std::exchange(present, std::max(present, due.time));
-    if (due.call()) return true;
+    if (due.call()) {
+      ++calls[due.machine];
+      return true;
+    }
     present = before;
   }
 }
@@ -97,6 +101,7 @@ void begin(std::uint64_t seed) {
   wall_offsets.clear();
   held.clear();
   entered = nullptr;
+  calls.clear();
   chance.seed(static_cast<std::mt19937::result_type>(seed));
 }
 
@@ -114,6 +119,10 @@ void step_wall_clock(std::chrono::nanoseconds step, const boost::asio::io_contex
 
 std::chrono::system_clock::time_point wall_now_of(const boost::asio::io_context& io) {
   return wall_of(&io);
+}
+
+std::uint64_t calls_of(const boost::asio::io_context& io) {
+  return calls[&io];
 }
 
 void hold_timers(const boost::asio::io_context& io, bool are_held) {

@@ -28,6 +28,9 @@ std::chrono::system_clock::time_point wall_now_of(const boost::asio::io_context&
 /// Whether the timers of this machine wait, however late it is.
 void hold_timers(const boost::asio::io_context& io, bool are_held);
 
+/// How many timers of this machine have been called, since begin().
+std::uint64_t calls_of(const boost::asio::io_context& io);
+
 /// Lets the time pass: at each instant at which a timer is due it is called, in the order of their
 /// times, and `io` does what is ready then.
 void pass(boost::asio::io_context& io, std::chrono::nanoseconds duration);

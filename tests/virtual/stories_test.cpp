@@ -183,6 +183,22 @@ TEST(VirtualSwarm, HearsWhatCameWhileADaemonStoodStill) {
   }
 }
 
+/// A robot that has nothing to do sleeps: what it says by itself is all that wakes it.
+TEST(VirtualSwarm, WakesARobotForNothingButItsBeacons) {
+  Swarm swarm;
+  swarm.add(1).program("ear").subscribe("c");
+  swarm.add(2, {}, "beacon_ms = 1000\n").program("ear").subscribe("c");
+  swarm.advance(1min);
+  std::uint64_t before[2];
+  for (int n = 1; n <= 2; ++n) before[n - 1] = swarm.robot(n).wakeups();
+  const std::uint64_t frames = swarm.air().frames_of(2).sent;
+  swarm.advance(1h);
+  EXPECT_EQ(swarm.robot(1).wakeups() - before[0], 0u);
+  const std::uint64_t beacons = swarm.air().frames_of(2).sent - frames;
+  EXPECT_EQ(swarm.robot(2).wakeups() - before[1], beacons);
+  EXPECT_GE(beacons, 3600u);
+}
+
 TEST(VirtualSwarm, TellsEachLossOnTheAir) {
   Swarm swarm(3);
   swarm.air().set_loss(0.5);

@@ -93,6 +93,8 @@ class VirtualRobot {
   /// REQUIRES that it has started
   daemon::Robot& parts() { return *robot_; }
   bool has_started() const { return robot_ != nullptr; }
+  /// How often a timer has woken it.
+  std::uint64_t wakeups() { return calls_of(machine_.io()); }
   Machine& machine() { return machine_; }
   std::string socket_path() const;
 
