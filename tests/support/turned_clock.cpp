@@ -109,6 +109,10 @@ void enter(const boost::asio::io_context& io) {
   entered = &io;
 }
 
+const boost::asio::io_context* entered_machine() {
+  return entered;
+}
+
 void step_wall_clock(std::chrono::nanoseconds step) {
   wall_offset += step;
 }

@@ -18,6 +18,8 @@ void begin(std::uint64_t seed);
 
 /// What runs from now on is of the machine of this io_context: a timer's call is by itself.
 void enter(const boost::asio::io_context& io);
+/// Null: none has been entered.
+const boost::asio::io_context* entered_machine();
 
 /// Sets the wall clock of all machines, loop::wall_now(), forward or back by a step.
 void step_wall_clock(std::chrono::nanoseconds step);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -112,6 +113,7 @@ struct Air::Antenna {
   bool is_busy = false;
   std::deque<std::vector<std::uint8_t>> waiting;  // what its robot's socket has no room for yet
   Frames frames;
+  std::set<std::size_t> different;  // hashes of what it has heard
   loop::Descriptor socket;
 };
 
@@ -275,6 +277,9 @@ void Air::flush(Antenna& to) {
     if (::send(to.socket.fd(), frame.data(), frame.size(), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
       ++frames_heard_;
       ++to.frames.heard;
+      to.different.insert(std::hash<std::string_view>()(
+          {reinterpret_cast<const char*>(frame.data()), frame.size() - kStampBytes}));
+      to.frames.different = to.different.size();
     } else if (errno == EAGAIN) {
       break;
     }

@@ -71,7 +71,8 @@ class Air {
   struct Frames {
     std::uint64_t sent = 0;
     std::uint64_t heard = 0;
-    std::uint64_t lost = 0;  // on the way to this robot
+    std::uint64_t different = 0;  // of those, without copies
+    std::uint64_t lost = 0;       // on the way to this robot
     std::uint64_t twice = 0;
     std::uint64_t delayed = 0;
   };

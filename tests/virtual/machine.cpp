@@ -2,18 +2,37 @@
 
 #include <sys/epoll.h>
 
+#include <map>
 #include <utility>
 
 #include "tests/support/turned_clock.hpp"
 
 namespace swarmtalk::test {
 
-Machine::Machine(int machines) : machines_(machines) {
+namespace {
+
+using Names = std::map<const boost::asio::io_context*, std::string>;
+
+Names& names() {
+  static Names all;
+  return all;
+}
+
+}  // namespace
+
+Machine::Machine(int machines, std::string name) : machines_(machines) {
+  names()[&io_] = std::move(name);
   set_running(true);
 }
 
 Machine::~Machine() {
   set_running(false);
+  names().erase(&io_);
+}
+
+std::string Machine::present_name() {
+  const auto found = names().find(entered_machine());
+  return found == names().end() ? "" : found->second;
 }
 
 void Machine::set_running(bool is_running) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <string>
 
 #include "loop/loop.hpp"
 
@@ -11,12 +12,15 @@ namespace swarmtalk::test {
 class Machine {
  public:
   /// @param machines  an epoll instance, which has this machine in `data.ptr` when it has to run
-  explicit Machine(int machines);
+  /// @param name      for its log lines
+  Machine(int machines, std::string name);
   ~Machine();
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
   boost::asio::io_context& io() { return io_; }
+  /// Of the machine whose code runs.
+  static std::string present_name();
 
   /// While it stands still nothing of it runs, and what comes to it waits.
   void set_running(bool is_running);

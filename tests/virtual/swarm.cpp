@@ -64,7 +64,7 @@ VirtualRobot::VirtualRobot(Swarm& swarm, int number, std::string configuration)
     : swarm_(swarm),
       number_(number),
       configuration_(std::move(configuration)),
-      machine_(swarm.machines()) {
+      machine_(swarm.machines(), "robot " + std::to_string(number)) {
   start();
 }
 
@@ -101,6 +101,11 @@ std::uint64_t VirtualRobot::counter(const std::string& name, const std::string& 
   throw std::out_of_range("no counter " + name + " of a link " + link);
 }
 
+void VirtualRobot::stop() {
+  enter(machine_.io());
+  robot_.reset();
+}
+
 void VirtualRobot::start() {
   const auto load = [this] {
     const bool has_links = configuration_.starts_with("[links.");
@@ -112,6 +117,7 @@ void VirtualRobot::start() {
   };
   daemon::ParsedConfig parsed = load();
   daemon::resolve_node_id(parsed.config.node, parsed.lines);
+  enter(machine_.io());
   robot_ = std::make_unique<daemon::Robot>(
       machine_.io(), std::move(parsed), load,
       [this](boost::asio::io_context& io, const daemon::LinkConfig& config, const daemon::KeyLines&,
@@ -123,7 +129,7 @@ void VirtualRobot::start() {
 
 Swarm::Swarm(std::uint64_t seed)
     : machines_(::epoll_create1(EPOLL_CLOEXEC)),
-      world_(machines_),
+      world_(machines_, "the air"),
       programs_(::epoll_create1(EPOLL_CLOEXEC)),
       chance_(static_cast<std::mt19937::result_type>(seed)),
       seed_(seed) {

@@ -80,7 +80,7 @@ class VirtualRobot {
   std::uint64_t counter(const std::string& name, const std::string& link = "air");
 
   /// The daemon ends, and starts.
-  void stop() { robot_.reset(); }
+  void stop();
   void start();
   /// Whether the daemon runs: one that does not stands still, as after SIGSTOP. What comes waits.
   void set_running(bool is_running) { machine_.set_running(is_running); }

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace swarmtalk::test {
+
+constexpr std::size_t kStampBytes = sizeof(std::chrono::system_clock::time_point);
 
 /// A frame as it is given to a robot's socket: recvmmsg() takes the stamp off again.
 std::vector<std::uint8_t> stamped(std::span<const std::uint8_t> frame,

@@ -7,9 +7,11 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "daemon/common/logging.hpp"
 #include "loop/clock.hpp"
+#include "tests/virtual/machine.hpp"
 
 namespace swarmtalk::test {
 namespace {
@@ -28,6 +30,8 @@ class Sink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> 
     spdlog::details::log_msg turned = message;
     turned.time = loop::wall_now();
     spdlog::memory_buf_t line;
+    const std::string whose = Machine::present_name() + ' ';
+    line.append(whose.data(), whose.data() + whose.size());
     formatter_->format(turned, line);
     course_.add({line.data(), line.size()});
     if (message.level >= spdlog::level::warn) ++warnings_;

@@ -93,15 +93,16 @@ void Actor::begin_hearings() {
   for (const int channel : plan_.hears) {
     hearings_[channel] = record_.hearings.size();
     const bool is_spared = plan_.keeps < 64 || plan_.wants != Wants::kAll;
-    record_.hearings.push_back({place_.robot,
-                                place_.program,
-                                channel,
-                                run_,
-                                process_,
-                                is_spared,
-                                true,
-                                record_.sent.size(),
-                                {}});
+    Hearing hearing;
+    hearing.robot = place_.robot;
+    hearing.program = place_.program;
+    hearing.channel = channel;
+    hearing.run = run_;
+    hearing.process = process_;
+    hearing.is_spared = is_spared;
+    hearing.is_open = true;
+    hearing.sent_before = record_.sent.size();
+    record_.hearings.push_back(std::move(hearing));
   }
 }
 

@@ -102,6 +102,12 @@ class Judge {
                       const Hearing& hearing) const {
     if (heard.is_local || heard.hops > 0 || !heard.received_at) return false;
     const auto received = *heard.received_at;
+    for (const Event& event : story_.events) {  // what comes meanwhile is opened later
+      const auto begin = record_.begin + event.at;
+      const bool stands_still = event.kind == Kind::kStall && event.robot == hearing.robot &&
+                                received >= begin && received <= begin + event.lasts;
+      if (stands_still) return false;
+    }
     int key = key_of(hearing.robot);
     std::set<int> senders{key_of(sent.robot)};
     for (const KeyChange& change : record_.key_changes) {  // in the order of time
@@ -343,6 +349,11 @@ class Judge {
                                          std::to_string(account.deliveries) + " deliveries, and " +
                                          std::to_string(account.deliveries_ended) + " ended");
     }
+    if (key_of(account.robot) != 0 && account.taken > account.different) {
+      break_promise(Promise::kGenuine, "robot " + std::to_string(account.robot) + " has taken " +
+                                           std::to_string(account.taken) + " sealed frames of " +
+                                           std::to_string(account.different));
+    }
     if (account.told_sent == account.sent && account.told_heard == account.heard) return;
     break_promise(Promise::kAddUp, "robot " + std::to_string(account.robot) + " counts " +
                                        std::to_string(account.told_sent) + " frames sent and " +
@@ -362,15 +373,18 @@ class Judge {
     }
     decide(Promise::kAlive);
     if (left.waiting_messages == 0 && left.publishers == publishers &&
-        left.subscriptions == subscriptions) {
+        left.subscriptions == subscriptions && left.channel_publishers == publishers &&
+        left.channel_subscriptions == subscriptions) {
       return;
     }
-    break_promise(Promise::kAlive, "robot " + std::to_string(left.robot) + " has " +
-                                       std::to_string(left.waiting_messages) +
-                                       " messages waiting, " + std::to_string(left.publishers) +
-                                       " publishers and " + std::to_string(left.subscriptions) +
-                                       " subscriptions; " + std::to_string(publishers) + " and " +
-                                       std::to_string(subscriptions) + " there are");
+    break_promise(
+        Promise::kAlive,
+        "robot " + std::to_string(left.robot) + " has " + std::to_string(left.waiting_messages) +
+            " messages waiting, " + std::to_string(left.publishers) + " publishers (by channels " +
+            std::to_string(left.channel_publishers) + ") and " +
+            std::to_string(left.subscriptions) + " (" + std::to_string(left.channel_subscriptions) +
+            ") subscriptions; " + std::to_string(publishers) + " and " +
+            std::to_string(subscriptions) + " there are");
   }
 
   const Story& story_;

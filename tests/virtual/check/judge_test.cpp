@@ -39,8 +39,8 @@ class TwoRobots : public testing::Test {
     }
     record_.hearings = {hearing};
     record_.publishings = {{1, 0, 0, 4, 4, 0, true}};
-    record_.accounts = {{1, 4, 4, 0, 0, 0, 0}, {2, 0, 0, 4, 4, 4, 4}};
-    record_.leftovers = {{1, 0, 4, 0}, {2, 0, 3, 1}};
+    record_.accounts = {{1, 4, 4, 0, 0, 0, 0, 0, 0}, {2, 0, 0, 4, 4, 4, 4, 4, 4}};
+    record_.leftovers = {{1, 0, 4, 0, 4, 0}, {2, 0, 3, 1, 3, 1}};
   }
 
   std::vector<HeardMessage>& heard() { return record_.hearings[0].heard; }
@@ -198,6 +198,13 @@ TEST_F(TwoRobots, HearEachOtherWhileOneHasAnotherKey) {
   EXPECT_EQ(broken(), "");
   record_.key_changes = {{2, s(10), 3}, {2, s(20), 0}};
   EXPECT_EQ(broken(), "keys-part");
+  Event stall;
+  stall.kind = Kind::kStall;
+  stall.robot = 2;
+  stall.at = Milliseconds(15500);
+  stall.lasts = Milliseconds(5000);
+  story_.events = {stall};
+  EXPECT_EQ(broken(), "") << "it opened that when it went on";
 }
 
 TEST_F(TwoRobots, SendWhatIsNotAnsweredOrTwice) {
@@ -218,10 +225,19 @@ TEST_F(TwoRobots, CountOtherFramesOrDeliveriesThanThereWere) {
   EXPECT_EQ(broken(), "add-up");
 }
 
+TEST_F(TwoRobots, TakeASealedFrameTwice) {
+  record_.accounts[1].different = 3;
+  EXPECT_EQ(broken(), "");
+  for (RobotPlan& each : story_.robots) each.key = 1;
+  EXPECT_EQ(broken(), "genuine");
+}
+
 TEST_F(TwoRobots, KeepWhatShouldBeGone) {
   record_.leftovers[0].waiting_messages = 1;
   EXPECT_EQ(broken(), "alive");
-  record_.leftovers[0] = {1, 0, 5, 0};
+  record_.leftovers[0] = {1, 0, 5, 0, 5, 0};
+  EXPECT_EQ(broken(), "alive");
+  record_.leftovers[0] = {1, 0, 4, 0, 5, 0};
   EXPECT_EQ(broken(), "alive");
   record_.broken.push_back("a reload was refused");
   EXPECT_EQ(broken(), "alive alive");

@@ -81,6 +81,8 @@ struct Account {
   std::uint64_t sent = 0;
   std::uint64_t told_heard = 0;  // taken or dropped, for whatever reason
   std::uint64_t heard = 0;
+  std::uint64_t taken = 0;             // of those, by the daemon
+  std::uint64_t different = 0;         // of those that came, without copies
   std::uint64_t deliveries = 0;        // queued for its programs
   std::uint64_t deliveries_ended = 0;  // sent to them, or dropped for whatever reason
 };
@@ -91,6 +93,8 @@ struct Leftovers {
   std::uint64_t waiting_messages = 0;
   std::uint64_t publishers = 0;
   std::uint64_t subscriptions = 0;
+  std::uint64_t channel_publishers = 0;  // the same, as its channels count them
+  std::uint64_t channel_subscriptions = 0;
 };
 
 struct Record {

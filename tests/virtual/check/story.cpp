@@ -103,32 +103,49 @@ void draw_spell(Dice& dice, Story& story, const Event& fault) {
   }
 }
 
+Event draw_fault(Dice& dice, const Story& story, int robot, Milliseconds at) {
+  Event fault;
+  fault.kind = static_cast<Kind>(dice.between(1, kKinds - 1));
+  fault.at = at;
+  fault.lasts = dice.one_of(3) ? dice.between(Milliseconds(1), Milliseconds(300))
+                               : dice.between(Milliseconds(300), Milliseconds(8000));
+  fault.robot = robot;
+  const auto& plan = story.robots[static_cast<std::size_t>(robot - 1)];
+  fault.program = dice.between(0, static_cast<int>(plan.programs.size()) - 1);
+  fault.share = 0.02 + dice.upto(0.6);
+  fault.count = fault.kind == Kind::kClock ? dice.between(-100000, 100000) : dice.between(1, 64);
+  return fault;
+}
+
 /// At each moment a robot has one fault of a kind at most.
+void add_fault(Dice& dice, Story& story, const Event& fault) {
+  const bool has_key = story.robots[static_cast<std::size_t>(fault.robot - 1)].key != 0;
+  if (fault.at >= story.troubles || (fault.kind == Kind::kOtherKey && !has_key)) return;
+  const bool is_of_all = fault.kind <= Kind::kPieces;
+  const bool overlaps =
+      std::any_of(story.events.begin(), story.events.end(), [&](const Event& other) {
+        return other.kind == fault.kind && (is_of_all || other.robot == fault.robot) &&
+               other.at <= fault.at + fault.lasts && fault.at <= other.at + other.lasts;
+      });
+  if (overlaps) return;
+  story.events.push_back(fault);
+  if (dice.one_of(3)) draw_spell(dice, story, fault);
+}
+
+/// Some come again soon, and with some comes another of the same robot.
 void draw_faults(Dice& dice, Story& story) {
   const int robots = static_cast<int>(story.robots.size());
-  const int faults = dice.between(3, 8 + robots);
-  for (int i = 0; i < faults; ++i) {
-    Event fault;
-    fault.kind = static_cast<Kind>(dice.between(1, kKinds - 1));
-    fault.at = dice.between(Milliseconds(2000), story.troubles);
-    fault.lasts = dice.one_of(3) ? dice.between(Milliseconds(1), Milliseconds(300))
-                                 : dice.between(Milliseconds(300), Milliseconds(8000));
-    fault.robot = dice.between(1, robots);
-    const auto& plan = story.robots[static_cast<std::size_t>(fault.robot - 1)];
-    fault.program = dice.between(0, static_cast<int>(plan.programs.size()) - 1);
-    fault.share = 0.02 + dice.upto(0.6);
-    fault.count = dice.between(1, 64);
-    if (fault.kind == Kind::kOtherKey && plan.key == 0) continue;
-    if (fault.kind == Kind::kClock) fault.count = dice.between(-100000, 100000);
-    const bool is_of_all = fault.kind <= Kind::kPieces;
-    const bool overlaps =
-        std::any_of(story.events.begin(), story.events.end(), [&](const Event& other) {
-          return other.kind == fault.kind && (is_of_all || other.robot == fault.robot) &&
-                 other.at <= fault.at + fault.lasts && fault.at <= other.at + other.lasts;
-        });
-    if (overlaps) continue;
-    story.events.push_back(fault);
-    if (dice.one_of(3)) draw_spell(dice, story, fault);
+  for (int left = dice.between(2, 6 + robots); left > 0; --left) {
+    const Milliseconds at = dice.between(Milliseconds(2000), story.troubles);
+    Event fault = draw_fault(dice, story, dice.between(1, robots), at);
+    add_fault(dice, story, fault);
+    if (dice.one_of(4)) {
+      const Milliseconds moment = dice.between(fault.at, fault.at + fault.lasts);
+      add_fault(dice, story, draw_fault(dice, story, fault.robot, moment));
+    }
+    if (!dice.one_of(4)) continue;
+    fault.at += fault.lasts + dice.between(Milliseconds(20), Milliseconds(3000));
+    add_fault(dice, story, fault);
   }
 }
 

@@ -307,6 +307,11 @@ class Telling {
         if (share.name == "subscriptions") left.subscriptions += share.used;
       }
     }
+    for (const ChannelStatus& channel : status.channels) {
+      if (channel.name.size() > 1) continue;  // none of the story's
+      left.channel_publishers += channel.publishers;
+      left.channel_subscriptions += channel.subscribers;
+    }
     return left;
   }
 
@@ -354,7 +359,11 @@ class Telling {
         continue;
       }
       const Air::Frames frames = swarm_.air().frames_of(n);
-      Account account{n, 0, frames.sent, 0, frames.heard, 0, 0};
+      Account account;
+      account.robot = n;
+      account.sent = frames.sent;
+      account.heard = frames.heard;
+      account.different = frames.different;
       std::uint64_t taken_later = 0;
       for (const Counter& counter : status.links.at(0).counters) {
         if (counter.name == "frames_sent") {
@@ -363,6 +372,7 @@ class Telling {
           account.told_heard += counter.value;
         }
         if (counter.name == "frames_proven_later") taken_later = counter.value;
+        if (counter.name == "frames_received") account.taken = counter.value;
       }
       account.told_heard -= 2 * taken_later;  // it is also counted as not proven and as received
       for (const Counter& counter : status.counters) {
