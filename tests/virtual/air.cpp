@@ -171,6 +171,7 @@ void Air::set_link(int robot, bool is_up) {
   for (const auto& [number, antenna] : antennas_) {
     if (antenna->robot != robot || !antenna->plug->refresh) continue;
     antenna->plug->is_up = is_up;
+    enter(antenna->machine);
     antenna->plug->refresh();
   }
 }

@@ -90,8 +90,12 @@ class VirtualRobot {
   }
   /// What stands in its file from now on: it is read at the next start or reload.
   void configure(const std::string& configuration) { configuration_ = configuration; }
+  /// What is done with them is of its machine.
   /// REQUIRES that it has started
-  daemon::Robot& parts() { return *robot_; }
+  daemon::Robot& parts() {
+    enter(machine_.io());
+    return *robot_;
+  }
   bool has_started() const { return robot_ != nullptr; }
   /// How often a timer has woken it.
   std::uint64_t wakeups() { return calls_of(machine_.io()); }

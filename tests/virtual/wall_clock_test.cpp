@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,34 @@ TEST(VirtualWallClock, ChangesNeitherDeliveryNorDelaysWhenItIsSet) {
 TEST(VirtualWallClock, ChangesNothingForSealedFramesEither) {
   const KeyFile key;
   hears_all_with_their_delays("key_file = \"" + key.path() + "\"\n");
+}
+
+/// Two robots, a day apart: each line of the log is of the robot whose daemon writes it, and has
+/// that one's time, also where the test and not the daemon's own loop is the cause.
+TEST(VirtualWallClock, IsThatOfTheRobotWhoseLineItIs) {
+  testing::internal::CaptureStderr();
+  {
+    Swarm swarm;
+    swarm.add(1);
+    swarm.add(2).step_wall_clock(24h);
+    swarm.advance(1s);
+    ipc::Reloaded reply;
+    EXPECT_FALSE(swarm.robot(1).parts().operations().reload("a test", reply));
+    EXPECT_FALSE(swarm.robot(2).parts().operations().reload("a test", reply));
+    swarm.air().set_link(1, false);
+    swarm.air().set_link(2, false);
+    swarm.robot(2).stop();
+    swarm.robot(1).stop();
+  }
+  std::istringstream log(testing::internal::GetCapturedStderr());
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(log, line);) {
+    const bool is_of_cause =
+        line.find("a test") != std::string::npos || line.find("switched off") != std::string::npos;
+    if (is_of_cause) lines.push_back(line.substr(0, std::string("robot 1 2026-01-01").size()));
+  }
+  EXPECT_THAT(lines, testing::ElementsAre("robot 1 2026-01-01", "robot 2 2026-01-02",
+                                          "robot 1 2026-01-01", "robot 2 2026-01-02"));
 }
 
 }  // namespace
