@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -113,7 +114,7 @@ struct Air::Antenna {
   bool is_busy = false;
   std::deque<std::vector<std::uint8_t>> waiting;  // what its robot's socket has no room for yet
   Frames frames;
-  std::set<std::size_t> different;  // hashes of what it has heard
+  std::unordered_set<std::size_t> different;  // hashes of what it has heard
   loop::Descriptor socket;
 };
 

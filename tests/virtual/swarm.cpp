@@ -223,8 +223,14 @@ void Swarm::cut_off(const std::string& path) {
   if (stream != streams_.end()) ::shutdown(stream->second, SHUT_RDWR);
 }
 
+void Swarm::cut_streams(std::size_t bytes, double share) {
+  longest_piece_ = bytes;
+  cut_share_ = share;
+}
+
 std::size_t Swarm::piece_of(std::size_t bytes) {
   if (longest_piece_ == SIZE_MAX || bytes == 0) return bytes;
+  if (static_cast<double>(chance_()) >= cut_share_ * 0x1p32) return bytes;
   const std::size_t piece = 1 + chance_() % longest_piece_;
   return std::min(bytes, piece);
 }

@@ -131,8 +131,9 @@ class Swarm {
   /// Lets the time pass.
   void advance(std::chrono::nanoseconds duration);
 
-  /// From now on each read and write of a program's stream ends after 1 to `bytes`, drawn for each.
-  void cut_streams(std::size_t bytes) { longest_piece_ = bytes; }
+  /// From now on this share of the reads and writes of programs' streams ends after 1 to `bytes`,
+  /// drawn for each; the others are whole.
+  void cut_streams(std::size_t bytes, double share = 1);
 
   /// The air of the links of this name, made when it is asked for first.
   Air& air(const std::string& link = "air");
@@ -171,6 +172,7 @@ class Swarm {
   std::mt19937 chance_;
   std::uint64_t seed_;
   std::size_t longest_piece_ = SIZE_MAX;
+  double cut_share_ = 1;
   Places places_;
   std::map<std::string, Air> airs_;  // by the names of their links
   std::map<int, std::unique_ptr<VirtualRobot>> robots_;

@@ -208,7 +208,7 @@ std::string told(const Story& story) {
     if (event.kind > Kind::kPieces) text << " robot " << event.robot;
     if (event.kind >= Kind::kEnd && event.kind <= Kind::kPause)
       text << " program " << event.program;
-    if (event.kind >= Kind::kLoss && event.kind <= Kind::kDelay) text << ' ' << event.share;
+    if (event.kind >= Kind::kLoss && event.kind <= Kind::kPieces) text << ' ' << event.share;
     if (event.kind == Kind::kPieces || event.kind == Kind::kClock) text << ' ' << event.count;
     text << " for " << event.lasts.count() << " ms\n";
   }

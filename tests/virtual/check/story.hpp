@@ -21,7 +21,7 @@ enum class Kind : std::uint8_t {
   kTwice,     // `share` of all frames comes twice
   kAgain,     // `share` of all frames comes again, seconds later
   kDelay,     // `share` of all frames comes later, others before them
-  kPieces,    // reads and writes of programs and daemons end after 1 to `count` bytes
+  kPieces,    // `share` of all reads and writes of streams ends after 1 to `count` bytes
   kLinkDown,  // a robot's link
   kAway,      // a robot is out of the others' reach
   kBusy,      // the medium takes no frames of a robot

@@ -177,7 +177,7 @@ class Telling {
         swarm_.air().set_delays(event.share, kLongestDelay);
         break;
       case Kind::kPieces:
-        swarm_.cut_streams(static_cast<std::size_t>(event.count));
+        swarm_.cut_streams(static_cast<std::size_t>(event.count), event.share);
         break;
       case Kind::kLinkDown:
         swarm_.air().set_link(event.robot, false);
