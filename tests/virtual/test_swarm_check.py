@@ -53,7 +53,7 @@ def test_what_struck_and_what_was_decided_is_counted():
     for name, words in counted.items():
         assert int(words[words.index("struck") + 1]) > 0, name
     decided = [words[-1] for words in counted.values() if "decided" in words]
-    assert len(decided) == 9
+    assert len(decided) == 10
     assert all(int(count) > 0 for count in decided)
 
 

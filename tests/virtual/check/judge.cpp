@@ -40,6 +40,7 @@ class Judge {
     look_for_last_words();
     for (const Account& each : record_.accounts) look_at(each);
     for (const Leftovers& each : record_.leftovers) look_at(each);
+    for (const Use& each : record_.uses) look_at(each);
     return std::move(verdict_);
   }
 
@@ -387,6 +388,14 @@ class Judge {
             std::to_string(subscriptions) + " there are");
   }
 
+  void look_at(const Use& use) {
+    if (use.used >= use.limit / 2) decide(Promise::kWithin);
+    if (use.used <= use.limit) return;
+    break_promise(Promise::kWithin, "robot " + std::to_string(use.robot) + " holds " +
+                                        std::to_string(use.used) + " " + use.what + " of " +
+                                        std::to_string(use.limit));
+  }
+
   const Story& story_;
   const Record& record_;
   std::map<Source, std::uint32_t> last_before_flush_;
@@ -396,9 +405,9 @@ class Judge {
 }  // namespace
 
 const char* name_of(Promise promise) {
-  static constexpr std::array<const char*, kPromises> kNames{"genuine",   "once",     "in-order",
-                                                             "told",      "answered", "repaired",
-                                                             "keys-part", "add-up",   "alive"};
+  static constexpr std::array<const char*, kPromises> kNames{
+      "genuine",  "once",      "in-order", "told",  "answered",
+      "repaired", "keys-part", "add-up",   "alive", "within"};
   return kNames.at(static_cast<std::size_t>(promise));
 }
 

@@ -23,8 +23,9 @@ enum class Promise : std::uint8_t {
   kKeysPart,
   kAddUp,
   kAlive,
+  kWithin,
 };
-inline constexpr std::size_t kPromises = 9;
+inline constexpr std::size_t kPromises = 10;
 /// "genuine"
 const char* name_of(Promise promise);
 

@@ -40,6 +40,7 @@ class TwoRobots : public testing::Test {
     record_.hearings = {hearing};
     record_.publishings = {{1, 0, 0, 4, 4, 0, true}};
     record_.accounts = {{1, 4, 4, 0, 0, 0, 0, 0, 0}, {2, 0, 0, 4, 4, 4, 4, 4, 4}};
+    record_.uses = {{1, "waiting_messages", 20, 20}};
     record_.leftovers = {{1, 0, 4, 0, 4, 0}, {2, 0, 3, 1, 3, 1}};
   }
 
@@ -241,6 +242,11 @@ TEST_F(TwoRobots, KeepWhatShouldBeGone) {
   EXPECT_EQ(broken(), "alive");
   record_.broken.push_back("a reload was refused");
   EXPECT_EQ(broken(), "alive alive");
+}
+
+TEST_F(TwoRobots, HoldMoreThanTheyMay) {
+  record_.uses = {{1, "waiting_messages", 21, 20}};
+  EXPECT_EQ(broken(), "within");
 }
 
 TEST(Stories, OfOneSeedAreOne) {

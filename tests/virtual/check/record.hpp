@@ -87,6 +87,14 @@ struct Account {
   std::uint64_t deliveries_ended = 0;  // sent to them, or dropped for whatever reason
 };
 
+/// What a robot's daemon holds at a moment, of something that has a limit.
+struct Use {
+  int robot = 0;
+  std::string what;
+  std::uint64_t used = 0;
+  std::uint64_t limit = 0;
+};
+
 /// What waits at a robot's end, by its daemon.
 struct Leftovers {
   int robot = 0;
@@ -103,6 +111,7 @@ struct Record {
   std::vector<Hearing> hearings;
   std::vector<Publishing> publishings;
   std::vector<KeyChange> key_changes;
+  std::vector<Use> uses;
   std::vector<Account> accounts;
   std::vector<Leftovers> leftovers;
   std::vector<std::string> broken;  // promises that do not need the judge

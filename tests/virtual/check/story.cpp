@@ -34,6 +34,7 @@ RobotPlan draw_robot(Dice& dice, double side_m, int key) {
   robot.beacon_ms = dice.between(2, 10) * 100;
   robot.key = key;
   if (dice.one_of(4)) robot.rate_hz = dice.between(5, 30);
+  robot.has_little = dice.one_of(2);
   const int programs = dice.between(1, 3);
   for (int i = 0; i < programs; ++i) {
     ProgramPlan program;
@@ -53,8 +54,10 @@ RobotPlan draw_robot(Dice& dice, double side_m, int key) {
   return robot;
 }
 
-/// Each sender its own pace, TTL and length.
+/// Each sender its own pace, TTL and length. Many robots are slower, so that a story of them is not
+/// many times as long.
 void draw_sends(Dice& dice, Story& story) {
+  const int slower = 1 + static_cast<int>(story.robots.size()) / 6;
   for (int robot = 1; robot <= static_cast<int>(story.robots.size()); ++robot) {
     const auto& programs = story.robots[static_cast<std::size_t>(robot - 1)].programs;
     for (int program = 0; program < static_cast<int>(programs.size()); ++program) {
@@ -66,8 +69,8 @@ void draw_sends(Dice& dice, Story& story) {
         send.channel = channel;
         send.ttl = dice.one_of(2) ? 0 : static_cast<std::uint32_t>(dice.between(1, 4));
         const bool is_long = dice.one_of(6);
-        const Milliseconds pause = is_long ? dice.between(Milliseconds(1000), Milliseconds(3000))
-                                           : dice.between(Milliseconds(300), Milliseconds(3000));
+        const Milliseconds pause =
+            slower * dice.between(Milliseconds(is_long ? 1000 : 300), Milliseconds(3000));
         for (Milliseconds at = dice.between(Milliseconds(0), pause); at < story.troubles;
              at += dice.between(pause / 2, pause * 3 / 2)) {
           send.at = at;
@@ -103,6 +106,26 @@ void draw_spell(Dice& dice, Story& story, const Event& fault) {
   }
 }
 
+/// More than there is room for, while it has to wait: at a robot whose medium is full, or for a
+/// program that reads nothing.
+void draw_flood(Dice& dice, Story& story, const Event& fault) {
+  Event send;
+  const bool is_heard = fault.kind == Kind::kPause;
+  send.robot = is_heard ? dice.between(1, static_cast<int>(story.robots.size())) : fault.robot;
+  const auto& programs = story.robots[static_cast<std::size_t>(send.robot - 1)].programs;
+  send.program = dice.between(0, static_cast<int>(programs.size()) - 1);
+  send.bytes = static_cast<std::size_t>(is_heard ? dice.between(2000, 5000) : dice.between(0, 500));
+  send.count = dice.between(4, 16);
+  const Milliseconds end = std::min(fault.at + fault.lasts, story.troubles);
+  for (send.at = fault.at; send.at < end && send.at < fault.at + Milliseconds(1000);
+       send.at += Milliseconds(100)) {
+    for (const int channel : programs[static_cast<std::size_t>(send.program)].sends) {
+      send.channel = channel;
+      story.events.push_back(send);
+    }
+  }
+}
+
 Event draw_fault(Dice& dice, const Story& story, int robot, Milliseconds at) {
   Event fault;
   fault.kind = static_cast<Kind>(dice.between(1, kKinds - 1));
@@ -130,6 +153,8 @@ void add_fault(Dice& dice, Story& story, const Event& fault) {
   if (overlaps) return;
   story.events.push_back(fault);
   if (dice.one_of(3)) draw_spell(dice, story, fault);
+  const bool makes_wait = fault.kind == Kind::kPause || fault.kind == Kind::kBusy;
+  if (makes_wait && dice.one_of(3)) draw_flood(dice, story, fault);
 }
 
 /// Some come again soon, and with some comes another of the same robot.
@@ -184,7 +209,8 @@ std::string told(const Story& story) {
   for (std::size_t i = 0; i < story.robots.size(); ++i) {
     const RobotPlan& robot = story.robots[i];
     text << "robot " << i + 1 << " at " << robot.place.x_m << ", " << robot.place.y_m << ", beacon "
-         << robot.beacon_ms << " ms, key " << robot.key << ", rate " << robot.rate_hz << '\n';
+         << robot.beacon_ms << " ms, key " << robot.key << ", rate " << robot.rate_hz
+         << (robot.has_little ? ", little memory" : "") << '\n';
     for (std::size_t p = 0; p < robot.programs.size(); ++p) {
       const ProgramPlan& program = robot.programs[p];
       text << "  program " << p << ": sends";

@@ -75,8 +75,9 @@ struct ProgramPlan {
 struct RobotPlan {
   Place place;
   int beacon_ms = 500;
-  int key = 0;      // 0: none
-  int rate_hz = 0;  // frames; 0: no limit
+  int key = 0;              // 0: none
+  int rate_hz = 0;          // frames; 0: no limit
+  bool has_little = false;  // memory: the least that its limits allow, or nearly
   std::vector<ProgramPlan> programs;
 };
 

@@ -25,6 +25,13 @@ using namespace std::chrono_literals;
 constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
 constexpr auto kLongestWait = 60s;
 constexpr int kSharedKeys = 2;
+/// Of a robot with little memory. Last words and what flushes have room in it.
+const std::string kLittle =
+    "[limits]\nwaiting_messages = 24\nwaiting_messages_per_user = 20\n"
+    "queue_bytes = 65536\nreply_bytes = 65536\n"
+    "socket_buffer_bytes = 4096\n";
+constexpr std::uint64_t kLittleBytes = 65536;
+constexpr std::uint64_t kWritingBytes = 32768;  // what a daemon has taken out of a queue to write
 constexpr std::array<int, 4> kRefusals{ENOBUFS, ENETDOWN, EPERM, EMSGSIZE};
 
 /// The whole of it, and its course.
@@ -105,6 +112,7 @@ class Telling {
     if (state.key != 0) {
       text += "key_file = \"" + keys_[static_cast<std::size_t>(state.key - 1)]->path() + "\"\n";
     }
+    if (plan_of(robot).has_little) text += kLittle;
     return text;
   }
 
@@ -163,6 +171,7 @@ class Telling {
         for (int i = 0; i < event.count; ++i) {
           send(event.robot, event.program, event.channel, event.ttl, event.bytes);
         }
+        if (event.count > 1) look_at_uses(event.robot);
         return;
       case Kind::kLoss:
         swarm_.air().set_loss(event.share);
@@ -231,6 +240,7 @@ class Telling {
 
   void repair(const Event& event) {
     const RobotPlan* const plan = event.robot == 0 ? nullptr : &plan_of(event.robot);
+    if (event.kind != Kind::kSend) look_at_uses(event.robot);
     switch (event.kind) {
       case Kind::kSend:
         return;
@@ -313,6 +323,25 @@ class Telling {
       left.channel_subscriptions += channel.subscribers;
     }
     return left;
+  }
+
+  /// Of a robot with little memory, now.
+  void look_at_uses(int robot) {
+    VirtualRobot& owner = swarm_.robot(robot);
+    if (!plan_of(robot).has_little || !owner.has_started() || !owner.machine().is_running()) return;
+    DaemonStatus status;
+    (void)owner.program("observer").client().get_status(status);
+    const auto note = [&](const std::string& what, std::uint64_t used, std::uint64_t limit) {
+      record_.uses.push_back({robot, what, used, limit});
+    };
+    for (const UserStatus& user : status.users) {
+      for (const ShareStatus& share : user.shares) {
+        if (share.name == "waiting_messages") note(share.name, share.used, share.limit);
+      }
+    }
+    for (const ClientStatus& client : status.clients_served) {
+      note("bytes that wait for a program", client.queued_bytes, 3 * kLittleBytes + kWritingBytes);
+    }
   }
 
   /// What all must hear.
