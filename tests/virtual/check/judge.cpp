@@ -260,10 +260,10 @@ class Judge {
   void look_at_order(const Hearing& hearing) {
     const std::vector<Window> windows = overtaking(hearing);
     const auto may_overtake = [&](const HeardMessage& heard) {
-      return heard.received_at &&
-             std::any_of(windows.begin(), windows.end(), [&](const Window& each) {
-               return *heard.received_at >= each.begin && *heard.received_at <= each.end;
-             });
+      if (!heard.received_at) return !heard.is_local;  // its clock was set: nobody knows when
+      return std::any_of(windows.begin(), windows.end(), [&](const Window& each) {
+        return *heard.received_at >= each.begin && *heard.received_at <= each.end;
+      });
     };
     std::map<int, int> last;  // by process, of TTL 0
     for (const HeardMessage& heard : hearing.heard) {

@@ -35,6 +35,7 @@ class TwoRobots : public testing::Test {
       heard.sender = 1;
       heard.epoch = 7;
       heard.number = static_cast<std::uint32_t>(i + 1);
+      heard.received_at = record_.begin + std::chrono::seconds(i);
       hearing.heard.push_back(heard);
     }
     record_.hearings = {hearing};
@@ -127,6 +128,8 @@ TEST_F(TwoRobots, MayHearAnotherOrderWhileFramesOvertakeEachOther) {
   fault.kind = Kind::kDelay;
   for (HeardMessage& each : heard()) each.received_at = record_.begin + std::chrono::seconds(11);
   EXPECT_EQ(broken(), "in-order") << "that is over";
+  for (HeardMessage& each : heard()) each.received_at = {};
+  EXPECT_EQ(broken(), "") << "it is not known when they came";
 }
 
 TEST_F(TwoRobots, AreToldOfEachLossAndOfNoOther) {
