@@ -1,9 +1,7 @@
 """What strangers on the air can do to robots on a link without a key, and what they cannot."""
 import json
 import os
-import time
 
-import frames
 import pytest
 from conftest import needs_root, wait_for
 from stranger import counter
@@ -12,7 +10,6 @@ from wires import heard, written
 pytestmark = needs_root
 SECONDS = os.environ["SWARMTALK_HOSTILE_SECONDS"]
 CHANNEL = 5
-ROBOTS = int(os.environ.get("SWARMTALK_FLOOD_ROBOTS", "4"))
 
 
 def hear_on_though_an_origin_is_not_text(air, sender, hearer):
@@ -82,58 +79,6 @@ def test_made_up_numbers_of_messages_tell_few_false_losses(air, hops):
     assert hearer.counter("messages_lost_air") < 500, f"each of {made_up} told of 9000"
     neighbour, = json.loads(hearer.cli("neighbours", "--json").stdout)["neighbours"]
     assert neighbour["frames_lost"] < 500
-
-
-@pytest.mark.field
-def test_a_flood_of_large_ttl_ends(air):
-    """Robots at 3 frames a second: nothing is sent on later than the limits allow."""
-    limits = "rate_hz = 3\nmax_forward_ttl = 4\nmax_forward_wait_ms = 500\n"
-    robots = [air.daemon(number, limits) for number in (1, 2, 3)]
-    messages = int(air.attack("flood", "--channel", CHANNEL, "--rate", 50, "--seconds", SECONDS))
-    assert messages > 500
-
-    def sent():
-        return [counter(robot, "node_packets_forwarded") for robot in robots]
-
-    def waits():
-        before = sent()
-        time.sleep(1.0)  # three frames of each
-        return sent() == before
-
-    # Four hops of half a second and a frame's third each.
-    wait_for(waits, what="the end of the flood")
-    assert all(counter(robot, "node_forwards_too_late") > 0 for robot in robots)
-    assert all(counter(robot, "node_packets_forwarded") > 0 for robot in robots)
-
-
-def messages_per_frame(size):
-    return 1400 // (size + frames.HEADER_BYTES + 2)
-
-
-@pytest.mark.field
-def test_a_flood_into_many_robots_ends_within_twice_the_time_to_send_it_once(air):
-    """What the simulator says (tests/swarm/rate_flood.hpp), of daemons, at 120 kB/s.
-    SWARMTALK_FLOOD_ROBOTS: more of them."""
-    rate_hz = 3
-    robots = [air.daemon(number, f"rate_hz = {rate_hz}\n") for number in range(1, ROBOTS + 1)]
-    flood_s = 10 if ROBOTS > 10 else 2
-    messages = int(air.attack("flood", "--channel", CHANNEL, "--rate", 86, "--seconds", flood_s))
-    ended = time.monotonic()
-    once_s = messages / messages_per_frame(100) / rate_hz
-
-    def sent():
-        return sum(counter(robot, "node_packets_forwarded") for robot in robots)
-
-    last, over_s = sent(), 0.0
-    while time.monotonic() - ended - over_s < 5:
-        time.sleep(0.5)
-        now = sent()
-        if now != last:
-            last, over_s = now, time.monotonic() - ended
-        assert over_s + flood_s < 2 * once_s
-    print(f"{ROBOTS} robots, {messages} messages: over {over_s + flood_s:.0f} s after its "
-          f"beginning; to send each once takes {once_s:.0f} s; {last} packets sent on")
-    assert last > 0 and all(robot.daemon.poll() is None for robot in robots)
 
 
 def hear_without_forwarding(air, sender):
