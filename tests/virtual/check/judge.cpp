@@ -103,10 +103,9 @@ class Judge {
                       const Hearing& hearing) const {
     if (heard.is_local || heard.hops > 0 || !heard.received_at) return false;
     const auto received = *heard.received_at;
-    for (const Event& event : story_.events) {  // what comes meanwhile is opened later
-      const auto begin = record_.begin + event.at;
-      const bool stands_still = event.kind == Kind::kStall && event.robot == hearing.robot &&
-                                received >= begin && received <= begin + event.lasts;
+    for (const Strike& strike : record_.strikes) {  // what comes meanwhile is opened later
+      const bool stands_still = strike.kind == Kind::kStall && strike.robot == hearing.robot &&
+                                received >= strike.begin && received <= strike.end;
       if (stands_still) return false;
     }
     int key = key_of(hearing.robot);
@@ -239,19 +238,19 @@ class Judge {
   /// cannot prove yet waits with it.
   std::vector<Window> overtaking(const Hearing& hearing) const {
     std::vector<Window> windows;
-    for (const Event& event : story_.events) {
-      const bool begins_anew = event.kind == Kind::kStop || event.kind == Kind::kOtherKey;
+    for (const Strike& strike : record_.strikes) {
+      const bool begins_anew = strike.kind == Kind::kStop || strike.kind == Kind::kOtherKey;
       Milliseconds after{};
-      if (event.kind == Kind::kDelay) {
+      if (strike.kind == Kind::kDelay) {
         after = kLongestDelay;
-      } else if (event.kind == Kind::kAgain) {
+      } else if (strike.kind == Kind::kAgain) {
         after = kLongestAgain;
-      } else if (begins_anew && event.robot == hearing.robot && key_of(hearing.robot) != 0) {
+      } else if (begins_anew && strike.robot == hearing.robot && key_of(hearing.robot) != 0) {
         after = kLongestHeld;
       } else {
         continue;
       }
-      windows.push_back({record_.begin + event.at, record_.begin + event.at + event.lasts + after});
+      windows.push_back({strike.begin, strike.end + after});
     }
     return windows;
   }

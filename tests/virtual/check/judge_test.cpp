@@ -14,6 +14,8 @@
 namespace swarmtalk::test {
 namespace {
 
+using Time = std::chrono::steady_clock::time_point;
+
 /// Two robots: one sends three messages and its last word, the other hears them all.
 class TwoRobots : public testing::Test {
  protected:
@@ -35,7 +37,7 @@ class TwoRobots : public testing::Test {
       heard.sender = 1;
       heard.epoch = 7;
       heard.number = static_cast<std::uint32_t>(i + 1);
-      heard.received_at = record_.begin + std::chrono::seconds(i);
+      heard.received_at = Time(std::chrono::seconds(i));
       hearing.heard.push_back(heard);
     }
     record_.hearings = {hearing};
@@ -109,12 +111,11 @@ TEST_F(TwoRobots, DoNotHearThemselvesButTheirFormerProcesses) {
 
 TEST_F(TwoRobots, MayHearAnotherOrderWhileFramesOvertakeEachOther) {
   std::swap(heard()[1], heard()[2]);
-  for (HeardMessage& each : heard()) each.received_at = record_.begin + std::chrono::seconds(10);
-  story_.events.resize(1);
-  Event& fault = story_.events[0];
+  for (HeardMessage& each : heard()) each.received_at = Time(std::chrono::seconds(10));
+  Strike& fault = record_.strikes.emplace_back();
   fault.robot = 2;
-  fault.at = Milliseconds(8000);
-  fault.lasts = Milliseconds(2000);
+  fault.begin = Time(std::chrono::seconds(8));
+  fault.end = Time(std::chrono::seconds(10));
   for (const Kind kind : {Kind::kDelay, Kind::kAgain}) {
     fault.kind = kind;
     EXPECT_EQ(broken(), "");
@@ -126,7 +127,7 @@ TEST_F(TwoRobots, MayHearAnotherOrderWhileFramesOvertakeEachOther) {
   fault.robot = 1;
   EXPECT_EQ(broken(), "in-order");
   fault.kind = Kind::kDelay;
-  for (HeardMessage& each : heard()) each.received_at = record_.begin + std::chrono::seconds(11);
+  for (HeardMessage& each : heard()) each.received_at = Time(std::chrono::seconds(11));
   EXPECT_EQ(broken(), "in-order") << "that is over";
   for (HeardMessage& each : heard()) each.received_at = {};
   EXPECT_EQ(broken(), "") << "it is not known when they came";
@@ -189,7 +190,6 @@ TEST_F(TwoRobots, HearEachOtherWithDifferentKeys) {
 }
 
 TEST_F(TwoRobots, HearEachOtherWhileOneHasAnotherKey) {
-  using Time = std::chrono::steady_clock::time_point;
   const auto s = [](int seconds) { return Time(std::chrono::seconds(seconds)); };
   record_.key_changes = {{1, s(10), 3}, {1, s(20), 0}};
   record_.sent[1].at = s(15);
@@ -202,12 +202,7 @@ TEST_F(TwoRobots, HearEachOtherWhileOneHasAnotherKey) {
   EXPECT_EQ(broken(), "");
   record_.key_changes = {{2, s(10), 3}, {2, s(20), 0}};
   EXPECT_EQ(broken(), "keys-part");
-  Event stall;
-  stall.kind = Kind::kStall;
-  stall.robot = 2;
-  stall.at = Milliseconds(15500);
-  stall.lasts = Milliseconds(5000);
-  story_.events = {stall};
+  record_.strikes = {{Kind::kStall, 2, s(15), s(20)}};
   EXPECT_EQ(broken(), "") << "it opened that when it went on";
 }
 

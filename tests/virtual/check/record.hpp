@@ -41,6 +41,15 @@ struct HeardMessage {
   std::optional<std::chrono::steady_clock::time_point> received_at;
 };
 
+/// A fault, when it was there: later than in the story, where a call waited for a daemon that stood
+/// still.
+struct Strike {
+  Kind kind = Kind::kSend;
+  int robot = 0;
+  std::chrono::steady_clock::time_point begin{};
+  std::chrono::steady_clock::time_point end{};
+};
+
 /// A robot has this key from now on; before its first change, that of the story.
 struct KeyChange {
   int robot = 0;
@@ -110,13 +119,13 @@ struct Record {
   std::vector<SentMessage> sent;
   std::vector<Hearing> hearings;
   std::vector<Publishing> publishings;
+  std::vector<Strike> strikes;
   std::vector<KeyChange> key_changes;
   std::vector<Use> uses;
   std::vector<Account> accounts;
   std::vector<Leftovers> leftovers;
   std::vector<std::string> broken;  // promises that do not need the judge
   std::array<std::uint64_t, kKinds> struck{};
-  std::chrono::steady_clock::time_point begin{};  // of the story's events
   std::uint64_t course = 0;
   double seconds = 0;  // of swarm time
 };

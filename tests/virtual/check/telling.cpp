@@ -66,13 +66,18 @@ class Telling {
     }
     std::stable_sort(actions.begin(), actions.end(),
                      [](const Action& a, const Action& b) { return a.at < b.at; });
-    const auto begin = record_.begin = loop::now();
+    const auto begin = loop::now();
     for (const Action& action : actions) {
       if (begin + action.at > loop::now()) swarm_.advance(begin + action.at - loop::now());
       if (action.begins) {
+        if (action.event->kind != Kind::kSend) {
+          strikes_[action.event] = record_.strikes.size();
+          record_.strikes.push_back({action.event->kind, action.event->robot, loop::now(), {}});
+        }
         strike(*action.event);
       } else {
         repair(*action.event);
+        record_.strikes[strikes_.at(action.event)].end = loop::now();
       }
     }
     settle();
@@ -420,7 +425,8 @@ class Telling {
   const Story& story_;
   std::vector<std::unique_ptr<KeyFile>> keys_;
   Record record_;
-  std::unordered_map<std::string, int> known_;  // messages sent, by their text
+  std::map<const Event*, std::size_t> strikes_;  // in the record
+  std::unordered_map<std::string, int> known_;   // messages sent, by their text
   std::deque<State> states_;
   Swarm swarm_;
   std::map<Name, std::unique_ptr<Actor>> actors_;
