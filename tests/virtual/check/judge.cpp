@@ -115,7 +115,7 @@ class Judge {
       if (change.robot == hearing.robot && is_near) return false;
       if (change.robot == hearing.robot && change.at < received) key = change.key;
       if (change.robot != sent.robot || change.at > received) continue;
-      if (change.at <= sent.at) senders.clear();
+      if (change.at < sent.at) senders.clear();
       senders.insert(change.key);
     }
     return !senders.contains(key);

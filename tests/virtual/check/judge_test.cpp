@@ -197,9 +197,11 @@ TEST_F(TwoRobots, HearEachOtherWhileOneHasAnotherKey) {
   EXPECT_EQ(broken(), "keys-part");
   heard()[1].received_at = s(21);  // it waited, and left under the old key
   EXPECT_EQ(broken(), "");
-  record_.sent[1].at = s(9);
-  heard()[1].received_at = s(16);  // sealed before
-  EXPECT_EQ(broken(), "");
+  for (const int before : {9, 10}) {  // at once: either may have been first
+    record_.sent[1].at = s(before);
+    heard()[1].received_at = s(16);  // sealed before
+    EXPECT_EQ(broken(), "");
+  }
   record_.key_changes = {{2, s(10), 3}, {2, s(20), 0}};
   EXPECT_EQ(broken(), "keys-part");
   record_.strikes = {{Kind::kStall, 2, s(15), s(20)}};
