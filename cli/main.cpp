@@ -434,9 +434,11 @@ int main(int argc, char** argv) {
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
   app.add_subcommand("stats", "Print where messages are lost: by channel, by program, by counter")
       ->add_flag("--json", parsed.common.is_json, "one JSON object");
-  app.add_subcommand("neighbours", "Print the robots heard within the last 10 s")
-      ->alias("neighbors")
-      ->add_flag("--json", parsed.common.is_json, "one JSON object");
+  CLI::App* const neighbours =
+      app.add_subcommand("neighbours", "Print the robots heard within the last 10 s")
+          ->alias("neighbors");
+  neighbours->add_flag("--json", parsed.common.is_json, "one JSON object");
+  neighbours->add_flag("-v,--verbose", parsed.common.is_verbose, "also addresses and poses");
   add_reserved(app, parsed.log, parsed.harvest, parsed.common);
   add_pose(app, parsed);
   add_operation(app, parsed);

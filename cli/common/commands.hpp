@@ -29,6 +29,7 @@ using Verb = std::function<int()>;
 struct Common {
   std::string socket_path;
   bool is_json = false;
+  bool is_verbose = false;
 };
 
 struct PubArguments {

@@ -24,7 +24,8 @@ int neighbours(const Common& common) {
   if (const Status connection = client.connect(); !connection) return fail(connection);
   std::vector<Neighbour> heard;
   if (const Status answer = client.get_neighbours(heard); !answer) return fail(answer);
-  return print(common.is_json ? to_json(heard).dump() + "\n" : to_text(heard, look_of_output()));
+  return print(common.is_json ? to_json(heard).dump() + "\n"
+                              : to_text(heard, look_of_output(), common.is_verbose));
 }
 
 int stats(const Common& common) {

@@ -1,8 +1,10 @@
 #include "cli/text/format.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "cli/text/hex.hpp"
@@ -34,6 +36,12 @@ std::string counters(const std::vector<Counter>& list) {
     text += "  " + counter.name + " " + std::to_string(counter.value) + "\n";
   }
   return text;
+}
+
+/// Of a table, the column with this heading.
+void leave_out(std::string_view heading, std::vector<Row>& rows) {
+  const auto place = std::find(rows[0].begin(), rows[0].end(), heading) - rows[0].begin();
+  for (Row& row : rows) row.erase(row.begin() + place);
 }
 
 /// Of links and daemon, those that have counted something.
@@ -360,24 +368,34 @@ std::string pose_text(const DaemonStatus& status) {
          " (node.pose_max_age_ms of the configuration)";
 }
 
-std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look) {
-  std::vector<Row> rows{
-      {"LINK", "ROBOT", "DISTANCE", "BEARING", "HEARD", "LOSS", "SIGNAL", "ADDRESS", "POSE", ""}};
+std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look, bool is_whole) {
+  std::vector<Row> rows{{"ROBOT", "LINK", "DISTANCE", "BEARING", "HEARD AGO", "LOSS", "SIGNAL",
+                         "ADDRESS", "POSE", ""}};
   for (const Neighbour& each : neighbours) {
     std::string remark = each.duplicate_id ? "TWO ROBOTS HAVE THIS ID" : "";
     if (each.out_of_range) remark += remark.empty() ? "out of range" : ", out of range";
     if (each.is_ghost) remark += remark.empty() ? "ghost" : ", ghost";
-    rows.push_back({each.link, std::to_string(each.node_id), metres(each.distance_m),
-                    degrees(each.bearing_rad), std::to_string(each.age.count()) + " ms ago",
+    rows.push_back({std::to_string(each.node_id), each.link, metres(each.distance_m),
+                    degrees(each.bearing_rad), std::to_string(each.age.count()) + " ms",
                     format("%.0f %%", 100 * static_cast<double>(each.loss)),
                     each.signal_dbm ? std::to_string(*each.signal_dbm) + " dBm" : "-", each.address,
                     each.pose ? to_line(*each.pose) : "unknown", remark});
   }
   if (neighbours.empty()) {
-    return folded(table(rows) +
-                      "nobody was heard within the last 10 s; a robot whose programs send nothing "
-                      "is heard only with beacon_ms in its configuration\n",
-                  look);
+    return folded(
+        "nobody was heard within the last 10 s; a robot whose programs send nothing "
+        "is heard only with beacon_ms in its configuration\n",
+        look);
+  }
+  if (!is_whole) {
+    leave_out("POSE", rows);
+    leave_out("ADDRESS", rows);
+    const auto has_signal = [](const Neighbour& each) { return each.signal_dbm.has_value(); };
+    if (std::none_of(neighbours.begin(), neighbours.end(), has_signal)) leave_out("SIGNAL", rows);
+    const auto is_on_first = [&](const Neighbour& each) {
+      return each.link == neighbours.front().link;
+    };
+    if (std::all_of(neighbours.begin(), neighbours.end(), is_on_first)) leave_out("LINK", rows);
   }
   return table(rows, look);
 }

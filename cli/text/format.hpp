@@ -39,7 +39,10 @@ std::string to_line(const Pose& pose);
 std::string pose_text(const DaemonStatus& status);
 /// Several lines.
 std::string to_text(const DaemonStatus& status, const Look& look = {});
-std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look = {});
+/// One line for each, which fits a terminal of 80 columns.
+/// @param is_whole  with addresses and poses
+std::string to_text(const std::vector<Neighbour>& neighbours, const Look& look = {},
+                    bool is_whole = false);
 /// Where messages are lost: tables of channels and programs, and the counters. Several lines.
 std::string to_stats(const DaemonStatus& status, const Look& look = {});
 /// "2 on the air, 1 in the daemon".

@@ -130,7 +130,7 @@ def neighbours_are_listed_with_distance_pose_and_address(wires, robots):
     assert (other["duplicate_id"], other["out_of_range"]) == (False, False)
     mac = json.loads(second.execute("ip", "-j", "link", "show", "a0").stdout)[0]["address"]
     assert other["address"] == mac
-    line = first.cli("neighbours").stdout.splitlines()[1]
+    line = first.cli("neighbours", "-v").stdout.splitlines()[1]
     assert "5.00 m" in line and mac in line
 
 

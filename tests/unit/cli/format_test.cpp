@@ -80,6 +80,46 @@ TEST(Format, ColoursOfOursStayOnATerminalAndNothingElseDoes) {
   EXPECT_EQ(plain_lines("\033[1mx", Look{}), "\\u001b[1mx");
 }
 
+Neighbour neighbour(std::uint32_t node_id, const std::string& link) {
+  Neighbour robot;
+  robot.node_id = node_id;
+  robot.link = link;
+  robot.address = "02:00:00:00:00:07";
+  robot.distance_m = 1.5f;
+  robot.bearing_rad = -3.0f;
+  robot.age = std::chrono::milliseconds(9999);
+  robot.loss = 1;
+  return robot;
+}
+
+TEST(Format, ANeighbourIsALineAndWhatSaysNothingIsLeftOut) {
+  std::vector<Neighbour> robots{neighbour(7, "wifi"), neighbour(65535, "wifi")};
+  EXPECT_EQ(to_text(robots),
+            "ROBOT  DISTANCE  BEARING   HEARD AGO  LOSS\n"
+            "7      1.50 m    -172 deg  9999 ms    100 %\n"
+            "65535  1.50 m    -172 deg  9999 ms    100 %\n");
+  robots[1].signal_dbm = -88;
+  robots[1].link = "mesh";
+  EXPECT_EQ(to_text(robots),
+            "ROBOT  LINK  DISTANCE  BEARING   HEARD AGO  LOSS   SIGNAL\n"
+            "7      wifi  1.50 m    -172 deg  9999 ms    100 %  -\n"
+            "65535  mesh  1.50 m    -172 deg  9999 ms    100 %  -88 dBm\n");
+}
+
+TEST(Format, NeighboursFitATerminalAndAddressesAreForWhoeverAsks) {
+  std::vector<Neighbour> robots{neighbour(65535, "wifi"), neighbour(7, "wifi")};
+  for (Neighbour& each : robots) {
+    each.signal_dbm = -88;
+    each.duplicate_id = true;
+  }
+  const std::string lines = to_text(robots, Look{80, false});
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 3) << lines;
+  EXPECT_EQ(lines.find("02:00"), std::string::npos);
+  const std::string whole = to_text(robots, Look{}, true);
+  EXPECT_NE(whole.find("02:00:00:00:00:07  unknown  TWO ROBOTS HAVE THIS ID"), std::string::npos)
+      << whole;
+}
+
 TEST(QuietWatch, SaysWhatAMisspeltNameMayHaveBeen) {
   DaemonStatus daemon;
   daemon.links.emplace_back().up = true;
