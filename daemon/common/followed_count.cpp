@@ -59,9 +59,12 @@ FollowedCount::Step FollowedCount::heard(std::uint32_t number, std::uint64_t exp
     return {Place::kAhead, 1, 0};
   }
   if (!is_ahead(ahead)) {
-    if (!is_heard_ && ahead != 0) return begin_at(number, now_ns);
-    is_heard_ = true;
     const std::uint32_t behind = highest_ - number;
+    if (!is_heard_ && behind != 0) {
+      begin_at(number, now_ns);
+      return {Place::kBack, behind, 0};
+    }
+    is_heard_ = true;
     if (behind > kFollowed) return doubt(number, explained, now_ns);
     elsewhere_.pace.heard = 0;
     ++pace_.heard;

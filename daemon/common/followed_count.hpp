@@ -32,12 +32,13 @@ class FollowedCount {
     kAhead,      // the highest so far
     kBehind,     // it was overtaken, or comes again
     kElsewhere,  // the count goes on from here; what was missing before is not known any more
+    kBack,       // the first that is heard, and below what was told: the count goes on from here
     kDoubted,    // far from where the count was, and not followed
   };
   struct Step {
     Place place = Place::kDoubted;
     std::uint32_t distance = 0;  // kAhead, kElsewhere: from the highest before, kElsewhere 0: back.
-                                 // kBehind: to the highest
+                                 // kBehind, kBack: to the highest before
     std::uint32_t believed = 0;  // how many of those passed over can have been missed
   };
 

@@ -80,6 +80,16 @@ bool LossTracker::take_back(Entry& entry, std::uint32_t behind) {
   return was_missing;
 }
 
+// The highest number is so much less now. @return how many above and at it were counted as lost: it
+// has come, and they are counted again if they do not come.
+std::uint32_t LossTracker::go_back(Entry& entry, std::uint32_t behind) {
+  const std::size_t step = std::min<std::size_t>(behind, kWindow);
+  const auto above = static_cast<std::uint32_t>((entry.missing << (kWindow - step)).count());
+  entry.missing >>= step;
+  entry.has_missing = entry.missing.any();
+  return above + (std::exchange(entry.is_highest_missing, false) ? 1 : 0);
+}
+
 // The oldest of those doubted, as far as they are believed meanwhile. @return how many
 std::uint32_t LossTracker::believe_now(Entry& entry) {
   const std::uint32_t believed =
@@ -117,6 +127,9 @@ Loss LossTracker::note(const Source& source, std::uint32_t number, const DropTot
     }
     case FollowedCount::Place::kBehind:
       loss.late = take_back(*entry, step.distance) ? 1 : 0;
+      break;
+    case FollowedCount::Place::kBack:
+      loss.late = go_back(*entry, step.distance);
       break;
     case FollowedCount::Place::kElsewhere:
       entry->missing.reset();

@@ -83,6 +83,7 @@ class LossTracker {
   std::uint64_t unexplained(const Entry& entry, const DropTotals& drops) const;
   static void advance(Entry& entry, std::uint32_t ahead, std::uint32_t believed);
   static bool take_back(Entry& entry, std::uint32_t behind);
+  static std::uint32_t go_back(Entry& entry, std::uint32_t behind);
   static std::uint32_t believe_now(Entry& entry);
   Loss locate(const Entry& entry, std::uint64_t gap, const DropTotals& drops);
 

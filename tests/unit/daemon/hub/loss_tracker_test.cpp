@@ -61,6 +61,24 @@ TEST_F(Tracker, MessageThatABeaconCountedAsLostMayComeLate) {
   EXPECT_EQ(note(4).late, 1u);
 }
 
+/// Over another robot, which stood still for a while, messages come after what beacons say of them.
+TEST_F(Tracker, WhatBeaconsCountedAsLostIsCountedAgainFromTheFirstMessageOn) {
+  EXPECT_EQ(note_last(1), Loss{});
+  EXPECT_EQ(note_last(5).air, 4u);
+  EXPECT_EQ(note(3).late, 3u) << "3 has come, and of 4 and 5 it counts again";
+  EXPECT_EQ(note(5).air, 1u);
+  EXPECT_EQ(note(2).late, 1u);
+  EXPECT_EQ(note(4).late, 1u);
+  EXPECT_EQ(note_last(5), Loss{});
+}
+
+TEST_F(Tracker, FarBelowWhatBeaconsSayAllOfThemWasToldInVain) {
+  note_last(1000);
+  EXPECT_EQ(note_last(1010).air, 10u);
+  EXPECT_EQ(note(7).late, 10u);
+  EXPECT_EQ(note(9).air, 1u);
+}
+
 /// As many as a source of this rate is believed to have lost in so long.
 constexpr std::uint64_t most_of(double hz, double seconds) {
   return static_cast<std::uint64_t>(LossTracker::kBelieved + 2 * hz * seconds + 1);
