@@ -55,13 +55,22 @@ class Judge {
     std::uint32_t last = 0;
     std::set<std::uint32_t> numbers;
   };
+  struct Told {
+    std::uint64_t lost = 0;
+    std::uint64_t late = 0;
+    std::uint64_t late_and_older = 0;  // than the subscription: lost, perhaps, before it
+  };
+
+  static bool is_older(const HeardMessage& heard, const Hearing& hearing) {
+    return heard.sent < static_cast<int>(hearing.sent_before);
+  }
 
   /// A source is followed from the first message on that was sent since the subscription began:
   /// those before may have come before it.
   static void note(const HeardMessage& heard, const Hearing& hearing,
                    std::map<Source, Span>& spans) {
     const Source source{heard.sender, hearing.channel, heard.epoch};
-    if (heard.sent < static_cast<int>(hearing.sent_before) && !spans.contains(source)) return;
+    if (is_older(heard, hearing) && !spans.contains(source)) return;
     Span& span = spans[source];
     if (span.numbers.empty()) span.first = heard.number;
     span.last = std::max(span.last, heard.number);
@@ -137,11 +146,11 @@ class Judge {
 
   void look_at(const Hearing& hearing) {
     std::map<Source, Span> spans;
-    std::uint64_t lost = 0;
-    std::uint64_t late = 0;
+    Told told;
     for (const HeardMessage& heard : hearing.heard) {
-      lost += heard.lost;
-      late += heard.late;
+      told.lost += heard.lost;
+      told.late += heard.late;
+      if (is_older(heard, hearing)) told.late_and_older += heard.late;
       decide(Promise::kGenuine);
       if (heard.sent < 0) {
         break_promise(Promise::kGenuine, where(hearing) + " heard what nobody sent: " + heard.text);
@@ -164,14 +173,14 @@ class Judge {
       }
       if (!heard.is_local) note(heard, hearing, spans);
     }
-    look_at_losses(hearing, spans, lost, late);
+    look_at_losses(hearing, spans, told);
     look_at_beacons(hearing);
     look_at_order(hearing);
   }
 
   /// Each message that did not come is told, and no other.
   void look_at_losses(const Hearing& hearing, const std::map<Source, Span>& spans,
-                      std::uint64_t lost, std::uint64_t late) {
+                      const Told& told) {
     if (hearing.heard.empty()) return;
     std::uint64_t least = 0;
     for (const auto& [source, span] : spans) {
@@ -194,11 +203,11 @@ class Judge {
       }
     }
     decide(Promise::kTold);
-    const std::uint64_t told = lost - std::min(lost, late);
-    if (told < least || told > most) {
+    const std::uint64_t gone = told.lost - std::min(told.lost, told.late);
+    if (gone + told.late_and_older < least || gone > most) {
       break_promise(Promise::kTold, where(hearing) + " run " + std::to_string(hearing.run) +
-                                        " was told of " + std::to_string(lost) + " lost and " +
-                                        std::to_string(late) + " late; missing are " +
+                                        " was told of " + std::to_string(told.lost) + " lost and " +
+                                        std::to_string(told.late) + " late; missing are " +
                                         std::to_string(least) + " to " + std::to_string(most));
     }
   }
@@ -209,7 +218,7 @@ class Judge {
     std::map<Source, Span> spans;  // until this robot's own first message after the troubles
     std::uint64_t told = 0;
     for (const HeardMessage& heard : hearing.heard) {
-      told += heard.lost - std::min(heard.lost, heard.late);
+      told += heard.lost - (is_older(heard, hearing) ? 0 : std::min(heard.lost, heard.late));
       if (heard.sent < 0) return;
       if (heard.is_local) {
         if (record_.sent[static_cast<std::size_t>(heard.sent)].is_flush) break;

@@ -144,6 +144,18 @@ TEST_F(TwoRobots, AreToldOfEachLossAndOfNoOther) {
   EXPECT_EQ(broken(), "");
 }
 
+TEST_F(TwoRobots, MayTakeWhatWasLostBeforeTheSubscriptionFromItsOwnLosses) {
+  heard().erase(heard().begin() + 2);
+  heard()[2].lost = 1;
+  heard()[2].late = 1;
+  EXPECT_THAT(broken(), testing::StartsWith("told"));
+  std::swap(heard()[2].late, heard()[0].late);
+  record_.hearings[0].sent_before = 1;
+  EXPECT_EQ(broken(), "") << "the first was lost to the subscription before";
+  std::swap(heard()[0].late, heard()[1].late);
+  EXPECT_EQ(broken(), "told") << "the second was not";
+}
+
 TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
   record_.sent.push_back({1, 0, 0, 1, 1, 0, false, false, {}});
   record_.publishings[0].accepted = record_.publishings[0].answered = 5;

@@ -22,8 +22,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kSettling = 12s;  // neighbours, keys, and what waits to be sent on
-constexpr auto kLongestWait = 60s;
+constexpr auto kSettling = 12s;      // neighbours, keys, and what waits to be sent on
+constexpr auto kLongestWait = 600s;  // many packets at five frames a second
 constexpr int kSharedKeys = 2;
 /// Of a robot with little memory. Last words and what flushes have room in it.
 const std::string kLittle =
