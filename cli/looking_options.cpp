@@ -80,7 +80,7 @@ void add_ping(CLI::App& app, Common& common, Verb& verb) {
                  "ask the robots on the way as well: round trip and losses of each hop")
       ->excludes(answer);
   command->add_flag("--json", common.is_json, "one JSON object a question")->excludes(answer);
-  command->add_option("-C,--count", arguments->count, "end after so many questions")
+  command->add_option("-c,-C,--count", arguments->count, "end after so many questions")
       ->check(count())
       ->excludes(answer);
   command

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <sstream>
@@ -142,6 +143,13 @@ class Pinger {
     if (message.sender == arguments_.robot) tell(&message, pong->hops, round_trip);
   }
 
+  /// For people.
+  static std::string way(std::uint32_t hops) {
+    if (hops == Message::kHopsUnknown) return "by a way that is not known";
+    if (hops == 0) return "directly";
+    return "over " + std::to_string(hops) + (hops == 1 ? " robot" : " robots");
+  }
+
   static Json number_of_hops(std::uint32_t hops) {
     return hops == Message::kHopsUnknown ? Json() : Json(hops);
   }
@@ -188,7 +196,7 @@ class Pinger {
       std::ostringstream text;
       text.precision(2);
       text << std::fixed << "robot " << arguments_.robot << ": " << sequence_ << "  " << ms
-           << " ms  hops there " << json["hops_there"] << " back " << json["hops_back"];
+           << " ms  there " << way(hops_there) << ", back " << way(answer->hops);
       line = text.str();
     }
     written_ = print((common_.is_json ? json.dump() : line) + "\n");
@@ -199,13 +207,32 @@ class Pinger {
     const std::uint64_t back =
         asked.heard_there > asked.answered ? asked.heard_there - asked.answered : 0;
     const std::uint64_t there = asked.told_of - std::min(asked.told_of, asked.heard_there);
-    std::string text = std::to_string(asked.sent.size()) + " sent, " +
-                       std::to_string(asked.answered) + " answered; lost on the way there " +
-                       std::to_string(there) + ", back " + std::to_string(back);
-    if (asked.told_of < asked.sent.size()) {
-      text += ", not known where " + std::to_string(asked.sent.size() - asked.told_of);
-    }
+    const std::uint64_t sent = asked.sent.size();
+    const std::uint64_t lost = sent - std::min(sent, asked.answered);
+    std::ostringstream share;  // three digits, so that one of many is not none
+    share.precision(3);
+    share << 100.0 * static_cast<double>(lost) / static_cast<double>(sent);
+    std::string text = std::to_string(sent) + " sent, " + std::to_string(asked.answered) +
+                       " answered, " + share.str() + " % lost";
+    if (lost == 0) return text;
+    text += ": " + std::to_string(there) + " on the way there, " + std::to_string(back) + " back";
+    if (asked.told_of < sent)
+      text += ", " + std::to_string(sent - asked.told_of) + " unknown where";
     return text;
+  }
+
+  /// As ping of other systems ends; empty: nothing has been answered.
+  static std::string round_trips(const Asked& asked) {
+    if (asked.round_trips_ms.empty()) return "";
+    const auto [least, most] =
+        std::minmax_element(asked.round_trips_ms.begin(), asked.round_trips_ms.end());
+    const double sum =
+        std::accumulate(asked.round_trips_ms.begin(), asked.round_trips_ms.end(), 0.0);
+    std::ostringstream text;
+    text.precision(2);
+    text << std::fixed << "round trip min/avg/max " << *least << "/"
+         << sum / static_cast<double>(asked.round_trips_ms.size()) << "/" << *most << " ms\n";
+    return text.str();
   }
 
   int end() {
@@ -218,13 +245,11 @@ class Pinger {
         if (asked_[robot].sent.empty()) continue;  // found with the last answer
         std::ostringstream line;
         line.precision(2);
-        const Json hops = number_of_hops(asked_[robot].hops);
-        line << std::fixed << "robot " << robot << ": hops there "
-             << (hops.is_null() ? "not known" : hops.dump()) << "  ";
+        line << std::fixed << "robot " << robot << ": " << way(asked_[robot].hops) << "  ";
         if (const auto ms = median(asked_[robot].round_trips_ms)) line << *ms << " ms  ";
         text += line.str() + counts(asked_[robot]) + "\n";
       }
-      written_ = print(arguments_.is_by_hop ? text : counts(asked) + "\n");
+      written_ = print(arguments_.is_by_hop ? text : counts(asked) + "\n" + round_trips(asked));
     }
     if (asked.answered == 0 && caught_signal() == 0 && !client_.is_connected()) {
       return fail("robot " + std::to_string(arguments_.robot) +

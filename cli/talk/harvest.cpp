@@ -25,8 +25,7 @@ std::string to_line(const HarvestedValue& value, bool is_json) {
 }
 
 /// Until `written` is something else than kExitOk, a signal, or the deadline.
-int run(Client& client, Clock::time_point deadline, const int& written) {
-  LinkWatch links(client);
+int run(Client& client, LinkWatch& links, Clock::time_point deadline, const int& written) {
   while (written == kExitOk && caught_signal() == 0 && Clock::now() < deadline) {
     links.look();
     client.run_once(std::min(deadline, links.next()) - Clock::now());
@@ -42,6 +41,7 @@ int harvest(const Common& common, const HarvestArguments& arguments) {
   stop_on_signals(client);
   Harvest harvest(client);
   if (const Status status = harvest.status(); !status) return fail(status);
+  LinkWatch links(client);
   int written = kExitOk;
   if (!arguments.values.empty()) {
     tell_connection(client);
@@ -51,9 +51,11 @@ int harvest(const Common& common, const HarvestArguments& arguments) {
       const Status status = harvest.set(word.substr(0, at), word.substr(at + 1));
       if (!status) return fail(status);
     }
-    return run(client, Clock::time_point::max(), written);
+    return run(client, links, Clock::time_point::max(), written);
   }
+  bool is_found = false;
   const auto found = [&](const HarvestedValue& value) {
+    is_found = true;
     if (written == kExitOk) written = print(to_line(value, common.is_json));
   };
   // A daemon that comes back does not know the question.
@@ -62,7 +64,15 @@ int harvest(const Common& common, const HarvestArguments& arguments) {
   });
   const Status asked = harvest.ask(arguments.prefix, found, arguments.ttl);
   if (!asked) return fail(asked);
-  return run(client, after(Clock::now(), seconds(arguments.timeout_s)), written);
+  const auto deadline = after(Clock::now(), seconds(arguments.timeout_s));
+  const int exit_code = run(client, links, deadline, written);
+  if (exit_code == kExitOk && !is_found && !links.has_told()) {
+    fail("nobody has answered: no program within reach offers a value" +
+         (arguments.prefix.empty() ? "" : " whose key begins with '" + arguments.prefix + "'") +
+         ", as swarmtalk-cli harvest --offer KEY=VALUE does, or question or answers were lost: "
+         "ask again");
+  }
+  return exit_code;
 }
 
 }  // namespace swarmtalk::cli

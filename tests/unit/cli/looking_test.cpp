@@ -59,6 +59,19 @@ TEST_F(CliLooking, ADaemonThatDiesEndsScreensAndValuesWithOneLine) {
   EXPECT_EQ(loses_the_daemon({"harvest", "-W", "60"}, is_publish).error, closed);
 }
 
+TEST_F(CliLooking, AHarvestThatFindsNothingSaysSo) {
+  const Result all = run({"harvest", "-W", "0.1"});
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_EQ(all.out, "");
+  EXPECT_EQ(all.error,
+            "swarmtalk-cli: nobody has answered: no program within reach offers a value, as "
+            "swarmtalk-cli harvest --offer KEY=VALUE does, or question or answers were lost: ask "
+            "again\n");
+  const Result some = run({"harvest", "bat", "-W", "0.1"});
+  EXPECT_NE(some.error.find("a value whose key begins with 'bat', as "), std::string::npos)
+      << some.error;
+}
+
 TEST_F(CliLooking, ADaemonThatDiesEndsRatesWithOneLine) {
   const auto is_subscribe = [](const auto& envelope) { return envelope.has_subscribe(); };
   for (const Strings& more : {Strings{}, {"--json"}, {"-C", "1000"}}) {
@@ -100,10 +113,9 @@ TEST_F(CliLooking, ARobotThatDoesNotAnswerIsToldWithWhatMakesItAnswer) {
   const Result silent = run({"ping", "2", "-C", "2", "--period", "0.2"});
   EXPECT_EQ(silent.exit_code, 1);
   EXPECT_EQ(lines(silent.out), 3) << silent.out;
-  EXPECT_NE(
-      silent.out.find("2  no answer within 0.20 s\n2 sent, 0 answered; lost on the way there 0, "
-                      "back 0, not known where 2\n"),
-      std::string::npos)
+  EXPECT_NE(silent.out.find("2  no answer within 0.20 s\n2 sent, 0 answered, 100 % lost: 0 on the "
+                            "way there, 0 back, 2 unknown where\n"),
+            std::string::npos)
       << silent.out;
   EXPECT_EQ(lines(silent.error), 1) << silent.error;
   for (const char* word : {"robot 2 has not answered", "report = true", "ping --answer"}) {
@@ -179,10 +191,24 @@ TEST_F(CliLooking, PingByHopEndsWithALineForEachRobotOnTheWay) {
   wait_for_publications(20);
   program.signal(SIGINT);
   const std::string out = program.finish().out;
-  const std::string figures = "  [0-9]+\\.[0-9][0-9] ms  [0-9]+ sent, [0-9]+ answered; lost ";
-  for (const char* robot : {"robot 2: hops there 0", "robot 3: hops there 1"}) {
+  const std::string figures =
+      "  [0-9]+\\.[0-9][0-9] ms  [0-9]+ sent, [0-9]+ answered, [0-9]+ % lost";
+  for (const char* robot : {"robot 2: directly", "robot 3: over 1 robot"}) {
     EXPECT_TRUE(std::regex_search(out, std::regex("\n" + (robot + figures)))) << out;
   }
+}
+
+TEST_F(CliLooking, PingEndsAsPingsDo) {
+  Row row;
+  daemon.says = [&](const ipc::Envelope& asked) { return row.say(asked); };
+  const Result one = run({"ping", "3", "-c", "1", "--period", "30"});  // ends with the answer
+  EXPECT_EQ(one.exit_code, 0);
+  const std::string ms = "[0-9]+\\.[0-9][0-9]";
+  EXPECT_TRUE(std::regex_match(
+      one.out, std::regex("robot 3: 1  " + ms + " ms  there over 1 robot, back over 1 robot\n" +
+                          "1 sent, 1 answered, 0 % lost\n" + "round trip min/avg/max " + ms + "/" +
+                          ms + "/" + ms + " ms\n")))
+      << one.out;
 }
 
 TEST_F(CliLooking, PubSaysWhereThereIsNoRedundancyAndSends) {
