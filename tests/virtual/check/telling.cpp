@@ -31,7 +31,8 @@ const std::string kLittle =
     "queue_bytes = 65536\nreply_bytes = 65536\n"
     "socket_buffer_bytes = 4096\n";
 constexpr std::uint64_t kLittleBytes = 65536;
-constexpr std::uint64_t kWritingBytes = 32768;  // what a daemon has taken out of a queue to write
+/// What a daemon has taken out of a program's queues to write, with its last message, and answers.
+constexpr std::uint64_t kWritingBytes = 65536 + 16384;
 constexpr std::array<int, 4> kRefusals{ENOBUFS, ENETDOWN, EPERM, EMSGSIZE};
 
 /// The whole of it, and its course.
@@ -345,7 +346,7 @@ class Telling {
       }
     }
     for (const ClientStatus& client : status.clients_served) {
-      note("bytes that wait for a program", client.queued_bytes, 3 * kLittleBytes + kWritingBytes);
+      note("bytes that wait for a program", client.queued_bytes, kLittleBytes + kWritingBytes);
     }
   }
 
