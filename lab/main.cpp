@@ -250,8 +250,8 @@ int main(int argc, char** argv) {
     command
         ->add_option(
             "--config", options.base_config,
-            "TOML file whose sections all robots get; the lab puts in each robot's socket, link, "
-            "pose and id (an id of \"auto\" stays)")
+            "TOML file that all robots get instead of the installed one; the lab puts in each "
+            "robot's socket, link, pose and id (an id of \"auto\" stays)")
         ->check(CLI::ExistingFile);
     command->add_option("--daemon", options.daemon, "Path of swarmtalkd")->type_name("FILE");
   };

@@ -6,17 +6,14 @@
 #include <stdexcept>
 #include <variant>
 
+#include "lab/installed_config.hpp"
 #include "lab/medium.hpp"
 #include "text/toml_text.hpp"
 
 namespace swarmtalk::lab {
 namespace {
 
-constexpr int kJitterOnAirUs = 5000;  // as the installed file has it: docs/radio.md
-
-toml::table read_base(const std::string& path) {
-  return path.empty() ? toml::table() : text::parse_toml_file(path);
-}
+constexpr int kJitterOnAirUs = 5000;  // where a file has none: docs/radio.md
 
 toml::table& section(toml::table& table, const char* name) {
   table.insert(name, toml::table{});
@@ -25,10 +22,23 @@ toml::table& section(toml::table& table, const char* name) {
   return *found;
 }
 
+/// What an installed robot has, and what a lab's robots have instead: any program may log, since
+/// they are for trying things out, and on a wire nobody shares the air. link_of() says the rest.
+toml::table installed(const Medium& medium) {
+  toml::table table = text::parse_toml(kInstalledConfig, "swarmtalkd.toml");
+  section(table, "node").erase("id");
+  section(table, "reserved").insert_or_assign("debug", true);
+  toml::table& wifi = section(section(table, "links"), "wifi");
+  wifi.erase("interface");
+  if (!medium.is_air()) wifi.insert_or_assign("rate_hz", 0);
+  return table;
+}
+
 }  // namespace
 
 std::string robot_config(const State& state, const Robot& robot, const std::string& base_config) {
-  toml::table table = read_base(base_config);
+  const Medium& medium = medium_named(state.medium);
+  toml::table table = base_config.empty() ? installed(medium) : text::parse_toml_file(base_config);
   toml::table& node = section(table, "node");
   // A file made for one robot serves for all; only an automatic id is as good for many.
   if (node["id"].value<std::string>() != "auto") node.insert_or_assign("id", robot.number);
@@ -42,13 +52,11 @@ std::string robot_config(const State& state, const Robot& robot, const std::stri
   // A [links.wifi] of the base file keeps its other keys (rates, EtherType, profile).
   toml::table& links = section(table, "links");
   toml::table& wifi = section(links, "wifi");
-  for (const auto& [key, given] : medium_named(state.medium).link_of(state, robot)) {
+  for (const auto& [key, given] : medium.link_of(state, robot)) {
     std::visit([&wifi, &name = key](const auto& value) { wifi.insert_or_assign(name, value); },
                given);
   }
-  if (medium_named(state.medium).is_air()) {
-    wifi.insert("jitter_us", std::int64_t{kJitterOnAirUs});
-  }
+  if (medium.is_air()) wifi.insert("jitter_us", std::int64_t{kJitterOnAirUs});
   std::ostringstream text;
   text << "# Robot " << robot.number << " of the lab '" << state.name << "'.\n" << table << "\n";
   return text.str();

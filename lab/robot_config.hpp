@@ -7,8 +7,8 @@
 
 namespace swarmtalk::lab {
 
-/// TOML text: `base_config` (a file's path, or empty) with this robot's socket, pose, node id and
-/// link put in. Throws std::runtime_error with one line when the file is not TOML.
+/// TOML text: `base_config` (a file's path, or empty: as installed) with this robot's socket, pose,
+/// node id and link put in. Throws std::runtime_error with one line when the file is not TOML.
 std::string robot_config(const State& state, const Robot& robot, const std::string& base_config);
 
 }  // namespace swarmtalk::lab

@@ -39,10 +39,12 @@ def program(name):
 
 
 class Lab:
-    """A swarmtalk-lab that is up."""
+    """A swarmtalk-lab that is up. Its robots are bare, if `options` have no --config."""
 
-    def __init__(self, robots, medium, *options):
+    def __init__(self, robots, medium, *options, as_installed=False):
         self.name = f"t{os.getpid()}-{time.monotonic_ns() % 1000000}"
+        if "--config" not in options and not as_installed:
+            options += ("--config", ROOT / "tests/support/bare.toml")
         done = self.tool("up", robots, "--medium", medium, *options)
         assert done.returncode == 0, done.stderr
         self.robots = robots
@@ -133,8 +135,8 @@ def udp_lab():
 def _labs(medium):
     labs = []
 
-    def make(robots, *options):
-        labs.append(Lab(robots, medium, *options))
+    def make(robots, *options, **more):
+        labs.append(Lab(robots, medium, *options, **more))
         return labs[-1]
 
     yield make

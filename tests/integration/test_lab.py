@@ -390,6 +390,29 @@ def test_without_root_it_says_so_in_one_line():
     assert done.returncode == 1
 
 
+def test_a_lab_is_alive_before_any_program_runs(radio_lab, tmp_path):
+    """Sixteen robots on the air, up to three hops apart."""
+    lab = radio_lab(16, "--range", "0.8", as_installed=True)
+    cli = program("swarmtalk-cli")
+    wait_for(lambda: neighbours(lab, 1) == {2, 5, 6}, what="beacons")
+    wait_for(lambda: neighbours(lab, 11) == {6, 7, 8, 10, 12, 14, 15, 16}, what="beacons")
+    for robot in (2, 4, 16):
+        wait_for(lambda: lab.cli(1, "ping", robot, "-c", 1).returncode == 0, what="an answer")
+    heard = tmp_path / "heard"
+    lab.start(1, "sh", "-c", 'exec "$0" log >"$1"', cli, heard)
+
+    def all_are_heard():  # the air may lose a line
+        assert lab.execute("all", cli, "log", "here").returncode == 0
+        robots = set(re.findall(r"robot (\d+) ", heard.read_text()))
+        return robots == {str(robot) for robot in range(1, 17)}
+    wait_for(all_are_heard, what="a line of each")
+
+
+def neighbours(lab, robot):
+    done = lab.cli(robot, "neighbours", "--json")
+    return {each["node_id"] for each in json.loads(done.stdout)["neighbours"]}
+
+
 def a_file_made_for_one_robot_serves_for_all(lab):
     assert [lab.status(robot)["node_id"] for robot in (1, 2)] == [1, 2]
     assert json.loads(lab.cli(1, "pose", "get", "--json").stdout)["x_m"] == 0

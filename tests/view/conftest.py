@@ -40,10 +40,12 @@ def one_line(text, *words):
 
 
 class Lab:
-    """A swarmtalk-lab that is up."""
+    """A swarmtalk-lab that is up. Its robots are bare, if `options` have no --config."""
 
     def __init__(self, robots, *options, medium="udp"):
         self.name = f"v{os.getpid()}-{time.monotonic_ns() % 1000000}"
+        if "--config" not in options:
+            options += ("--config", ROOT / "tests/support/bare.toml")
         done = self.tool("up", robots, "--medium", medium, *options)
         assert done.returncode == 0, done.stderr
         self.state = [json.loads(line) for line in
