@@ -2512,6 +2512,7 @@ class Client(_Session):
         self._told_not_running = self._told_whole_turns = False
         self._told_many = set()         # labels of channels
         self._told_wildcard = self._told_digits = self._told_alone = self._told_nobody = False
+        self._told_log_off = False
         self._told_no_function = False
         self._quiet_until = None        # on this connection
         self._has_heard = False         # any message
@@ -2708,13 +2709,28 @@ class Client(_Session):
     def log(self, line):
         """Sends a line to whoever listens to channel debug (`swarmtalk-cli log`), over a few hops.
 
-        Returns as send() does; the first call waits until the channel is registered. Raises Error
-        when the daemon's configuration has it off.
+        Returns as send() does; the first call waits until the channel is registered. While the
+        daemon's configuration has it off: False, and stderr says so once.
         """
+        error = self._open_log()
+        if error is None:
+            return self._log.send(line)
+        if not self._told_log_off:
+            self._told_log_off = True
+            _print_error("log lines stay on this robot: " + error.text)
+        return False
+
+    def _open_log(self):
+        """Why the channel debug is off on this robot; None: it is on."""
         if self._log is None:
-            self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
-                                       sent=lambda error: None)
-        return self._log.send(line)
+            try:
+                self._log = self.advertise("debug", ttl=4, queue=16, drop_oldest=True,
+                                           sent=lambda error: None)
+            except Error as error:
+                if error.code != "bad_channel":
+                    raise
+                return error
+        return None
 
     # -- Event loops.
 
@@ -3195,11 +3211,13 @@ _LINES_OF_A_TRACEBACK = 15
 def _open_debug(client):
     """Gets the debug channel ready for what kills the script; says when it is off."""
     try:
-        client._log = client.advertise("debug", ttl=4, queue=16, drop_oldest=True,
-                                       sent=lambda error: None)
+        off = client._open_log()
     except Error as error:
-        is_off = error.code == "bad_channel"
-        _print_error(("a traceback stays on this robot: " if is_off else "") + error.text)
+        _print_error(error.text)
+        return
+    if off is not None:
+        client._told_log_off = True
+        _print_error("a traceback stays on this robot: " + off.text)
 
 
 def _tell_swarm(client, name, kind, error, calls):

@@ -30,11 +30,12 @@ std::optional<Refusal> Admission::check_reserved(std::uint16_t channel) const {
   for (const Reserved& each : reserved_) {
     if (each.number != channel || each.is_on) continue;
     const std::string name = each.name;
-    return Refusal{ipc::ERROR_BAD_CHANNEL,
-                   "channel '" + name + "' (number " + std::to_string(channel) +
-                       ") is reserved, and off on this robot; set " + name +
-                       " = true under [reserved] in " + how_to_change_,
-                   std::nullopt};
+    return Refusal{
+        ipc::ERROR_BAD_CHANNEL,
+        "channel '" + name + "' (number " + std::to_string(channel) +
+            ") is reserved, and off on this robot; before the program's next start set " + name +
+            " = true under [reserved] in " + how_to_change_,
+        std::nullopt};
   }
   return std::nullopt;
 }

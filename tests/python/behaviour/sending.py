@@ -92,7 +92,7 @@ class Sending(Case):
 
     def test_what_the_daemon_refuses_raises_too(self):
         robot = self.client(0)
-        text = self.refusal("bad_channel", robot.log, "x")
+        text = self.refusal("bad_channel", robot.advertise, "debug")
         self.assertIn("debug", text)
         self.assertIn("[reserved]", text)
         keep = robot.advertise("t", timestamped=True)
