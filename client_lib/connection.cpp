@@ -1,6 +1,7 @@
 #include "client_lib/connection.hpp"
 
 #include <fcntl.h>
+#include <glob.h>
 #include <grp.h>
 #include <pwd.h>
 #include <sys/socket.h>
@@ -58,6 +59,40 @@ std::string who_may_connect(const std::string& path) {
   return "join group " + group + ": sudo usermod -aG " + group + " $USER, then log in again";
 }
 
+/// The name of a lab of which swarmtalk-lab keeps a folder there, as lab/state.cpp says: that in
+/// SWARMTALK_LAB, else the usual one, else any; empty: there is none.
+std::string lab_in(const std::string& base) {
+  const char* const named = std::getenv("SWARMTALK_LAB");
+  const bool is_named = named != nullptr && *named != '\0';
+  const std::string usual = is_named ? named : "lab";
+  if (::access((base + "/" + usual + "/lab.json").c_str(), F_OK) == 0) return usual;
+  if (is_named) return "";
+  std::string found;
+  ::glob_t files{};
+  if (::glob((base + "/*/lab.json").c_str(), 0, nullptr, &files) == 0) {
+    const std::string path = files.gl_pathv[0];
+    const std::size_t end = path.rfind('/');
+    found = path.substr(base.size() + 1, end - base.size() - 1);
+  }
+  ::globfree(&files);
+  return found;
+}
+
+/// What helps where the socket of the installed daemon is missing. A program that was meant for a
+/// robot of a lab ran beside it.
+std::string how_to_start() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  std::string lab = lab_in("/tmp/swarmtalk-lab-" + std::to_string(::geteuid()));
+  if (lab.empty() && runtime != nullptr) lab = lab_in(std::string(runtime) + "/swarmtalk-lab");
+  const bool is_of_root = lab.empty();
+  if (is_of_root) lab = lab_in("/run/swarmtalk-lab");
+  if (lab.empty()) return "start it with: systemctl start swarmtalkd";
+  const bool is_usual = lab == "lab" || std::getenv("SWARMTALK_LAB") != nullptr;
+  return std::string("a lab is up, and as its robot 1 a program runs with: ") +
+         (is_of_root && ::geteuid() != 0 ? "sudo " : "") + "swarmtalk-lab " +
+         (is_usual ? "" : "--name " + lab + " ") + "exec 1 -- PROGRAM";
+}
+
 }  // namespace
 
 Status connect_error(int error, const std::string& path) {
@@ -67,8 +102,7 @@ Status connect_error(int error, const std::string& path) {
     case ENOTDIR:
       return Status(StatusCode::kNoDaemon,
                     "cannot reach swarmtalkd: " + path + " does not exist; " +
-                        (is_standard ? "start it with: systemctl start swarmtalkd"
-                                     : "start swarmtalkd for that socket"));
+                        (is_standard ? how_to_start() : "start swarmtalkd for that socket"));
     case ECONNREFUSED:
       return Status(StatusCode::kDaemonDead,
                     "cannot reach swarmtalkd: " + path +

@@ -177,8 +177,11 @@ void diagnose_daemon(const Facts& facts, Report& report) {
                                                     : "daemon-silent";
     const bool has_remedy = daemon.state == State::kAbsent || daemon.state == State::kDead;
     const std::size_t end = has_remedy ? daemon.trouble.find("; ") : std::string::npos;
+    const bool is_beside_lab = daemon.trouble.find("; a lab is up") != std::string::npos;
     report.add({id, Severity::kError, "swarmtalkd", daemon.trouble.substr(0, end),
-                daemon.words.start + "; " + daemon.words.log + " says why it ended"});
+                is_beside_lab
+                    ? daemon.trouble.substr(end + 2)
+                    : daemon.words.start + "; " + daemon.words.log + " says why it ended"});
     diagnose_configuration(daemon, report);
     return;
   }

@@ -1271,6 +1271,38 @@ def _who_may_connect(path):
     return "join group %s: sudo usermod -aG %s $USER, then log in again" % (group, group)
 
 
+def _lab_in(base):
+    """The name of a lab of which swarmtalk-lab keeps a folder there: that in SWARMTALK_LAB, else
+    the usual one, else any; None: there is none."""
+    named = os.environ.get("SWARMTALK_LAB")
+    names = [named or "lab"]
+    if not named:
+        try:
+            names += sorted(os.listdir(base))
+        except OSError:  # there is none
+            if _is_of_a_handler():
+                raise
+    for name in names:
+        if os.access("%s/%s/lab.json" % (base, name), os.F_OK):
+            return name
+    return None
+
+
+def _how_to_start():
+    """What helps where the socket of the installed daemon is missing. A program that was meant for
+    a robot of a lab ran beside it."""
+    own = _lab_in("/tmp/swarmtalk-lab-%d" % os.geteuid())
+    if own is None and "XDG_RUNTIME_DIR" in os.environ:
+        own = _lab_in(os.environ["XDG_RUNTIME_DIR"] + "/swarmtalk-lab")
+    name = own or _lab_in("/run/swarmtalk-lab")
+    if name is None:
+        return "start it with: systemctl start swarmtalkd"
+    return ("a lab is up, and as its robot 1 a program runs with: %sswarmtalk-lab %sexec 1 -- "
+            "PROGRAM" % ("" if own or os.geteuid() == 0 else "sudo ",
+                         "" if name == "lab" or os.environ.get("SWARMTALK_LAB")
+                         else "--name %s " % name))
+
+
 def _connect_error(number, path):
     """The sentence for a connect() that failed."""
     standard = path == DEFAULT_SOCKET
@@ -1284,8 +1316,7 @@ def _connect_error(number, path):
             number = error.errno
     if number in (errno.ENOENT, errno.ENOTDIR):
         return Error("no_daemon", "cannot reach swarmtalkd: %s does not exist; %s" % (
-            path, "start it with: systemctl start swarmtalkd" if standard
-            else "start swarmtalkd for that socket"))
+            path, _how_to_start() if standard else "start swarmtalkd for that socket"))
     if number == errno.ECONNREFUSED:
         return Error("daemon_dead", "cannot reach swarmtalkd: %s is there but nobody listens, so "
                      "the daemon has died; %s" % (

@@ -72,7 +72,24 @@ def test_the_installed_folder_is_open_to_the_group_that_the_package_makes(socket
                                "in again")
 
 
-def test_the_installed_daemon_is_started_with_systemctl(socket_of):
+def test_beside_a_lab_a_program_is_told_how_to_run_as_its_robot(socket_of, monkeypatch, tmp_path):
+    monkeypatch.setenv("SWARMTALK_LAB", "told")
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    folder = tmp_path / "swarmtalk-lab/told"
+    folder.mkdir(parents=True)
+    for is_up in (False, True):
+        told = socket_of(swarmtalk.DEFAULT_SOCKET, number=errno.ENOENT).text
+        assert told.endswith("; a lab is up, and as its robot 1 a program runs with: swarmtalk-lab "
+                             "exec 1 -- PROGRAM") == is_up, told
+        (folder / "lab.json").write_text("{}")
+    assert "lab" not in socket_of("/tmp/s", number=errno.ENOENT).text
+    monkeypatch.delenv("SWARMTALK_LAB")
+    assert socket_of(swarmtalk.DEFAULT_SOCKET, number=errno.ENOENT).text.endswith(
+        ": swarmtalk-lab --name told exec 1 -- PROGRAM")
+
+
+def test_the_installed_daemon_is_started_with_systemctl(socket_of, monkeypatch):
+    monkeypatch.setenv("SWARMTALK_LAB", "none")
     standard = swarmtalk.DEFAULT_SOCKET
     gone = socket_of(standard, number=errno.ENOENT)
     assert gone.code == "no_daemon" and gone.text.endswith("; start it with: systemctl start "

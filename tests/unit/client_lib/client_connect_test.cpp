@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 
 #include "client_lib/connection.hpp"
 #include "client_lib/wakeup.hpp"
@@ -22,6 +23,28 @@ using ClientConnect = ClientTest;
 bool has(const Status& status, const std::string& part) {
   return status.text().find(part) != std::string_view::npos;
 }
+
+/// A variable of the environment that has this value for a while.
+class ValueForAWhile {
+ public:
+  ValueForAWhile(const char* name, const std::string& value) : name_(name) {
+    if (const char* const before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~ValueForAWhile() {
+    if (before_) {
+      ::setenv(name_, before_->c_str(), 1);
+    } else {
+      ::unsetenv(name_);
+    }
+  }
+  ValueForAWhile(const ValueForAWhile&) = delete;
+  ValueForAWhile& operator=(const ValueForAWhile&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
 
 /// A bound, listening socket that nobody serves. @return descriptor
 int bind_socket(const std::string& path) {
@@ -52,8 +75,29 @@ TEST_F(ClientConnect, SaysHowToStartADaemonThatIsNotThere) {
   EXPECT_EQ(status.code(), StatusCode::kNoDaemon);
   EXPECT_TRUE(has(status, path)) << status.text();
   EXPECT_TRUE(has(status, "start swarmtalkd for that socket")) << status.text();
+  const ValueForAWhile lab("SWARMTALK_LAB", "none");
   const Status standard = client::connect_error(ENOENT, ipc::kDefaultSocketPath);
   EXPECT_TRUE(has(standard, "systemctl start swarmtalkd")) << standard.text();
+}
+
+TEST_F(ClientConnect, SaysBesideALabHowToRunAsItsRobot) {
+  const std::string runtime = path + ".runtime";
+  const ValueForAWhile lab("SWARMTALK_LAB", "told");
+  const ValueForAWhile folder("XDG_RUNTIME_DIR", runtime);
+  for (const bool is_up : {false, true}) {
+    const Status told = client::connect_error(ENOENT, ipc::kDefaultSocketPath);
+    EXPECT_EQ(
+        has(told, "; a lab is up, and as its robot 1 a program runs with: swarmtalk-lab exec"),
+        is_up)
+        << told.text();
+    std::filesystem::create_directories(runtime + "/swarmtalk-lab/told");
+    ::close(::open((runtime + "/swarmtalk-lab/told/lab.json").c_str(), O_CREAT | O_WRONLY, 0600));
+  }
+  EXPECT_FALSE(has(client::connect_error(ENOENT, path), "lab is up"));
+  ::unsetenv("SWARMTALK_LAB");
+  const Status told = client::connect_error(ENOENT, ipc::kDefaultSocketPath);
+  EXPECT_TRUE(has(told, ": swarmtalk-lab --name told exec 1 -- PROGRAM")) << told.text();
+  std::filesystem::remove_all(runtime);
 }
 
 TEST_F(ClientConnect, TellsADeadDaemonByItsSocket) {

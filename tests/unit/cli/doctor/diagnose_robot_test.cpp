@@ -1,5 +1,4 @@
-// Findings of a robot whose interface is no radio: the daemon, its configuration and links, the
-// interface; and what is read from a daemon's answers.
+// Findings of a robot on a cable: daemon, configuration, links, interface; what a daemon answers.
 #include <gtest/gtest.h>
 
 #include "cli/doctor/diagnose.hpp"
@@ -291,12 +290,13 @@ TEST_F(CabledRobot, HasADaemonThatIsNoServiceAndHasEnded) {
   EXPECT_EQ(words_for(ipc::kDefaultSocketPath).cli, "swarmtalk-cli");
 }
 
-TEST_F(CabledRobot, HasASocketThatItMayNotUseAndTheOneRemedyThatConnectingNamed) {
-  is_without_daemon(State::kNoPermission);
-  daemon_.trouble = "no permission for /run/s; it is for ada alone: run the program as ada, or so";
-  const Finding found = only("socket-permission");
-  EXPECT_EQ(found.what, "no permission for /run/s");
-  EXPECT_EQ(found.remedy, "it is for ada alone: run the program as ada, or so");
+TEST_F(CabledRobot, GetsTheOneRemedyThatConnectingNamed) {
+  for (const std::string words : {"it is for ada alone: be ada", "a lab is up, and so on"}) {
+    is_without_daemon(words[0] == 'i' ? State::kNoPermission : State::kAbsent);
+    daemon_.trouble = "no way to /run/s; " + words;
+    const Finding found = report().findings.at(0);
+    EXPECT_EQ(found.what + "; " + found.remedy, daemon_.trouble);
+  }
 }
 
 TEST_F(CabledRobot, HasAWrongConfigurationWhetherTheDaemonRunsOrNot) {
