@@ -19,6 +19,7 @@
 #include "lab/interrupt.hpp"
 #include "lab/keeper.hpp"
 #include "lab/lab.hpp"
+#include "lab/map_command.hpp"
 #include "lab/medium.hpp"
 #include "lab/network_namespace.hpp"
 #include "lab/radio_medium.hpp"
@@ -162,6 +163,15 @@ int run(LabOptions options, const std::vector<std::string>& command) {
   return result;
 }
 
+/// What `up` ends with.
+std::string is_up_text(const State& state) {
+  const std::string lab = "swarmtalk-lab " + name_option(state.name);
+  const bool has_map = !medium_named(state.medium).is_elsewhere() && !find_view().empty();
+  return std::to_string(state.robots.size()) +
+         (state.robots.size() == 1 ? " robot is" : " robots are") + " up. Try: " + lab +
+         "exec 1 -- swarmtalk-cli neighbours\n" + (has_map ? "Their map: " + lab + "view\n" : "");
+}
+
 /// Options of a start that the medium would not heed.
 void check_medium(const CLI::App& app, const CLI::App& command, const std::string& medium) {
   const bool is_radio = medium.starts_with("radio");
@@ -274,6 +284,8 @@ int main(int argc, char** argv) {
   bool no_prefix = false;
   CLI::App* up_command = app.add_subcommand("up", "Start robots and leave them running");
   add_start_options(up_command);
+  bool with_map = false;
+  up_command->add_flag("--view", with_map, "Then show their map, as `swarmtalk-lab view` does");
   CLI::App* run_command =
       app.add_subcommand("run", "Start robots, run the command after --, take everything down");
   add_start_options(run_command);
@@ -282,6 +294,14 @@ int main(int argc, char** argv) {
   exec_command->add_option("I", robot_list, "Robot: a number, 1,4-6 or all")->required();
   exec_command->add_flag("--no-prefix", no_prefix,
                          "With several robots: do not put the robot's number before each line");
+  std::string map_robot = "1";
+  CLI::App* view_command = app.add_subcommand(
+      "view",
+      "Show the map of the lab in a browser, with all that one robot's daemon knows; what "
+      "stands after -- goes to swarmtalk-view");
+  view_command->add_option("ROBOT", map_robot, "Whose")
+      ->check(swarmtalk::usage::whole_number(kMaxRobots, 1))
+      ->capture_default_str();
   CLI::App* status_command = app.add_subcommand("status", "Show the robots of the lab");
   status_command->add_flag("--json", as_json, "One JSON object a line");
   CLI::App* down_command = app.add_subcommand("down", "Take the lab down");
@@ -300,6 +320,10 @@ int main(int argc, char** argv) {
     app.parse(own_arguments, argv);
     if ((*run_command || *exec_command) && command_line.empty()) {
       throw CLI::RequiredError("-- COMMAND");
+    }
+    const bool takes_more = *run_command || *exec_command || *view_command || with_map;
+    if (!takes_more && !command_line.empty()) {
+      throw CLI::ValidationError("nothing is run here, so nothing may stand after --");
     }
     for (const std::string& name : early_options) {
       if (app.get_option(name)->count() == 0 || *up_command || *run_command) continue;
@@ -337,11 +361,10 @@ int main(int argc, char** argv) {
     if (*up_command || *run_command) look_for_orphans(options.name);
     if (*up_command) {
       Keeper keeper;
-      up(options, keeper);
-      std::printf("%d robot%s up. Try: swarmtalk-lab %sexec 1 -- swarmtalk-cli status\n",
-                  options.robots, options.robots == 1 ? " is" : "s are",
-                  name_option(options.name).c_str());
-      return 0;
+      const State made = up(options, keeper);
+      std::fputs(is_up_text(made).c_str(), stdout);
+      std::fflush(stdout);
+      return with_map ? show_map(made, made.robots.front(), command_line) : 0;
     }
     if (*run_command) return run(options, command_line);
     if (*down_command && end_orphans(options.name)) return 0;
@@ -357,6 +380,9 @@ int main(int argc, char** argv) {
     }
     if (*exec_command) {
       return run_in_robots(state, select_robots(state, robot_list), command_line, !no_prefix);
+    }
+    if (*view_command) {
+      return show_map(state, select_robots(state, map_robot).front(), command_line);
     }
     if (air_commands.is_chosen()) return air_commands.run(state);
     if (*status_command) return print_status(state, as_json);

@@ -203,7 +203,7 @@ pid_t spawn(const std::vector<std::string>& command, const SpawnOptions& options
     }
     if (out >= 0) {
       redirect(out, STDOUT_FILENO);
-      redirect(out, STDERR_FILENO);
+      if (!options.keeps_errors) redirect(out, STDERR_FILENO);
     }
     if (!gate.wait()) _exit(kExitCannotExecute);
     if (options.detached) close_range(STDERR_FILENO + 1, ~0U, 0);

@@ -36,6 +36,7 @@ struct SpawnOptions {
   std::string network_namespace;         // name under /run/netns; empty: the caller's
   std::string output_file;               // stdout and stderr are appended here; empty: inherited
   int output_fd = -1;                    // or go to this descriptor
+  bool keeps_errors = false;             // stderr is inherited whatever becomes of stdout
   std::vector<std::string> environment;  // NAME=VALUE, added to the caller's
   bool detached = false;                 // own session, stdin from /dev/null, no other descriptor
   bool dies_with_parent = false;

@@ -9,6 +9,8 @@ import shutil
 import signal
 import socket
 import subprocess
+import tempfile
+import urllib.request
 
 import pytest
 from conftest import ROOT, needs_root, next_line, one_line, program, run, wait_for
@@ -335,6 +337,7 @@ def test_an_option_of_another_medium_is_refused(words, wanted):
     (["medium", "stauts"], "did you mean 'status'"),
     (["help", "upp"], "no subcommand 'upp'; did you mean 'up'"),
     (["help", "medium", "stauts"], "no subcommand 'stauts'; did you mean 'status'"),
+    (["up", "3", "--", "true"], "nothing may stand after --"),
     (["exec"], "exec needs I .robot: a number, 1,4-6 or all"),
     (["up", "three"], "ROBOTS: must be a whole number, 1 to 250, not three")])
 def test_what_is_misspelt_is_told_with_the_nearest(words, wanted):
@@ -406,6 +409,28 @@ def test_a_lab_is_alive_before_any_program_runs(radio_lab, tmp_path):
         robots = set(re.findall(r"robot (\d+) ", heard.read_text()))
         return robots == {str(robot) for robot in range(1, 17)}
     wait_for(all_are_heard, what="a line of each")
+    with tempfile.TemporaryDirectory() as folder:
+        its_map_is_seen_from_outside(lab, pathlib.Path(folder))
+
+
+def its_map_is_seen_from_outside(lab, folder):
+    """By the browser of the user who typed sudo."""
+    folder.chmod(0o755)
+    opened, browser = folder / "opened", folder / "xdg-open"
+    opened.touch()
+    browser.write_text(f'#!/bin/sh\necho "$(id -u) $1" >{opened}\n')
+    browser.chmod(0o755)
+    opened.chmod(0o666)
+    variables = {"DISPLAY": ":9", "SUDO_USER": "nobody", "PATH": f"{folder}:{os.environ['PATH']}"}
+    command = [program("swarmtalk-lab"), "--name", lab.name, "view", "6", "--", "--port", "0"]
+    with subprocess.Popen(command, env={**os.environ, **variables}, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, text=True) as process:
+        address = next_line(process).split()[-1]
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert b"swarmtalk-view" in page.read()
+        wait_for(lambda: opened.read_text() == f"65534 {address}\n", what="the browser")
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=60) == 128 + signal.SIGTERM
 
 
 def neighbours(lab, robot):
