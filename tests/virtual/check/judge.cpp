@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 namespace swarmtalk::test {
 namespace {
@@ -51,7 +52,8 @@ class Judge {
     Time end{};
   };
   struct Span {
-    std::uint32_t first = 0;  // in time
+    bool has_begun = false;
+    std::uint32_t first = 0;  // in time, since then
     std::uint32_t last = 0;
     std::set<std::uint32_t> numbers;
   };
@@ -66,13 +68,14 @@ class Judge {
   }
 
   /// A source is followed from the first message on that was sent since the subscription began:
-  /// those before may have come before it.
+  /// those before may have come before it. Others that came may have higher numbers all the same.
   static void note(const HeardMessage& heard, const Hearing& hearing,
                    std::map<Source, Span>& spans) {
     const Source source{heard.sender, hearing.channel, heard.epoch};
-    if (is_older(heard, hearing) && !spans.contains(source)) return;
     Span& span = spans[source];
-    if (span.numbers.empty()) span.first = heard.number;
+    if (!is_older(heard, hearing) && !std::exchange(span.has_begun, true)) {
+      span.first = heard.number;
+    }
     span.last = std::max(span.last, heard.number);
     span.numbers.insert(heard.number);
   }
@@ -85,6 +88,7 @@ class Judge {
 
   /// Whether all that is missing is believed, whatever its sender's pace.
   static bool is_believed(const Span& span) {
+    if (!span.has_begun) return false;
     std::uint32_t before = span.first;
     std::uint32_t longest = span.last - *span.numbers.rbegin();
     for (auto at = span.numbers.lower_bound(span.first); at != span.numbers.end(); ++at) {

@@ -156,6 +156,12 @@ TEST_F(TwoRobots, MayTakeWhatWasLostBeforeTheSubscriptionFromItsOwnLosses) {
   EXPECT_EQ(broken(), "told") << "the second was not";
 }
 
+TEST_F(TwoRobots, MayNumberAMessageBeforeOnesThatWereSentEarlier) {
+  std::swap(heard()[0].number, heard()[1].number);
+  record_.hearings[0].sent_before = 1;
+  EXPECT_EQ(broken(), "") << "number 2 came before the first that counts, number 1";
+}
+
 TEST_F(TwoRobots, AreToldOfNoLossOfWhatHasNotLeft) {
   record_.sent.push_back({1, 0, 0, 1, 1, 0, false, false, {}});
   record_.publishings[0].accepted = record_.publishings[0].answered = 5;
