@@ -1,6 +1,7 @@
 """Why the Python client cannot connect, in words that help, and what it leaves behind then. With a
 daemon that is a script and a clock that stands still unless the client waits."""
 import errno
+import gc
 import os
 import pathlib
 import pwd
@@ -213,6 +214,7 @@ def test_a_daemon_whose_backlog_is_full_is_waited_for(world):
 
 
 def test_attempts_that_fail_leave_nothing_behind(world, recwarn):
+    gc.collect()
     before = len(os.listdir("/proc/self/fd"))
     for _ in range(5):
         assert failure(world).code == "no_daemon"
@@ -296,6 +298,7 @@ def test_the_first_call_that_needs_the_daemon_connects(world):
 def test_a_client_that_cannot_connect_is_no_client(tmp_path, monkeypatch, kind):
     def fail(_):
         raise kind("system", "by connect()")
+    gc.collect()
     before = len(os.listdir("/proc/self/fd"))
     with pytest.raises(swarmtalk.Error, match="does not exist"):
         swarmtalk.Client("x", tmp_path / "s")

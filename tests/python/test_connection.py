@@ -1,5 +1,6 @@
 """The Python client's connection: attempts, greeting, requests, losses, with a daemon that is a
 script and a clock that stands still, so that nothing depends on how long it takes."""
+import gc
 import os
 
 import pytest
@@ -317,6 +318,8 @@ def test_refusals_that_nobody_looks_at_are_told_once_a_second_with_their_number(
 
 def test_a_connection_that_ends_leaves_no_descriptor_behind(world):
     world.meet()
+
+    gc.collect()
 
     def opened():
         return len(os.listdir("/proc/self/fd"))
