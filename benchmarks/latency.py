@@ -35,8 +35,8 @@ def parse():
 class Lab:
     def __init__(self, build):
         self.tool = [str(build / "lab/swarmtalk-lab"), "--name", f"latency{os.getpid()}"]
-        subprocess.run([*self.tool, "up", "2"], check=True, timeout=TIMEOUT_S,
-                       stdout=subprocess.DEVNULL)
+        subprocess.run([*self.tool, "up", "2", "--config", ROOT / "tests/support/bare.toml"],
+                       check=True, timeout=TIMEOUT_S, stdout=subprocess.DEVNULL)
         done = subprocess.run([*self.tool, "status", "--json"], check=True, text=True,
                               timeout=TIMEOUT_S, capture_output=True)
         self.daemons = [json.loads(line)["pid"] for line in done.stdout.splitlines()]

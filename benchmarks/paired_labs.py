@@ -107,8 +107,10 @@ def compare(labs, name, pairs):
 def main():
     options = parse()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the labs go, too
-    changed = [word for key in ("config", "daemon") if (value := getattr(options, key))
-               for word in (f"--{key}", value)]
+    bare = ("--config", ROOT / "tests/support/bare.toml")
+    changed = ["--config", options.config or bare[1]]
+    if options.daemon:
+        changed += ["--daemon", options.daemon]
     commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], text=True,
                             capture_output=True, check=False).stdout.strip()
     print(f"{options.robots} robots, {options.pairs} rounds; commit {commit}, {os.cpu_count()} "
@@ -116,7 +118,7 @@ def main():
     print("                   first    other      ratio to the first: median (lowest to highest)")
     labs = {}
     try:
-        for name, words in (("first", ()), ("other", changed), ("control", ())):
+        for name, words in (("first", bare), ("other", changed), ("control", bare)):
             labs[name] = Lab(options.build, options.robots, name, *words)
         for name in [options.only] if options.only else SCENES:
             compare(labs, name, options.pairs)

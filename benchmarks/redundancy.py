@@ -268,7 +268,8 @@ class RadioDaemons(Daemons):
 
     def __enter__(self):
         subprocess.run([*self._tool, "up", str(1 + self.HEARERS), "--medium", "radio", "--loss",
-                        str(self._loss)], check=True, timeout=60)
+                        str(self._loss), "--config", ROOT / "tests/support/bare.toml"],
+                       check=True, timeout=60)
         return self
 
     def __exit__(self, *_):

@@ -13,8 +13,6 @@
 namespace swarmtalk::lab {
 namespace {
 
-constexpr int kJitterOnAirUs = 5000;  // where a file has none: docs/radio.md
-
 toml::table& section(toml::table& table, const char* name) {
   table.insert(name, toml::table{});
   toml::table* found = table[name].as_table();
@@ -22,10 +20,14 @@ toml::table& section(toml::table& table, const char* name) {
   return *found;
 }
 
+toml::table installed_file() {
+  return text::parse_toml(kInstalledConfig, "swarmtalkd.toml");
+}
+
 /// What an installed robot has, and what a lab's robots have instead: any program may log, since
 /// they are for trying things out, and on a wire nobody shares the air. link_of() says the rest.
 toml::table installed(const Medium& medium) {
-  toml::table table = text::parse_toml(kInstalledConfig, "swarmtalkd.toml");
+  toml::table table = installed_file();
   section(table, "node").erase("id");
   section(table, "reserved").insert_or_assign("debug", true);
   toml::table& wifi = section(section(table, "links"), "wifi");
@@ -56,7 +58,9 @@ std::string robot_config(const State& state, const Robot& robot, const std::stri
     std::visit([&wifi, &name = key](const auto& value) { wifi.insert_or_assign(name, value); },
                given);
   }
-  if (medium.is_air()) wifi.insert("jitter_us", std::int64_t{kJitterOnAirUs});
+  if (medium.is_air()) {  // also where the base file has none: docs/radio.md
+    wifi.insert("jitter_us", installed_file()["links"]["wifi"]["jitter_us"].value<int>().value());
+  }
   std::ostringstream text;
   text << "# Robot " << robot.number << " of the lab '" << state.name << "'.\n" << table << "\n";
   return text.str();
