@@ -27,7 +27,7 @@ void make_robot_namespace(const Robot& robot, const std::string& hub_namespace) 
 }  // namespace
 
 std::string BridgeMedium::problem() const {
-  return namespace_problem("udp");
+  return namespace_problem(without_namespaces());
 }
 
 void BridgeMedium::plan(State& state) const {

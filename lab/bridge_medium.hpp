@@ -13,6 +13,7 @@ class BridgeMedium final : public Medium {
  public:
   std::string name() const override { return "bridge"; }
   std::string problem() const override;
+  std::string without_namespaces() const override { return "udp"; }
   void plan(State& state) const override;
   void make(State& state) const override;
   LinkKeys link_of(const State& state, const Robot& robot) const override;

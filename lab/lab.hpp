@@ -20,12 +20,12 @@ std::string name_option(const std::string& name);
 
 struct LabOptions {
   std::string name = kDefaultName;
-  std::string medium = "bridge";  // one of medium_names()
-  RadioSettings radio;            // of the medium radio
-  std::string wifi_mode = "ap";   // of the medium wifi
-  std::string daemon;             // path of swarmtalkd
-  std::string base_config;        // TOML file whose sections all robots get; empty: none
-  double spacing_m = 0.5;         // of the grid of poses
+  std::string medium;            // one of medium_names()
+  RadioSettings radio;           // of the medium radio
+  std::string wifi_mode = "ap";  // of the medium wifi
+  std::string daemon;            // path of swarmtalkd
+  std::string base_config;       // TOML file for all robots; empty: as installed
+  double spacing_m = 0.5;        // of the grid of poses
   int robots = 0;
   bool dies_with_parent = false;  // the lab ends when this process does, however it ends
 };

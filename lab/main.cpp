@@ -75,7 +75,7 @@ State load_or_throw(const std::string& name) {
   if (const std::string owner = owner_of_other_lab(name); !owner.empty()) {
     throw std::runtime_error("the lab '" + name + "' belongs to " + owner +
                              "; use it as that user" +
-                             (owner == "root" ? " (sudo swarmtalk-lab ...)" : "") +
+                             (owner == "root" ? " (`" + with_sudo() + "`)" : "") +
                              ", or start one of your own: swarmtalk-lab up 9 --medium udp");
   }
   if (const std::string why = last_word(name); !why.empty()) {
@@ -229,9 +229,10 @@ int main(int argc, char** argv) {
                      "bridge: namespaces and raw layer-2 frames (root); radio: the same, through a "
                      "simulated Wi-Fi channel with range, loss and collisions; radio-udp: that "
                      "channel without namespaces (anybody); udp: the UDP link, without namespaces "
-                     "(anybody); wifi: simulated 802.11 radios in a virtual machine (anybody)")
+                     "(anybody); wifi: simulated 802.11 radios in a virtual machine (anybody). "
+                     "Without root: udp, and radio-udp for radio")
         ->check(CLI::IsMember(medium_names()))
-        ->capture_default_str();
+        ->default_str("bridge");
     command
         ->add_option(
             "--wifi-mode", options.wifi_mode,
@@ -329,8 +330,15 @@ int main(int argc, char** argv) {
       if (app.get_option(name)->count() == 0 || *up_command || *run_command) continue;
       throw CLI::ValidationError(name + " is for up and run");
     }
+    std::string why;
+    options.medium = choose_medium(options.medium, why);
     if (*up_command) check_medium(app, *up_command, options.medium);
     if (*run_command) check_medium(app, *run_command, options.medium);
+    if ((*up_command || *run_command) && !why.empty()) {
+      why += ", so the robots talk over the UDP link (" + options.medium + ")";
+      if (geteuid() != 0) why += "; with `" + with_sudo() + "` each has a network of its own";
+      std::fprintf(stderr, "swarmtalk-lab: %s\n", why.c_str());
+    }
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     const CLI::App* chosen =

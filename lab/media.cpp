@@ -3,6 +3,7 @@
 
 #include "lab/bridge_medium.hpp"
 #include "lab/medium.hpp"
+#include "lab/network_namespace.hpp"
 #include "lab/radio_medium.hpp"
 #include "lab/udp_medium.hpp"
 #include "lab/wifi_medium.hpp"
@@ -21,6 +22,13 @@ const auto& all_media() {
 }
 
 }  // namespace
+
+std::string choose_medium(const std::string& asked, std::string& why) {
+  const std::string named = asked.empty() ? "bridge" : asked;
+  if (!asked.empty() && asked != "radio") return named;
+  why = why_no_namespaces();
+  return why.empty() ? named : medium_named(named).without_namespaces();
+}
 
 std::vector<std::string> medium_names() {
   std::vector<std::string> names;

@@ -25,6 +25,10 @@ class Medium {
   /// Why this medium cannot be had here, in one line with what to do; empty: it can.
   virtual std::string problem() const { return {}; }
 
+  /// The medium that is like it, and needs no network namespaces; empty: it needs none itself, or
+  /// there is no such.
+  virtual std::string without_namespaces() const { return {}; }
+
   /// Names what make() will make. Comes first, and is written to the disk before make().
   virtual void plan(State& /*state*/) const {}
 
@@ -55,6 +59,12 @@ class Medium {
   /// Frames collide on it, and all who have heard one would send it on in the same instant.
   virtual bool is_air() const { return false; }
 };
+
+/// What --medium means here. Where no network namespaces can be had, the one that nobody named and
+/// `radio` have a stand-in.
+/// @param asked  empty: nobody named one
+/// @param why  gets the beginning of a sentence where it is a stand-in
+std::string choose_medium(const std::string& asked, std::string& why);
 
 /// Names of all media, for --medium.
 std::vector<std::string> medium_names();

@@ -58,22 +58,34 @@ std::vector<std::string> namespaces_of(const std::string& lab_name) {
   return names;
 }
 
-std::string namespace_problem(const std::string& instead) {
-  const std::string remedy = "`swarmtalk-lab ... --medium " + instead + "`";
-  if (geteuid() != 0) {
-    return "network namespaces need root: run it with sudo, or without root as " + remedy;
-  }
+std::string why_no_namespaces() {
+  if (geteuid() != 0) return "network namespaces need root";
   constexpr std::pair<int, const char*> kNeeded[]{{CAP_SYS_ADMIN, "CAP_SYS_ADMIN"},
                                                   {CAP_NET_ADMIN, "CAP_NET_ADMIN"},
                                                   {CAP_NET_RAW, "CAP_NET_RAW"}};
   for (const auto& [capability, name] : kNeeded) {
     if (has_capability(capability)) continue;
     return std::string("this root lacks ") + name + " (a container?), which network namespaces " +
-           "with raw layer-2 frames need: run it as " + remedy;
+           "with raw layer-2 frames need";
   }
-  if (!find_program("ip").empty()) return {};
-  return "network namespaces need the program ip: sudo apt install iproute2, or run it as " +
-         remedy;
+  return find_program("ip").empty() ? "network namespaces need the program ip" : "";
+}
+
+std::string with_sudo() {
+  // Debian's sudo resets PATH to folders of the system.
+  const bool is_installed = own_folder().string().starts_with("/usr/");
+  const std::string as_root =
+      is_installed ? "sudo" : R"(sudo env PATH="$PATH" PYTHONPATH="$PYTHONPATH")";
+  return as_root + " swarmtalk-lab ...";
+}
+
+std::string namespace_problem(const std::string& instead) {
+  const std::string why = why_no_namespaces();
+  if (why.empty()) return why;
+  std::string remedy = ": run it as ";
+  if (geteuid() != 0) remedy = ": run it with `" + with_sudo() + "`, or without root as ";
+  if (why.ends_with("program ip")) remedy = ": sudo apt install iproute2, or run it as ";
+  return why + remedy + "`swarmtalk-lab ... --medium " + instead + "`";
 }
 
 void make_namespace(const std::string& name) {

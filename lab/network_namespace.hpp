@@ -14,6 +14,13 @@ std::string namespace_prefix(const std::string& lab_name);
 /// Those that there are of a lab of this user's.
 std::vector<std::string> namespaces_of(const std::string& lab_name);
 
+/// Why network namespaces, and raw layer-2 frames in them, cannot be had here, as the beginning of
+/// a sentence; empty: they can.
+std::string why_no_namespaces();
+
+/// How a command of swarmtalk-lab is typed so that root finds the same programs.
+std::string with_sudo();
+
 /// Why network namespaces, and raw layer-2 frames in them, cannot be had here, in one line with
 /// what to do; empty: they can. @param instead  the medium that needs none
 std::string namespace_problem(const std::string& instead);

@@ -53,7 +53,7 @@ void need_descriptors() {
 }  // namespace
 
 std::string RadioMedium::problem() const {
-  return has_namespaces_ ? namespace_problem("radio-udp") : "";
+  return has_namespaces_ ? namespace_problem(without_namespaces()) : "";
 }
 
 void RadioMedium::plan(State& state) const {

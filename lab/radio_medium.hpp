@@ -14,6 +14,7 @@ class RadioMedium final : public Medium {
 
   std::string name() const override { return has_namespaces_ ? "radio" : "radio-udp"; }
   std::string problem() const override;
+  std::string without_namespaces() const override { return has_namespaces_ ? "radio-udp" : ""; }
   void plan(State& state) const override;
   void make(State& state) const override;
   LinkKeys link_of(const State& state, const Robot& robot) const override;

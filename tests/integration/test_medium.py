@@ -232,14 +232,16 @@ def it_needs_no_privilege(folder_of_everybody):
     inner = f"{tool} medium status --json && {tool} exec 1 -- {cli} status --json"
     as_nobody = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "env",
                  "--unset=XDG_RUNTIME_DIR")
-    done = run(*as_nobody, tool, "--name", name, "run", "2", "--medium", "radio-udp", "--",
+    done = run(*as_nobody, tool, "--name", name, "run", "2", "--medium", "radio", "--",
                "/bin/sh", "-c", inner)
     assert done.returncode == 0, done.stderr
+    one_line(done.stderr, r"need root, so .* over the UDP link \(radio-udp\); with `sudo ")
     medium, daemon = map(json.loads, done.stdout.splitlines())
     assert len(medium["robots"]) == 2 and daemon["links"][0]["type"] == "udp"
     assert not run("pgrep", "-f", f"swarmtalk-lab-65534/{name}/").stdout
-    one_line(run(*as_nobody, tool, "--name", name, "up", "2", "--medium", "radio").stderr,
-             "root", "--medium radio-udp")
+    done = run(*as_nobody, tool, "--name", name, "run", "1", "--", tool, "status")
+    assert ", medium udp, 1 robot" in done.stdout
+    one_line(done.stderr, r"need root, so .* over the UDP link \(udp\); with `sudo ")
     a_lab_is_found_below_another_runtime_folder_and_after_a_logout(
         folder_of_everybody, name, tool, as_nobody)
 
