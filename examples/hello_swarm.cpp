@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
   });
 
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  robot.run_for(250ms);  // until robots that start at the same time listen as well
   for (int i = 1; !has_signal && std::chrono::steady_clock::now() < end; ++i) {
     if (auto status = publisher.send("hello " + std::to_string(i)); !status) {
       std::fprintf(stderr, "robot %s: %s\n", me.c_str(), std::string(status.text()).c_str());

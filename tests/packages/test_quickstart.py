@@ -2,6 +2,7 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 
 import pytest
@@ -42,6 +43,13 @@ def programs_of_this_build(tree):
     return {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
 
 
+def its_map_is_there(words, tree):
+    with subprocess.Popen(words, cwd=tree, text=True, stdout=subprocess.PIPE) as process:
+        assert "http://localhost:" in process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 128 + signal.SIGINT
+
+
 @pytest.mark.field
 @needs_root
 @pytest.mark.parametrize("is_built", [False, True], ids=["without_its_build", "with_its_build"])
@@ -50,30 +58,35 @@ def test_quickstart_talks_and_so_do_the_programs_that_it_tells_of(tmp_path, is_b
         only_with_all("what tools/quickstart compiles, four minutes of a processor")
     tree = copy_of_tree(tmp_path / "tree")
     environment = None if is_built else programs_of_this_build(tree)
+    before_all = run("git", "-C", tree, "status", "--porcelain").stdout
     done = run(tree / "tools/quickstart", timeout=3000, env=environment)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     if is_built:
-        assert re.search(r"^\[ ?\d+%, [\d.]+ s\] ", done.stdout, re.M), "it shows how far it is"
+        assert re.search(r"^Building: \d+ %$", done.stdout, re.M), "it shows how far it is"
     assert len(re.findall(r"robot \d.*distance 0\.50 m", done.stdout)) >= 4, done.stdout
     below = told(done.stdout)
-    for heading in ("Now your own program, in C++", "Or in Python"):
-        commands = below(heading)
-        assert len(commands) >= 2
-        for command in commands:
-            last = subprocess.run(command, shell=True, cwd=tree, capture_output=True, text=True,
-                                  timeout=300)
-            assert last.returncode == 0, (command, last.stderr)
-        assert last.stdout.count("says hello") > 10, last.stdout
-    up, sub, pub, down = below("Three robots that stay")
-    assert run("sh", "-c", up, cwd=tree).returncode == 0
+    [before] = below("In each terminal first")
+
+    def command(words):
+        return ["sh", "-c", f"{before}; exec {words}"]
+    up, view = below("See it")
+    sub, pub = below("Talk to it")
+    *programs, down = below("Write a program")
+    assert run(*command(up), cwd=tree).returncode == 0
     try:
-        listener = subprocess.Popen(f"exec {sub} -C 1 -W 60", shell=True, cwd=tree, text=True,
+        its_map_is_there(command(view), tree)
+        listener = subprocess.Popen(command(f"{sub} -C 1 -W 60"), cwd=tree, text=True,
                                     stdout=subprocess.PIPE)
-        status = f"{sub.split(' -- ')[0]} -- {pub.split(' -- ')[1].split()[0]} status --json"
-        wait_for(lambda: '"channels":[]' not in run("sh", "-c", status, cwd=tree).stdout.replace(
-            " ", ""), what="subscription")
-        assert run("sh", "-c", pub, cwd=tree).returncode == 0
+        status = f"{sub.split(' -- ')[0]} -- swarmtalk-cli status --json"
+        wait_for(lambda: '"hello"' in run(*command(status), cwd=tree).stdout, what="subscription")
+        assert run(*command(pub), cwd=tree).returncode == 0
         assert "good morning" in listener.communicate(timeout=90)[0]
+        for words in programs:
+            done = run("sh", "-c", f"{before}; {words}", cwd=tree, timeout=300)
+            assert done.returncode == 0, (words, done.stderr)
+            if "exec all" in words:
+                assert done.stdout.count("says hello") > 10, done.stdout
     finally:
-        assert run("sh", "-c", down, cwd=tree).returncode == 0
+        assert run(*command(down), cwd=tree).returncode == 0
+    assert run("git", "-C", tree, "status", "--porcelain").stdout == before_all
     shutil.rmtree(tree)
