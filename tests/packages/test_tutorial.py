@@ -68,7 +68,7 @@ def test_a_new_user_gets_from_nothing_to_a_program_of_his_own(laptop, tmp_path):
         begun = time.monotonic()
 
         def status():
-            return robot.do("swarmtalk-lab", "exec", "2", "--", "swarmtalk-cli", "status").stdout
+            return robot.do(*as_alice("swarmtalk-lab exec 2 -- swarmtalk-cli status")).stdout
 
         def wanted(before, block):
             return not tutorial.installs(block) and (WITH_CPP or not tutorial.is_for_cpp(before))
