@@ -56,6 +56,27 @@ std::string misspelt_text(const std::string& published, const DaemonStatus& daem
          "'?";
 }
 
+std::string unheard_text(const std::string& published, const DaemonStatus& daemon,
+                         const std::vector<Neighbour>& neighbours) {
+  constexpr std::chrono::seconds kUntilHeard{3};  // beacons of others come once a second
+  const auto is_up = [](const LinkStatus& link) { return link.up; };
+  const auto has_controller = [](const LinkStatus& link) { return link.type == "kilobot"; };
+  const auto is_heard_here = [&](const ChannelStatus& channel) {
+    const bool is_it = channel.name == published || std::to_string(channel.number) == published;
+    return is_it && channel.subscribers > 0;
+  };
+  const auto& links = daemon.links;
+  if (!neighbours.empty() || daemon.uptime < kUntilHeard ||
+      std::none_of(links.begin(), links.end(), is_up) ||
+      std::any_of(links.begin(), links.end(), has_controller) ||
+      std::any_of(daemon.channels.begin(), daemon.channels.end(), is_heard_here)) {
+    return {};
+  }
+  return "perhaps nobody gets this: no robot was heard in the last 10 s, and one that sends "
+         "nothing "
+         "is heard only with beacon_ms in its configuration; see swarmtalk-cli doctor";
+}
+
 std::string silence_text(const std::vector<std::string>& silent, const DaemonStatus& daemon,
                          const std::vector<Neighbour>& neighbours) {
   const bool is_alone = std::none_of(neighbours.begin(), neighbours.end(),

@@ -18,6 +18,11 @@ std::string wildcard_hint(const std::vector<std::string>& channels);
 /// it; empty: nothing.
 std::string misspelt_text(const std::string& published, const DaemonStatus& daemon);
 
+/// That perhaps nobody gets what is published: no other program of this robot listens, and no robot
+/// was heard though there was time; empty: somebody may. Robots of a controller are not heard.
+std::string unheard_text(const std::string& published, const DaemonStatus& daemon,
+                         const std::vector<Neighbour>& neighbours);
+
 /// What there is to say of channels on which nothing was heard; empty: nothing.
 std::string silence_text(const std::vector<std::string>& silent, const DaemonStatus& daemon,
                          const std::vector<Neighbour>& neighbours);

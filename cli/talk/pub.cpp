@@ -1,6 +1,8 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "cli/common/commands.hpp"
 #include "cli/common/deadline.hpp"
@@ -46,6 +48,9 @@ class Sender {
 
   const Publisher& publisher() const { return publisher_; }
 
+  /// Something else has said why perhaps nobody gets what is published.
+  void stop_looking() { has_looked_ = true; }
+
   /// The one message so often as asked, until all have left, a signal, or a failure.
   /// @return the exit code
   int send_all(const std::string& payload) {
@@ -90,6 +95,7 @@ class Sender {
       return fail(Status(status.code(), lines->not_sent(why)));
     }
     tell(status);
+    if (status && !std::exchange(has_looked_, true)) look_for_others();
     if (arguments_.rate_hz > 0) next_ = after(next_, seconds(1 / arguments_.rate_hz));
     const auto now = Clock::now();
     if (!status) next_ = std::max(next_, now + kRetryPause);
@@ -133,11 +139,20 @@ class Sender {
     is_interrupted_ = !status;
   }
 
+  void look_for_others() {
+    DaemonStatus daemon;
+    std::vector<Neighbour> neighbours;
+    if (!client_.get_status(daemon) || !client_.get_neighbours(neighbours)) return;
+    const std::string nobody = unheard_text(arguments_.channel, daemon, neighbours);
+    if (!nobody.empty()) fail(nobody);
+  }
+
   Client& client_;
   const PubArguments& arguments_;
   std::optional<Status> sent_;
   Publisher publisher_;
   bool is_interrupted_ = false;
+  bool has_looked_ = false;
   Clock::time_point next_ = Clock::now();
 };
 
@@ -162,6 +177,7 @@ int pub(const Common& common, const PubArguments& arguments) {
   if (client.get_status(daemon)) {
     const std::string hint = misspelt_text(arguments.channel, daemon);
     if (!hint.empty()) fail(hint);  // it may be a channel of other robots: it is sent all the same
+    if (!hint.empty()) sender.stop_looking();
   }
   if (!arguments.redundancy.empty() && !sender.publisher().has_redundancy()) {
     fail("messages leave without repair packets: no link of channel " + arguments.channel +

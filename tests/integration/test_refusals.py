@@ -14,6 +14,8 @@ def test_a_long_message_is_refused_when_the_mtu_is_small(bridge_lab):
     assert "raise the MTU" in refused.stderr, refused.stderr
     assert lab.cli(1, "pub", "c", "x" * 500).returncode == 0
     assert lab.link_counter(1, "packets_over_mtu") == 0
+    wait_for(lambda: "perhaps nobody gets this" in lab.cli(1, "pub", "c", "x").stderr,
+             what="that no other robot is there")
 
 
 @pytest.mark.logic

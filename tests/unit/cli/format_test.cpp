@@ -155,6 +155,27 @@ TEST(QuietWatch, SaysWhatAMisspeltPublishedNameMayHaveBeen) {
   EXPECT_EQ(misspelt_text("chater", daemon), "") << "somebody hears it";
 }
 
+TEST(QuietWatch, SaysThatPerhapsNobodyGetsWhatIsPublished) {
+  DaemonStatus daemon;
+  daemon.uptime = std::chrono::seconds(3);
+  EXPECT_EQ(unheard_text("a", daemon, {}), "") << "a link that is down is told elsewhere";
+  LinkStatus& link = daemon.links.emplace_back();
+  link.up = true;
+  EXPECT_NE(unheard_text("a", daemon, {}).find("no robot was heard"), std::string::npos);
+  EXPECT_EQ(unheard_text("a", daemon, {Neighbour{}}), "");
+  ChannelStatus& channel = daemon.channels.emplace_back();
+  channel.number = 7;
+  channel.subscribers = 1;
+  EXPECT_EQ(unheard_text("7", daemon, {}), "") << "a program of this robot hears it";
+  EXPECT_NE(unheard_text("a", daemon, {}), "");
+  link.type = "kilobot";
+  EXPECT_EQ(unheard_text("a", daemon, {}), "")
+      << "a controller speaks to robots that it never hears";
+  link.type = "udp";
+  daemon.uptime = std::chrono::milliseconds(2999);
+  EXPECT_EQ(unheard_text("a", daemon, {}), "") << "beacons of others need a second";
+}
+
 TEST(QuietWatch, SaysThatNobodyIsAround) {
   DaemonStatus daemon;
   EXPECT_EQ(silence_text({"a"}, daemon, {}), "") << "a link that is down is told elsewhere";
