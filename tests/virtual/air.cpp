@@ -234,7 +234,7 @@ void Air::hear(Antenna& from) {
     }
     const Frame frame(bytes.data(), static_cast<std::size_t>(size));
     ++frames_sent_;
-    ++from.frames.sent;
+    if (++from.frames.sent == 1) note_start(from, frame);
     course_.add(static_cast<std::uint64_t>(loop::now().time_since_epoch().count()));
     course_.add(frame);
     for (const auto& [number, to] : antennas_) {
@@ -249,6 +249,14 @@ void Air::hear(Antenna& from) {
       }
     }
   }
+}
+
+/// Its first frame: the epoch is in clear also where the rest is sealed (docs/wire-format.md).
+void Air::note_start(Antenna& from, Frame frame) {
+  constexpr std::size_t kEpochAt = 12;  // its low half, which packets have
+  if (frame.size() < kEpochAt + 2) return;
+  const auto epoch = static_cast<std::uint16_t>(frame[kEpochAt] << 8 | frame[kEpochAt + 1]);
+  if (!starts_.emplace(from.robot, epoch).second) same_after_restart_.insert(from.robot);
 }
 
 /// What chance does to a frame on its way.

@@ -12,6 +12,7 @@
 #include <random>
 #include <set>
 #include <span>
+#include <utility>
 
 #include "daemon/config/config.hpp"
 #include "drivers/link/link.hpp"
@@ -79,6 +80,9 @@ class Air {
   /// Of this robot, since its daemon's start.
   Frames frames_of(int robot) const;
 
+  /// Robots whose packets had one epoch in two starts: 16 bits of chance, so one start in 65,536.
+  const std::set<int>& same_after_restart() const { return same_after_restart_; }
+
  private:
   struct Antenna;
   struct Delayed;
@@ -112,6 +116,10 @@ class Air {
   std::set<int> busy_;
   std::map<int, int> refusing_;  // robots and errno
   std::list<Delayed> delayed_;
+  void note_start(Antenna& from, Frame frame);
+
+  std::set<std::pair<int, std::uint16_t>> starts_;  // robots and epochs of their packets
+  std::set<int> same_after_restart_;
   std::uint64_t frames_sent_ = 0;
   std::uint64_t frames_heard_ = 0;
 };

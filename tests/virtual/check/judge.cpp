@@ -53,6 +53,7 @@ class Judge {
   };
   struct Span {
     bool has_begun = false;
+    bool is_sure = true;  // else the daemon may have heard another first, which the queue dropped
     std::uint32_t first = 0;  // in time, since then
     std::uint32_t last = 0;
     std::set<std::uint32_t> numbers;
@@ -75,6 +76,7 @@ class Judge {
     Span& span = spans[source];
     if (!is_older(heard, hearing) && !std::exchange(span.has_begun, true)) {
       span.first = heard.number;
+      span.is_sure = !hearing.is_spared || heard.lost == 0;
     }
     span.last = std::max(span.last, heard.number);
     span.numbers.insert(heard.number);
@@ -88,7 +90,7 @@ class Judge {
 
   /// Whether all that is missing is believed, whatever its sender's pace.
   static bool is_believed(const Span& span) {
-    if (!span.has_begun) return false;
+    if (!span.has_begun || !span.is_sure) return false;
     std::uint32_t before = span.first;
     std::uint32_t longest = span.last - *span.numbers.rbegin();
     for (auto at = span.numbers.lower_bound(span.first); at != span.numbers.end(); ++at) {
@@ -175,7 +177,9 @@ class Judge {
         break_promise(Promise::kKeysPart, where(hearing) + " heard '" + heard.text +
                                               "', which is sealed with another key");
       }
-      if (!heard.is_local) note(heard, hearing, spans);
+      if (!heard.is_local && !record_.same_after_restart.contains(sent.robot)) {
+        note(heard, hearing, spans);
+      }
     }
     look_at_losses(hearing, spans, told);
     look_at_beacons(hearing);
@@ -224,11 +228,12 @@ class Judge {
     for (const HeardMessage& heard : hearing.heard) {
       told += heard.lost - (is_older(heard, hearing) ? 0 : std::min(heard.lost, heard.late));
       if (heard.sent < 0) return;
+      const SentMessage& sent = record_.sent[static_cast<std::size_t>(heard.sent)];
       if (heard.is_local) {
-        if (record_.sent[static_cast<std::size_t>(heard.sent)].is_flush) break;
+        if (sent.is_flush) break;
         continue;
       }
-      note(heard, hearing, spans);
+      if (!record_.same_after_restart.contains(sent.robot)) note(heard, hearing, spans);
     }
     const std::vector<int> distance = distances_to(hearing.robot);
     std::uint64_t least = 0;
@@ -346,7 +351,8 @@ class Judge {
         const int way = distance[static_cast<std::size_t>(sent.robot)];
         const bool is_due = way <= static_cast<int>(sent.ttl) + 1;
         decide(Promise::kRepaired);
-        if (heard.contains(static_cast<int>(i)) == is_due) continue;
+        const bool is_recognised = !record_.same_after_restart.contains(sent.robot);
+        if (heard.contains(static_cast<int>(i)) == is_due || (is_due && !is_recognised)) continue;
         break_promise(Promise::kRepaired,
                       where(hearing) + (is_due ? " has not heard" : " has heard") + " message " +
                           std::to_string(i) + " of robot " + std::to_string(sent.robot) + ", " +

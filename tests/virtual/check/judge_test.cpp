@@ -91,6 +91,27 @@ TEST_F(TwoRobots, HearAMessageAfterALaterOne) {
   EXPECT_EQ(broken(), "in-order");
 }
 
+TEST_F(TwoRobots, MayTakeAStartWithTheEpochOfTheOneBeforeForThat) {
+  heard().pop_back();
+  EXPECT_THAT(broken(), testing::HasSubstr("repaired"));
+  record_.same_after_restart = {2};
+  EXPECT_THAT(broken(), testing::HasSubstr("repaired"));
+  record_.same_after_restart = {1};
+  EXPECT_EQ(broken(), "");
+}
+
+TEST_F(TwoRobots, MayDropWhatWasHeardFirstForAnOlderOne) {
+  heard().erase(heard().begin() + 1, heard().begin() + 3);  // 3 came, was dropped for 1, and told
+  heard()[0].lost = 1;
+  record_.hearings[0].is_open = false;
+  EXPECT_EQ(broken(), "told") << "2 was lost before";
+  record_.hearings[0].is_spared = true;
+  EXPECT_EQ(broken(), "");
+  heard()[0].lost = 0;
+  heard()[1].lost = 1;
+  EXPECT_EQ(broken(), "told") << "nothing was dropped before the first";
+}
+
 TEST_F(TwoRobots, HearAProcessAndTheNextOfItsProgramInAnyOrder) {
   std::swap(heard()[1], heard()[2]);
   record_.sent[2].process = record_.sent[3].process = 5;

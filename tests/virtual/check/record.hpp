@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -124,7 +125,8 @@ struct Record {
   std::vector<Use> uses;
   std::vector<Account> accounts;
   std::vector<Leftovers> leftovers;
-  std::vector<std::string> broken;  // promises that do not need the judge
+  std::set<int> same_after_restart;  // robots: two starts of their daemons are one to all others
+  std::vector<std::string> broken;   // promises that do not need the judge
   std::array<std::uint64_t, kKinds> struck{};
   std::uint64_t course = 0;
   double seconds = 0;  // of swarm time

@@ -88,6 +88,7 @@ class Telling {
     flush();
     look();
     record_.course = swarm_.course();
+    record_.same_after_restart = swarm_.air().same_after_restart();
     record_.seconds = std::chrono::duration<double>(loop::now() - begin).count();
     for (const auto& [name, each] : actors_) each->leave(true);
     return std::move(record_);
