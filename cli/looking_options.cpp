@@ -1,4 +1,5 @@
 // What `swarmtalk-cli channels`, `hz`, `decode` and `pose watch` understand.
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/common/checks.hpp"

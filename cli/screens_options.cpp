@@ -1,4 +1,5 @@
 // What `swarmtalk-cli top` and `radar` understand.
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/common/checks.hpp"

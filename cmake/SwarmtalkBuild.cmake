@@ -103,6 +103,9 @@ function(swarmtalk_warnings target)
   endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
     -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Werror=return-type)
+  if(TARGET swarmtalk_standard_headers AND NOT target STREQUAL swarmtalk_standard_headers)
+    target_precompile_headers(${target} REUSE_FROM swarmtalk_standard_headers)
+  endif()
 endfunction()
 
 # Includes are written from the repository's root ("drivers/link/link.hpp"), so the folder an include

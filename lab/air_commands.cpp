@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -15,7 +16,7 @@
 #include "lab/medium_status.hpp"
 #include "lab/radio/control_socket.hpp"
 #include "usage/checks.hpp"
-#include "usage/usage.hpp"
+#include "usage/terminal.hpp"
 
 namespace swarmtalk::lab {
 namespace {

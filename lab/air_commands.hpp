@@ -2,11 +2,14 @@
 // jam, medium status.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
 #include "lab/state.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::lab {
 

@@ -12,7 +12,6 @@
 #include "lab/lab.hpp"
 #include "lab/medium.hpp"
 #include "usage/terminal.hpp"
-#include "usage/usage.hpp"
 
 namespace swarmtalk::lab {
 namespace {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <sstream>
 
 #include "usage/mistakes.hpp"
 #include "usage/terminal.hpp"
@@ -16,7 +15,6 @@ namespace {
 
 constexpr std::size_t kUsualColumns = 80;
 constexpr std::size_t kNarrow = 72;  // then descriptions begin on a line of their own
-constexpr std::size_t kNarrowIndent = 4;
 
 // Reading or writing there goes on to fail.
 void occupy_standard_streams() {
@@ -33,65 +31,14 @@ std::size_t help_columns() {
 
 class Formatter : public CLI::Formatter {
  public:
-  Formatter() { column_width(help_columns() < kNarrow ? kNarrowIndent : 30); }
+  Formatter() { column_width(help_columns() < kNarrow ? 4 : 30); }
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
     return wrapped(CLI::Formatter::make_help(app, std::move(name), mode), help_columns());
   }
 };
 
-/// Where the further lines of a long one begin: below the description in its second column.
-std::size_t indent_of(const std::string& line) {
-  const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
-  const std::size_t gap = first == 0 ? std::string::npos : line.find("  ", first);
-  if (gap == std::string::npos) return first;
-  return std::min(line.find_first_not_of(' ', gap), line.size());
-}
-
-void wrap(const std::string& line, std::size_t columns, std::string& text) {
-  std::size_t indent = indent_of(line);
-  if (indent + 15 > columns) indent = kNarrowIndent;
-  std::string rest = line;
-  while (rest.size() > columns) {
-    const std::size_t begin = std::max(rest.find_first_not_of(' '), indent);
-    std::size_t cut = rest.rfind(' ', columns);
-    if (cut == std::string::npos || cut <= begin) {
-      if (const std::size_t comma = rest.rfind(',', columns - 1);
-          comma != std::string::npos && comma > begin) {  // a list without blanks
-        text += rest.substr(0, comma + 1) + "\n";
-        rest = std::string(indent, ' ') + rest.substr(comma + 1);
-        continue;
-      }
-      cut = rest.find(' ', columns);
-    }
-    if (cut == std::string::npos) break;  // one long word
-    const std::size_t next = rest.find_first_not_of(' ', cut);
-    text += rest.substr(0, rest.find_last_not_of(' ', cut) + 1) + "\n";
-    if (next == std::string::npos) return;
-    rest = std::string(indent, ' ') + rest.substr(next);
-  }
-  text += rest + "\n";
-}
-
 }  // namespace
-
-std::string wrapped(const std::string& text, std::size_t columns) {
-  std::string result;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.size() > columns) {
-      wrap(line, columns, result);
-    } else {
-      result += line + "\n";
-    }
-  }
-  return result;
-}
-
-std::string folded(const std::string& text, int fd) {
-  const std::size_t told = columns(fd);
-  return told == 0 ? text : wrapped(text, told);
-}
 
 void prepare(CLI::App& app, const std::string& version) {
   occupy_standard_streams();

@@ -19,10 +19,4 @@ void add_help_command(CLI::App& app);
 /// The options and subcommands of a program, as JSON for tools/make_pages.py.
 std::string describe(const CLI::App& app);
 
-/// Text of a help page in lines of at most `columns` characters; what is indented stays so.
-std::string wrapped(const std::string& text, std::size_t columns);
-
-/// The same for the terminal behind a descriptor; as it is where there is none.
-std::string folded(const std::string& text, int fd);
-
 }  // namespace swarmtalk::usage

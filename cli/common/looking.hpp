@@ -2,12 +2,15 @@
 // does it and returns the exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "cli/common/commands.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::cli {
 

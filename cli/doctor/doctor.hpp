@@ -2,13 +2,16 @@
 // loss, delay and signal by distance.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "cli/common/commands.hpp"
 #include "cli/doctor/facts.hpp"
 #include "cli/doctor/peer.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::cli::doctor {
 

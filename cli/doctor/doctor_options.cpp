@@ -1,8 +1,10 @@
-// What `swarmtalk-cli doctor` understands.
+// What `swarmtalk-cli doctor` and `survey` understand.
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/common/checks.hpp"
 #include "cli/doctor/doctor.hpp"
+#include "cli/doctor/survey.hpp"
 
 namespace swarmtalk::cli::doctor {
 namespace {
@@ -53,6 +55,28 @@ void add_doctor(CLI::App& app, Common& common, Verb& verb) {
       ->capture_default_str();
   command->callback([&common, &verb, arguments] {
     verb = [&common, arguments] { return doctor(common, *arguments); };
+  });
+}
+
+void add_survey(CLI::App& app, Common& common, Verb& verb) {
+  auto arguments = std::make_shared<SurveyArguments>();
+  auto* command = app.add_subcommand(
+      "survey",
+      "Write loss, delay and signal by distance to another robot as CSV, while they move");
+  command
+      ->add_option("--peer", arguments->robot, "the other robot's node id; it runs ping --answer")
+      ->required()
+      ->check(node_id());
+  command->add_option("FILE", arguments->file, "where to; default: standard output");
+  command->add_option("--rate", arguments->rate_hz, "questions a second")
+      ->check(above_zero())
+      ->capture_default_str();
+  command->add_option("--period", arguments->period_s, "seconds that a line covers")
+      ->check(period())
+      ->capture_default_str();
+  command->add_option("-C,--count", arguments->count, "end after so many lines")->check(count());
+  command->callback([&common, &verb, arguments] {
+    verb = [&common, arguments] { return survey(common, *arguments); };
   });
 }
 

@@ -2,11 +2,14 @@
 // line of CSV a period: distance, losses on both ways, delay, signal.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 
 #include "cli/common/commands.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::cli::doctor {
 

@@ -2,13 +2,16 @@
 // sent is ever acknowledged, so the words here are "sent", never "done".
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "cli/common/commands.hpp"
 #include "ipc/framing.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::cli {
 

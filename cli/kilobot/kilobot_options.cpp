@@ -1,6 +1,7 @@
 // What `swarmtalk-cli kilobot` understands.
 #include "cli/kilobot/kilobot.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 
 namespace swarmtalk::cli {

@@ -2,13 +2,16 @@
 // returns the exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/common/commands.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace swarmtalk::cli {
 

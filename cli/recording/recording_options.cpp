@@ -1,4 +1,5 @@
 // What `swarmtalk-cli record` and `play` understand.
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/common/checks.hpp"

@@ -8,7 +8,6 @@
 #include "cli/text/columns.hpp"
 #include "text/plain.hpp"
 #include "usage/terminal.hpp"
-#include "usage/usage.hpp"
 
 namespace swarmtalk::cli {
 namespace {

@@ -13,7 +13,7 @@ GIB = 1024 * 1024
 
 
 @pytest.mark.parametrize("free_kb,processors,jobs", [
-    (100_000, 4, 1), (900_000, 4, 1), (1_900_000, 4, 3), (16 * GIB, 4, 4)])
+    (100_000, 4, 1), (900_000, 4, 1), (1_900_000, 4, 2), (16 * GIB, 4, 4)])
 def test_as_many_compilers_run_as_memory_allows(tmp_path, free_kb, processors, jobs):
     text = (ROOT / "tools/jobs").read_text().replace("/proc/meminfo", str(tmp_path / "meminfo"))
     text = text.replace("/sys/fs/cgroup", str(tmp_path))
@@ -35,7 +35,9 @@ def told(output):
 
 def programs_of_this_build(tree):
     """What quickstart would have built is there, from the build under test; nothing compiles."""
-    (tree / "build-quickstart").symlink_to(BUILD)
+    (tree / "build-quickstart").mkdir()
+    for built in BUILD.iterdir():
+        (tree / "build-quickstart" / built.name).symlink_to(built)
     programs = tree / "bin"
     programs.mkdir()
     (programs / "cmake").write_text("#!/bin/sh\ntrue\n")
