@@ -7,6 +7,7 @@ import ctypes
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 
@@ -38,14 +39,17 @@ def builds() -> list[pathlib.Path]:
 
 
 def program_path(name: str, folder: str) -> pathlib.Path:
-    """A program of ours: in the build of SWARMTALK_BUILD, in this tree's, or installed."""
+    """A program of ours: in the build of SWARMTALK_BUILD, in this tree's, in PATH, or installed."""
     candidates = [build / folder / name for build in builds()]
+    candidates += [pathlib.Path(found) for found in [shutil.which(name)] if found]
     candidates += [pathlib.Path(prefix) / place / name for prefix in ("/usr/local", "/usr")
                    for place in ("bin", "libexec/swarmtalk")]
     for path in candidates:
         if os.access(path, os.X_OK):
             return path
-    raise PlatformError(f"no program {name}; build it, and name the build with SWARMTALK_BUILD=DIR")
+    raise PlatformError(f"no program {name} in PATH or in a build: build it in a clone with: cmake "
+                        f"--preset release && cmake --build --preset release --target {name}; or "
+                        "name a build with SWARMTALK_BUILD=DIR")
 
 
 def catch_interrupts():

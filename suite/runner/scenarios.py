@@ -19,6 +19,9 @@ FOLLOWER, SEED_1, SEED_2 = 0, 1, 2  # roles of hop count
 EDGE_SEED, EDGE_FOLLOWER = 0, 1
 TELLER = 1  # role of news
 TELLERS = 4  # if the scenario does not say how many
+# What is there to be compared with, and need not succeed.
+CONTROLS = {"firefly_no_delay": "lacks the correction of delays, to be compared with firefly: it "
+                                "need not succeed"}
 # Where a program runs that does not run everywhere.
 ONLY_ON = {"news": ("sim-kilobot", "sim-coachbot", "coachbot-lab", "coachbot-radio")}
 

@@ -76,7 +76,8 @@ def test_a_run_that_ends_before_it_can_be_judged_is_no_success(tmp_path):
     """All counts are right after 6 s; the criterion says 10."""
     done = suite(tmp_path, "run", "hop_count", "--robots", 9, "--seconds", 6)
     result = results(done)[0]
-    assert "10 s after the last start: use --seconds" in done.stderr, done.stderr
+    assert "10 s after the last start: use --seconds 12\n" in done.stderr, done.stderr
+    assert "run failed" not in done.stderr
     assert done.returncode == 1 and result["wrong_hops"] == 0 and result["too_short"]
     assert "Traceback" not in done.stderr
 

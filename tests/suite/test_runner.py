@@ -46,6 +46,33 @@ def test_runs_succeed(tmp_path, program, platform, runs):
     assert f"{runs} of {runs} runs succeeded" in done.stderr
 
 
+def test_one_run_has_no_interval(tmp_path):
+    one = suite(tmp_path, "run", "hop_count", "--robots", 9).stderr
+    assert re.search(r"^  converged_s +[\d.]+, one run$", one, re.M) and "+-" not in one, one
+    two = suite(tmp_path, "run", "hop_count", "--robots", 9, "--runs", 2).stderr
+    assert re.search(r"^  converged_s +[\d.]+ \+- [\d.e-]+$", two, re.M), two
+
+
+@pytest.mark.parametrize("program, said", [
+    ("firefly", "seed 1: not yet after 12 s, which may be too short: firefly on sim-kilobot is "
+                "given 600 s: use --seconds 600"),
+    ("firefly_no_delay", "seed 1: firefly_no_delay lacks the correction of delays, to be compared "
+                         "with firefly: it need not succeed")],
+    ids=["short", "to_compare_with"])
+def test_a_short_run_and_one_to_compare_with_have_not_failed(tmp_path, program, said):
+    done = suite(tmp_path, "run", program, "--robots", 36, "--seconds", 12)
+    assert done.returncode == 1
+    assert f"swarmtalk-suite: {said}\n" in done.stderr and "run failed" not in done.stderr
+
+
+def test_programs_are_found_in_path_too(tmp_path):
+    programs = {**ENVIRONMENT, "SWARMTALK_BUILD": str(tmp_path),
+                "PATH": f"{BUILD / 'suite'}:{os.environ['PATH']}"}
+    done = subprocess.run([SUITE, "run", "hop_count", "--robots", "9"], cwd=tmp_path, env=programs,
+                          capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_count_is_told_when_the_other_has_left(tmp_path):
     """Two channels share the air: a count that waited for two turns would be 2.1 s old."""
     done = results(suite(tmp_path, "run", "hop_count_two_seeds", "--runs", 3))
