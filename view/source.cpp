@@ -15,6 +15,7 @@ void Source::take_message(const Message& message, Time at, std::size_t size_byte
   const HeardMessage heard{number,
                            message.channel,
                            message.sender,
+                           message.transmitter,
                            message.hops,
                            message.local,
                            message.distance_m,

@@ -194,6 +194,9 @@ Json message_of(const HeardMessage& message) {
             {"hex", hex::to_hex(message.payload)}};
   if (message.unknown_bytes != 0) json["size"] = message.unknown_bytes;
   if (message.hops != Message::kHopsUnknown) json["hops"] = message.hops;
+  if (message.transmitter != 0 && message.transmitter != message.sender) {
+    json["via"] = message.transmitter;
+  }
   if (message.is_local) json["local"] = true;
   put_known(json, "d", message.distance_m);
   put_known(json, "b", message.bearing_rad);

@@ -36,6 +36,7 @@ struct HeardMessage {
   std::uint64_t number = 0;  // of all that came, from 1: tells what a window has missed
   std::uint16_t channel = 0;
   std::uint32_t sender = 0;
+  std::uint32_t transmitter = 0;  // the robot that it was heard from; 0: not known
   std::uint32_t hops = 0;
   bool is_local = false;
   float distance_m = Message::kUnknown;

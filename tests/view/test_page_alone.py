@@ -31,6 +31,8 @@ INFO = {"t": "info",
                   {"name": "eth", "up": False, "state": "cable is out"}],
         "left_out": {"song": "view reads 64 channels"},
         "channels": [
+            {"n": 3, "name": "harvest", "publishers": 1, "subscribers": 1, "rate": 0, "messages": 0,
+             "senders": [], "lost": NOTHING_LOST},
             {"n": 7, "name": "alarm", "publishers": 0, "subscribers": 1, "rate": 2.04, "age": 2500,
              "messages": 90, "senders": [[2, 90], [3, 1]], "lost": LOST},
             {"n": 9, "publishers": 1, "subscribers": 1, "rate": 0, "messages": 0, "senders": [],
@@ -52,7 +54,8 @@ MAP = {"t": "state", "self": 1, "robots": [
               [2, 4, 0.1, 100], [4, 2, 0.1, 100]]}
 MESSAGES = [
     {"t": "msg", "n": 7, "from": 2, "d": 1.25, "hex": b"fire \xc3\xbc".hex()},
-    {"t": "msg", "n": 7, "from": 3, "hops": 2, "hex": "0001ff", "lost": 4},
+    {"t": "msg", "n": 7, "from": 3, "hops": 2, "via": 5, "d": 0.59, "hex": "0001ff", "lost": 4},
+    {"t": "msg", "n": 7, "from": 4, "hops": 1, "hex": b"far".hex()},
     {"t": "msg", "n": 9, "from": 3, "hex": b"on another channel".hex()},
     {"t": "msg", "n": 7, "from": 1, "local": True, "hex": b"mine".hex()}]
 
@@ -151,6 +154,46 @@ zoom(1.5, ...spot);
 found.zoomed = {kept: toWorld(box, ...spot).map((each, i) => each - before[i]),
                 back: toScreen(box, ...toWorld(box, ...spot)).map((each, i) => each - spot[i]),
                 scale: camera.scale / found.scale};
+// The map stands still while robots move inside it, and follows one that leaves it.
+$("fit").onclick();
+const after = (x, y) => {
+  state = {...MAP_HERE, robots: MAP_HERE.robots.map(r => r.id === 2 ? {...r, x, y} : r)};
+  state.byId = new Map(state.robots.map(r => [r.id, r]));
+  for (let i = 0; i < 100; ++i) paint();
+  return [camera.x, camera.y, camera.scale];
+};
+found.moved = [[1, .5], [.6, .4], [.2, .9], [6, .5], [1, .5]].map(place => after(...place));
+found.inside = [after(9, .5), toScreen(box, 9, .5), [box.width, box.height]];
+// One scale: the legend has the colours of lines.
+found.ramp = $("ramp").style.background.match(/rgba?\\([^)]*\\)/g);
+found.scaleColours = [0, .125, .25, .375, .5].map(loss => {
+  $("ramp").style.background = lossColour(loss);
+  return $("ramp").style.backgroundColor;
+});
+// Lines that came while the log was hidden; then a reader who has scrolled up.
+for (let k = 0; k < 300; ++k) from({t: "log", k, from: 2, text: "line " + k, age: 0});
+document.querySelector("nav [data-pane=log]").click();
+const lines = $("log-lines");
+const fromEnd = () => lines.scrollHeight - lines.scrollTop - lines.clientHeight;
+found.fromEnd = [fromEnd()];
+lines.scrollTop = 40;
+lines.onscroll();
+from({t: "log", k: 300, from: 2, text: "one more", age: 0});
+found.fromEnd.push(fromEnd() > 100, lines.scrollTop);
+lines.scrollTop = lines.scrollHeight;
+lines.onscroll();
+from({t: "log", k: 301, from: 2, text: "the last", age: 0});
+found.fromEnd.push(fromEnd());
+// Signs are told when asked for, and a daemon that went away is told over the map.
+const isSeen = id => $(id).getBoundingClientRect().height > 0;
+found.signs = [isSeen("signs-told")];
+$("signs").click();
+found.signs.push(isSeen("signs-told"), isSeen("banner"));
+state = {...MAP_HERE, no_daemon_age: 7000};
+drawState();
+found.banner = [isSeen("banner"), $("banner").textContent];
+found.greyed = MAP_HERE.robots.map(isGone);
+delete state.no_daemon_age;
 const since = performance.now() + 5001;
 performance.now = () => since;
 listen();
@@ -206,7 +249,8 @@ def test_a_connection_on_which_nothing_comes_is_none(found):
 def test_the_table_of_channels_tells_silence_from_what_is_not_listened_to(found):
     assert found["channels"] == [["alarm", "2.0", "2", "4", "2.5 s"],
                                  ["channel 9", "0", "0", "0", "never"],
-                                 ["far", "?", "2", "?", "no listener"]]
+                                 ["far", "?", "2", "?", "no listener"],
+                                 ["harvest", "0", "0", "0", "never"]], "reserved ones are last"
     assert found["leftOut"] == ["Channel song is not heard: view reads 64 channels."]
     assert found["titles"][0] == ("number 7; 90 messages; lost on the air 3, in the kernel 0, "
                                   "in the daemon 1; from robots 2 3")
@@ -220,14 +264,15 @@ def test_the_card_has_units_and_the_direction_of_each_figure(found):
     assert (card["heard"], card["told of"]) == ("1.5 s ago", "now")
     assert (card["distance"], card["bearing"]) == ("1.03 m", "-45°")
     assert card["frames"] == "120 heard, 40 lost"
-    assert card["lost"] == "3 on the air, 0 in the kernel, 1 in the daemon"
+    assert card["messages lost"] == "3 on the air, 0 in the kernel, 1 in the daemon"
     assert card["channels"] == "alarm publishes, hears 2/s; channel 9 hears 1/s"
     assert (card["programs"], card["address"], card["values"]) == ("none", "unknown", "unknown")
 
 
 def test_messages_of_the_channel_that_is_watched_are_shown_with_their_way(found):
-    assert found["messages"] == ["2 1.25 m  fire ü", "3 +2  0001ff  (3 bytes)   4 lost before",
-                                 "1 here  mine"]
+    assert found["messages"] == ["2 1.25 m  fire ü",
+                                 "3 via 5 (0.59 m)  0001ff  (3 bytes)   4 lost before",
+                                 "4 via 1 robot  far", "1 here  mine"]
     assert found["asked"] == [{"op": "card", "robot": 2}, {"op": "watch", "channel": 7}]
 
 
@@ -365,6 +410,34 @@ def test_links_and_trails_go_when_they_are_not_wanted(found):
     assert not strokes(found, one, middle(one, two), "bare")
     assert not [each for each in found["bare"] if each["alpha"] < 1]
     assert len([each for each in found["bare"] if each["kind"] == "body"]) == 4
+
+
+def test_the_map_stands_still_until_a_robot_leaves_it(found):
+    first, second, third, far, again = found["moved"]
+    assert first == second == third
+    assert far[2] < first[2] / 2, "it shows the one that left"
+    assert again == far, "and does not move back by itself"
+    _, (x, y), (width, height) = found["inside"]
+    assert 20 < x < width - 20 and 20 < y < height - 20
+
+
+def test_the_legend_has_the_colours_of_the_lines(found):
+    assert len(found["ramp"]) == 5 and found["ramp"] == found["scaleColours"]
+
+
+def test_the_log_shows_the_newest_line_until_the_reader_scrolls_up(found):
+    shown_at_once, is_left, top, again = found["fromEnd"]
+    assert abs(shown_at_once) < 2 and abs(again) < 2
+    assert is_left and top == 40
+
+
+def test_signs_are_told_when_asked_for(found):
+    assert found["signs"] == [False, True, False]
+
+
+def test_without_a_daemon_a_banner_lies_over_the_map_and_who_was_told_of_is_grey_too(found):
+    assert found["banner"] == [True, "the daemon went away 7.0 s ago; waiting for it"]
+    assert found["greyed"] == [True, False, True, True], "only robot 2 was heard within 2.5 s"
 
 
 def test_zooming_keeps_the_place_below_the_pointer(found):

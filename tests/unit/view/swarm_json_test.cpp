@@ -160,6 +160,7 @@ TEST(SwarmJson, OfMessages) {
   heard.number = 41;
   heard.channel = 6;
   heard.sender = 2;
+  heard.transmitter = 9;
   heard.hops = 3;
   heard.is_local = true;
   heard.distance_m = 1.5f;
@@ -169,7 +170,7 @@ TEST(SwarmJson, OfMessages) {
   heard.unknown_bytes = 12;
   const Json wanted = Json::parse(
       R"({"t": "msg", "k": 41, "n": 6, "from": 2, "hex": "007fff", "size": 12, "hops": 3,
-          "local": true, "d": 1.5, "b": 0.25, "lost": 1111})");
+          "via": 9, "local": true, "d": 1.5, "b": 0.25, "lost": 1111})");
   EXPECT_EQ(Json::parse(message_json(heard)), wanted);
   HeardMessage bare;
   bare.hops = Message::kHopsUnknown;
