@@ -175,6 +175,7 @@ struct LogArguments {
 int log(const Common& common, LogArguments& arguments) {
   if (!arguments.text) {
     arguments.listening.channels = {"debug"};
+    if (!common.is_json) arguments.listening.look.pattern = "%I  robot %s  %p";
     return sub(common, arguments.listening);
   }
   PubArguments line;

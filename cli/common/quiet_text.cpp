@@ -33,6 +33,11 @@ bool is_number(const std::string& word) {
 
 }  // namespace
 
+bool has_just_begun(const DaemonStatus& daemon) {
+  constexpr std::chrono::seconds kUntilHeard{3};  // beacons of others come once a second
+  return daemon.uptime < kUntilHeard;
+}
+
 std::string wildcard_hint(const std::vector<std::string>& channels) {
   for (const std::string& channel : channels) {
     if (channel.find_first_of("#*?+") == std::string::npos) continue;
@@ -58,7 +63,6 @@ std::string misspelt_text(const std::string& published, const DaemonStatus& daem
 
 std::string unheard_text(const std::string& published, const DaemonStatus& daemon,
                          const std::vector<Neighbour>& neighbours) {
-  constexpr std::chrono::seconds kUntilHeard{3};  // beacons of others come once a second
   const auto is_up = [](const LinkStatus& link) { return link.up; };
   const auto has_controller = [](const LinkStatus& link) { return link.type == "kilobot"; };
   const auto is_heard_here = [&](const ChannelStatus& channel) {
@@ -66,15 +70,14 @@ std::string unheard_text(const std::string& published, const DaemonStatus& daemo
     return is_it && channel.subscribers > 0;
   };
   const auto& links = daemon.links;
-  if (!neighbours.empty() || daemon.uptime < kUntilHeard ||
+  if (!neighbours.empty() || has_just_begun(daemon) ||
       std::none_of(links.begin(), links.end(), is_up) ||
       std::any_of(links.begin(), links.end(), has_controller) ||
       std::any_of(daemon.channels.begin(), daemon.channels.end(), is_heard_here)) {
     return {};
   }
   return "perhaps nobody gets this: no robot was heard in the last 10 s, and one that sends "
-         "nothing "
-         "is heard only with beacon_ms in its configuration; see swarmtalk-cli doctor";
+         "nothing is heard only with beacon_ms in its configuration; see swarmtalk-cli doctor";
 }
 
 std::string silence_text(const std::vector<std::string>& silent, const DaemonStatus& daemon,

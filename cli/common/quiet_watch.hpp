@@ -11,6 +11,9 @@
 
 namespace swarmtalk::cli {
 
+/// Too short ago for others to be heard.
+bool has_just_begun(const DaemonStatus& daemon);
+
 /// "there are no wildcards ..." when one of the names looks like one; empty: none does.
 std::string wildcard_hint(const std::vector<std::string>& channels);
 

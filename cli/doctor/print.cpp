@@ -3,9 +3,12 @@
 #include <algorithm>
 
 #include "cli/doctor/diagnose.hpp"
+#include "text/counted.hpp"
 
 namespace swarmtalk::cli::doctor {
 namespace {
+
+constexpr const char* kIndent = "    ";
 
 template <typename T>
 Json or_null(const std::optional<T>& value) {
@@ -79,36 +82,56 @@ Json peer_json(const PeerFacts& peer) {
           {"reached_by_ip", or_null(peer.is_reached)}};
 }
 
-std::string line_of(const Finding& finding, const Look& look) {
+/// What is wrong in one line, what to do below it.
+std::string lines_of(const Finding& finding, const Look& look) {
   const std::string head = std::string(name_of(finding.severity)) + ": ";
   return (finding.severity == Severity::kNote ? head : look.warning(head)) + finding.subject +
-         ": " + finding.what + " [" + finding.id + "]; " + finding.remedy + "\n";
+         ": " + finding.what + " [" + finding.id + "]\n" + kIndent + finding.remedy + "\n";
+}
+
+std::string result_of(const Report& report) {
+  const auto number_of = [&](Severity severity) {
+    return std::count_if(report.findings.begin(), report.findings.end(),
+                         [&](const Finding& each) { return each.severity == severity; });
+  };
+  std::string result;
+  for (const Severity severity : {Severity::kError, Severity::kWarning}) {
+    const auto number = static_cast<std::uint64_t>(number_of(severity));
+    if (number == 0) continue;
+    result += (result.empty() ? "" : ", ") + text::counted(number, name_of(severity));
+  }
+  if (!result.empty()) return result;
+  return report.not_looked_at.empty() ? "all is well"
+                                      : "no finding, but not everything could be looked at";
 }
 
 }  // namespace
 
 std::string to_text(const Report& report, const std::vector<Fixed>& fixes, const Look& look) {
-  std::string text;
+  std::string text = result_of(report) + "\n\n";
   for (const Severity severity : {Severity::kError, Severity::kWarning, Severity::kNote}) {
     for (const Finding& each : report.findings) {
-      if (each.severity == severity) text += line_of(each, look);
+      if (each.severity == severity) text += lines_of(each, look);
     }
   }
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const Finding& finding = report.findings[i];
     if (!fixes[i].is_tried) continue;
     text += fixes[i].failure.empty() ? "fixed: " + finding.fix_text + "\n"
-                                     : "not fixed: " + finding.subject + " [" + finding.id +
-                                           "]: " + fixes[i].failure + "\n";
+                                     : "not fixed: " + finding.subject + " [" + finding.id + "]\n" +
+                                           kIndent + fixes[i].failure + "\n";
   }
   for (const NotLooked& each : report.not_looked_at) {
-    text += "not looked at: " + each.what + ": " + each.why + "\n";
+    text += "not looked at: " + each.what + "\n" + kIndent + each.why + "\n";
   }
-  std::string looked;
-  for (const std::string& each : report.looked_at) looked += (looked.empty() ? "" : ", ") + each;
-  text += (report.has_findings() ? "looked at: " : "all is well with: ") +
-          (looked.empty() ? std::string("nothing") : looked) + "\n";
-  return text;
+  if (!report.has_findings()) {
+    for (const std::string& each : report.looked_at) text += "ok: " + each + "\n";
+  } else {
+    std::string looked;
+    for (const std::string& each : report.looked_at) looked += (looked.empty() ? "" : ", ") + each;
+    text += "looked at: " + (looked.empty() ? std::string("nothing") : looked) + "\n";
+  }
+  return folded(text, look);
 }
 
 Json to_json(const Report& report, const std::vector<Fixed>& fixes, const Facts& facts,

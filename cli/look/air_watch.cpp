@@ -61,7 +61,7 @@ void AirWatch::take(const frame::Frame& frame, bool is_own) {
       continue;
     }
     from->is_heard = from->is_heard || is_direct;
-    from->is_own = is_own && is_direct;
+    from->is_own = from->is_own || (is_own && is_direct);  // its echo on a udp link comes as heard
     if (from->messages == 0 || from->newest != packet->message) ++from->messages;
     from->newest = packet->message;
     from->sequence = packet->sequence;

@@ -133,6 +133,12 @@ int channels(const Common& common, const ChannelsArguments& arguments) {
     text = folded(
         "no channel is in use here, and none was heard in " + rate_text(listened_s) + " s\n", look);
   }
+  const auto has_sign = [](const auto& row) {
+    return row.back().find_first_of("*+") != std::string::npos;
+  };
+  if (std::any_of(rows.begin(), rows.end(), has_sign)) {
+    text += folded("\n*: this robot. +: not heard itself, others pass its messages on.\n", look);
+  }
   const int printed = print(text);
   say_what_is_left_out(air, false);
   return caught_signal() == 0 ? printed : kExitSignal + caught_signal();

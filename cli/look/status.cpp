@@ -1,4 +1,5 @@
 #include "cli/common/commands.hpp"
+#include "cli/common/quiet_watch.hpp"
 #include "cli/text/format.hpp"
 
 namespace swarmtalk::cli {
@@ -24,6 +25,10 @@ int neighbours(const Common& common) {
   if (const Status connection = client.connect(); !connection) return fail(connection);
   std::vector<Neighbour> heard;
   if (const Status answer = client.get_neighbours(heard); !answer) return fail(answer);
+  DaemonStatus daemon;
+  if (heard.empty() && !common.is_json && client.get_status(daemon) && has_just_begun(daemon)) {
+    return print("nobody was heard yet: this daemon began less than 3 s ago; ask again\n");
+  }
   return print(common.is_json ? to_json(heard).dump() + "\n"
                               : to_text(heard, look_of_output(), common.is_verbose));
 }

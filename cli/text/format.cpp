@@ -425,7 +425,7 @@ std::string to_text(const DaemonStatus& status, const Look& look) {
                         channel.timestamped ? "timestamped" : ""});
   }
   if (channels.size() > 1) text += "\n" + table(channels, look);
-  return text + all_counters(status, look);
+  return text + folded("\nwhat was sent, heard and lost: swarmtalk-cli stats\n", look);
 }
 
 }  // namespace swarmtalk::cli

@@ -25,6 +25,10 @@ def channels_names_who_publishes_on_the_air(lab):
     assert channels[4711]["on_air"][0]["messages_per_s"] > 0
     done = lab.cli(3, "channels", "-W", "1")
     assert re.search(r"^alarm +\d+ .* 1$", done.stdout, re.M), done.stdout
+    assert "this robot" not in done.stdout, "signs are explained where they stand"
+    done = lab.cli(1, "channels", "-W", "1")
+    assert re.search(r"^alarm +\d+ .* 1\*$", done.stdout, re.M), done.stdout
+    assert "*: this robot." in done.stdout
 
 
 def sub_prints_all_channels_and_in_a_format_of_ones_own(lab):

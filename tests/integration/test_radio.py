@@ -231,7 +231,7 @@ def log_lines_are_heard_around_where_debug_is_on(wires, robots):
         node(2) + LINK + "[reserved]\ndebug = true\nrate_hz = 1\nburst = 3\n")
     tool, *words = shlex.split(command)
     assert "applied: reserved.debug" in run(program(tool), *words).stdout
-    lines = listener.listen("log", "--json")
+    lines, read = listener.listen("log", "--json"), listener.listen("log", "-C", 2)
     assert robot.cli("log", "lost the line").returncode == 0
     # An empty text, such as of a shell's empty variable, is a line and does not listen for ever.
     assert robot.cli("log", "").returncode == 0
@@ -243,6 +243,8 @@ def log_lines_are_heard_around_where_debug_is_on(wires, robots):
              what="the lines")
     lines.terminate()
     told = heard(lines)
+    first = read.communicate(timeout=60)[0].splitlines()[0]
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT[\d:.]{15}Z  robot 2  lost the line", first)
     assert [(line["sender"], line["text"]) for line in told[:2]] == [(2, "lost the line"), (2, "")]
 
 

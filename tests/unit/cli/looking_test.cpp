@@ -72,6 +72,21 @@ TEST_F(CliLooking, AHarvestThatFindsNothingSaysSo) {
       << some.error;
 }
 
+TEST_F(CliLooking, ADaemonThatHasJustBegunHasHeardNobodyYet) {
+  std::uint64_t uptime_ms = 2999;
+  daemon.says = [&](const ipc::Envelope& asked) {
+    std::vector<ipc::Envelope> answer(asked.has_get_status() || asked.has_get_neighbours() ? 1 : 0);
+    if (asked.has_get_neighbours()) answer[0].mutable_neighbours();
+    if (asked.has_get_status()) answer[0].mutable_status()->set_uptime_ms(uptime_ms);
+    return answer;
+  };
+  const Result early = run({"neighbours"});
+  EXPECT_EQ(early.out, "nobody was heard yet: this daemon began less than 3 s ago; ask again\n");
+  EXPECT_EQ(run({"neighbours", "--json"}).out, "{\"neighbours\":[]}\n");
+  uptime_ms = 3000;
+  EXPECT_EQ(run({"neighbours"}).out.find("nobody was heard within the last 10 s"), 0u);
+}
+
 TEST_F(CliLooking, ADaemonThatDiesEndsRatesWithOneLine) {
   const auto is_subscribe = [](const auto& envelope) { return envelope.has_subscribe(); };
   for (const Strings& more : {Strings{}, {"--json"}, {"-C", "1000"}}) {
